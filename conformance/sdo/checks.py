@@ -1,0 +1,146 @@
+"""What every response is held to, down to the last reserved bit (CiA 301, 7.2.4.3).
+
+A breach that makes the response useless is raised. One that does not (a reserved bit that is set,
+a byte without meaning that is not 0) is handed to ``note``, so that a device with that one flaw
+can still be tested for everything else.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiateResponse,
+    DownloadSegmentResponse,
+    UploadInitiateResponse,
+    UploadSegmentResponse,
+    decode_response,
+)
+from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
+from conformance.sdo.rules import (
+    ABORT_CODE,
+    FILLER,
+    FRAME_SHAPE,
+    MULTIPLEXER,
+    RESERVED,
+    SPECIFIER,
+    TOGGLE,
+    UNUSED_COUNT,
+    Rule,
+    Violation,
+)
+
+Kind = TypeVar("Kind", bound=Message)
+_KNOWN_CODES = frozenset(AbortCode)
+
+
+class ServerAborted(Exception):
+    """The server answered with an abort, itself well-formed."""
+
+    def __init__(self, abort: Abort) -> None:
+        """Keep the abort, for its code and its multiplexer."""
+        super().__init__(f"the server aborted {abort.mux}: {describe_code(abort.code)}")
+        self.abort = abort
+
+
+def raise_violation(violation: Violation) -> None:
+    """Treat a minor breach like any other."""
+    raise violation
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseChecks:
+    """Reads responses strictly; each method takes a frame's data bytes and what was asked.
+
+    All raise Violation, and ServerAborted where the server refuses.
+    """
+
+    note: Callable[[Violation], None] = raise_violation
+
+    def download_initiate(self, frame: bytes, mux: Multiplexer) -> DownloadInitiateResponse:
+        """Check the confirmation of a download initiate (7.2.4.3.3)."""
+        response = self._read(
+            DownloadInitiateResponse, frame, mux, "60h, download initiate response"
+        )
+        self._same_multiplexer(response.mux, mux, frame)
+        return response
+
+    def download_segment(
+        self, frame: bytes, mux: Multiplexer, toggle: int
+    ) -> DownloadSegmentResponse:
+        """Check the confirmation of a download segment (7.2.4.3.4)."""
+        due = f"{0x20 | toggle << 4:02X}h, download segment response with t={toggle}"
+        response = self._read(DownloadSegmentResponse, frame, mux, due)
+        if response.toggle != toggle:
+            raise Violation(TOGGLE, expected=due, actual=describe_response(frame))
+        return response
+
+    def upload_initiate(self, frame: bytes, mux: Multiplexer) -> UploadInitiateResponse:
+        """Check the answer to an upload initiate (7.2.4.3.6)."""
+        response = self._read(UploadInitiateResponse, frame, mux, "4xh, upload initiate response")
+        self._same_multiplexer(response.mux, mux, frame)
+        if response.unused and not (response.expedited and response.sized):
+            raise Violation(UNUSED_COUNT, expected="n = 0", actual=describe_response(frame))
+        if response.expedited:
+            self._zero(FILLER, response.payload[len(response.data) :], frame)
+        elif not response.sized:
+            self._zero(RESERVED, response.payload, frame)
+        return response
+
+    def upload_segment(self, frame: bytes, mux: Multiplexer, toggle: int) -> UploadSegmentResponse:
+        """Check a segment of an upload (7.2.4.3.7)."""
+        due = f"upload segment response with t={toggle}"
+        response = self._read(UploadSegmentResponse, frame, mux, due)
+        if response.toggle != toggle:
+            raise Violation(TOGGLE, expected=due, actual=describe_response(frame))
+        self._zero(FILLER, response.payload[len(response.data) :], frame)
+        return response
+
+    def abort(self, frame: bytes, mux: Multiplexer | None) -> Abort:
+        """Check an abort (7.2.4.3.17); for a multiplexer of None any will do."""
+        response = decode_response(frame)
+        if not isinstance(response, Abort):
+            raise Violation(SPECIFIER, expected="80h, abort", actual=describe_response(frame))
+        self._check_abort(response, mux, frame)
+        return response
+
+    def _check_abort(self, abort: Abort, mux: Multiplexer | None, frame: bytes) -> None:
+        if abort.code not in _KNOWN_CODES:
+            raise Violation(
+                ABORT_CODE, expected="one of the 31 abort codes", actual=describe_response(frame)
+            )
+        if mux is not None:
+            self._same_multiplexer(abort.mux, mux, frame)
+        self._reserved(abort, frame)
+
+    def _read(self, kind: type[Kind], frame: bytes, mux: Multiplexer, due: str) -> Kind:
+        if len(frame) != FRAME_LENGTH:
+            raise Violation(
+                FRAME_SHAPE, expected="8 data bytes", actual=f"{len(frame)}: {hex_bytes(frame)}"
+            )
+        response = decode_response(frame)
+        if isinstance(response, Abort):
+            self._check_abort(response, mux, frame)
+            raise ServerAborted(response)
+        if not isinstance(response, kind):
+            raise Violation(SPECIFIER, expected=due, actual=describe_response(frame))
+        self._reserved(response, frame)
+        return response
+
+    def _same_multiplexer(self, found: Multiplexer, due: Multiplexer, frame: bytes) -> None:
+        if found != due:
+            raise Violation(
+                MULTIPLEXER, expected=f"multiplexer {due}", actual=describe_response(frame)
+            )
+
+    def _reserved(self, response: Message, frame: bytes) -> None:
+        for found in response.reserved_fields():
+            self.note(Violation(RESERVED, expected="0", actual=f"{found} [{hex_bytes(frame)}]"))
+
+    def _zero(self, rule: Rule, rest: bytes, frame: bytes) -> None:
+        if any(rest):
+            actual = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(frame)}]"
+            self.note(Violation(rule, expected="00 in bytes without data", actual=actual))

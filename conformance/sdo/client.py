@@ -1,0 +1,127 @@
+"""The reference client: whole transfers as generators, without a bus and without a clock.
+
+A transfer yields requests and is sent the data bytes of each response:
+
+    transfer = client.upload(Multiplexer(0x1008))
+    request = next(transfer)
+    ...
+    request = transfer.send(response)        # StopIteration.value is the result
+
+Every response is held to ``checks``; a breach is raised as Violation, a refusal of the server as
+ServerAborted. After either the caller decides whether an abort is due to the server.
+"""
+
+from collections.abc import Generator
+from dataclasses import dataclass, field
+
+from conformance.sdo.checks import ResponseChecks
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    DownloadInitiate,
+    DownloadSegment,
+    Request,
+    UploadInitiate,
+    UploadSegment,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import SIZE, UPLOAD_ENDS, Violation
+
+EXPEDITED_LENGTH = 4
+SEGMENT_LENGTH = 7
+MOST_UPLOADED = 1 << 24
+MOST_EMPTY_SEGMENTS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Uploaded:
+    """What an upload brought.
+
+    ``counted`` is False for an expedited answer that does not say how many of its 4 bytes count;
+    ``segments`` is 0 for an expedited one.
+    """
+
+    data: bytes
+    counted: bool = True
+    announced: int | None = None
+    segments: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Client:
+    """One SDO client; what it minds is in ``checks``."""
+
+    checks: ResponseChecks = field(default_factory=ResponseChecks)
+
+    def upload(self, mux: Multiplexer) -> Generator[Request, bytes, Uploaded]:
+        """Read an object, expedited or in segments as the server decides."""
+        frame = yield UploadInitiate(mux)
+        response = self.checks.upload_initiate(frame, mux)
+        if response.expedited:
+            return Uploaded(response.data, counted=response.sized)
+        return (yield from self.upload_segments(mux, response.size))
+
+    def upload_segments(
+        self, mux: Multiplexer, announced: int | None
+    ) -> Generator[Request, bytes, Uploaded]:
+        """Read all segments of an upload that was initiated."""
+        data = bytearray()
+        limit = MOST_UPLOADED if announced is None else announced
+        toggle = segments = empty = 0
+        last = False
+        while not last:
+            frame = yield UploadSegment(toggle)
+            response = self.checks.upload_segment(frame, mux, toggle)
+            data += response.data
+            last = response.last
+            segments += 1
+            empty += not response.data
+            toggle ^= 1
+            if announced is not None and (len(data) > announced or last) and len(data) != announced:
+                raise Violation(
+                    SIZE,
+                    expected=f"{announced} bytes, as announced",
+                    actual=f"{len(data)} bytes, the last in {describe_response(frame)}",
+                )
+            if not last and (len(data) > limit or empty > MOST_EMPTY_SEGMENTS):
+                raise Violation(
+                    UPLOAD_ENDS,
+                    expected=f"a last segment within {limit} bytes",
+                    actual=f"{segments} segments with {len(data)} bytes and none marked as last",
+                )
+        return Uploaded(bytes(data), True, announced, segments)
+
+    def download(
+        self,
+        mux: Multiplexer,
+        data: bytes,
+        *,
+        segmented: bool | None = None,
+        sized: bool = True,
+    ) -> Generator[Request, bytes, None]:
+        """Write an object: expedited where it fits, else in segments.
+
+        ``segmented`` chooses one or the other; ``sized`` says whether the size is indicated.
+        Raises ValueError when the data cannot go as asked.
+        """
+        if segmented is None:
+            segmented = not 1 <= len(data) <= EXPEDITED_LENGTH
+        if segmented:
+            yield from self._download_segments(mux, data, sized=sized)
+            return
+        if not 1 <= len(data) <= EXPEDITED_LENGTH:
+            raise ValueError(f"an expedited download carries 1 to 4 bytes, not {len(data)}")
+        make = DownloadInitiate.with_data if sized else DownloadInitiate.with_uncounted_data
+        self.checks.download_initiate((yield make(mux, data)), mux)
+
+    def _download_segments(
+        self, mux: Multiplexer, data: bytes, *, sized: bool
+    ) -> Generator[Request, bytes, None]:
+        frame = yield DownloadInitiate.with_size(mux, len(data) if sized else None)
+        self.checks.download_initiate(frame, mux)
+        toggle = 0
+        for start in range(0, max(len(data), 1), SEGMENT_LENGTH):
+            chunk = data[start : start + SEGMENT_LENGTH]
+            last = start + SEGMENT_LENGTH >= len(data)
+            frame = yield DownloadSegment.with_data(chunk, toggle=toggle, last=last)
+            self.checks.download_segment(frame, mux, toggle)
+            toggle ^= 1

@@ -1,0 +1,221 @@
+"""SDO messages in words, for failures and traces; and which message a frame in a conversation is."""
+
+from functools import singledispatch
+
+from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    BlockUploadStart,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegment,
+    DownloadSegmentResponse,
+    Request,
+    Response,
+    Unknown,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+    decode_request,
+    decode_response,
+    decode_segment,
+)
+from conformance.sdo.layout import FRAME_LENGTH, Message
+
+
+def hex_bytes(data: bytes) -> str:
+    """Write bytes as the field does: ``40 18 10 01``; ``no data`` for none."""
+    return data.hex(" ").upper() or "no data"
+
+
+def describe(message: Message | Unknown) -> str:
+    """Return one line of words for a message, reserved bits that are set included."""
+    words = _words(message)
+    reserved = message.reserved_fields() if isinstance(message, Message) else []
+    return "; ".join([words, *reserved])
+
+
+def describe_response(frame: bytes) -> str:
+    """Return a server's frame in words, with its bytes."""
+    return f"{describe(decode_response(frame))} [{hex_bytes(frame)}]"
+
+
+@singledispatch
+def _words(message: Message | Unknown) -> str:
+    raise TypeError(f"not an SDO message: {message!r}")
+
+
+@_words.register
+def _(message: DownloadInitiate) -> str:
+    return f"download initiate {message.mux}, {_initiate(message)}"
+
+
+@_words.register
+def _(message: DownloadInitiateResponse) -> str:
+    return f"download initiate response {message.mux}"
+
+
+@_words.register
+def _(message: UploadInitiate) -> str:
+    return f"upload initiate {message.mux}"
+
+
+@_words.register
+def _(message: UploadInitiateResponse) -> str:
+    return f"upload initiate response {message.mux}, {_initiate(message)}"
+
+
+def _initiate(message: DownloadInitiate | UploadInitiateResponse) -> str:
+    if message.expedited:
+        count = f"{4 - message.unused} bytes" if message.sized else "size not indicated"
+        return f"expedited, {count}: {hex_bytes(message.data)}"
+    size = "size not indicated" if message.size is None else f"{message.size} bytes"
+    unused = f", n={message.unused}" if message.unused else ""
+    return f"segmented, {size}{unused}"
+
+
+@_words.register
+def _(message: DownloadSegment) -> str:
+    return f"download segment, {_segment(message)}"
+
+
+@_words.register
+def _(message: UploadSegmentResponse) -> str:
+    return f"upload segment response, {_segment(message)}"
+
+
+def _segment(message: DownloadSegment | UploadSegmentResponse) -> str:
+    last = ", last" if message.last else ""
+    return f"t={message.toggle}{last}, {len(message.data)} bytes: {hex_bytes(message.data)}"
+
+
+@_words.register
+def _(message: DownloadSegmentResponse) -> str:
+    return f"download segment response, t={message.toggle}"
+
+
+@_words.register
+def _(message: UploadSegment) -> str:
+    return f"upload segment request, t={message.toggle}"
+
+
+@_words.register
+def _(message: Abort) -> str:
+    return f"abort {message.mux}, {describe_code(message.code)}"
+
+
+@_words.register
+def _(message: BlockDownloadInitiate) -> str:
+    return f"block download initiate {message.mux}, {_block_initiate(message)}"
+
+
+@_words.register
+def _(message: BlockUploadInitiateResponse) -> str:
+    return f"block upload initiate response {message.mux}, {_block_initiate(message)}"
+
+
+def _block_initiate(message: BlockDownloadInitiate | BlockUploadInitiateResponse) -> str:
+    size = "size not indicated" if message.size is None else f"{message.size} bytes"
+    return f"{size}, {_crc_support(message.crc_supported)}"
+
+
+def _crc_support(supported: bool) -> str:
+    return "with CRC" if supported else "without CRC"
+
+
+@_words.register
+def _(message: BlockDownloadInitiateResponse) -> str:
+    crc = _crc_support(message.crc_supported)
+    return f"block download initiate response {message.mux}, blksize {message.block_size}, {crc}"
+
+
+@_words.register
+def _(message: BlockUploadInitiate) -> str:
+    crc = _crc_support(message.crc_supported)
+    size = f"blksize {message.block_size}, pst {message.threshold}"
+    return f"block upload initiate {message.mux}, {size}, {crc}"
+
+
+@_words.register
+def _(message: BlockSegment) -> str:
+    last = ", last" if message.last else ""
+    return f"block segment {message.sequence}{last}: {hex_bytes(message.payload)}"
+
+
+@_words.register
+def _(message: BlockAck) -> str:
+    return f"block acknowledgement, ackseq {message.sequence}, blksize {message.block_size}"
+
+
+@_words.register
+def _(message: BlockEnd) -> str:
+    return f"block end, n={message.unused}, CRC {message.crc:04X}h"
+
+
+@_words.register
+def _(message: BlockEndResponse) -> str:
+    return "block end response"
+
+
+@_words.register
+def _(message: BlockUploadStart) -> str:
+    return "block upload start"
+
+
+@_words.register
+def _(message: Unknown) -> str:
+    if len(message.frame) != FRAME_LENGTH:
+        return f"{len(message.frame)} bytes instead of 8: {hex_bytes(message.frame)}"
+    return f"command specifier {message.frame[0]:02X}h, which is not defined"
+
+
+class Decoder:
+    """Follows a conversation on one channel, so that it can tell the segments of a block."""
+
+    def __init__(self) -> None:
+        """Start outside any block transfer."""
+        self._client_sends_segments = False
+        self._server_sends_segments = False
+        self._acknowledges_last = False
+        self._last_sequence = 0
+        self._last_marked = False
+
+    def request(self, frame: bytes) -> Request:
+        """Read a frame of the client and follow where it leads."""
+        message = decode_segment(frame) if self._client_sends_segments else decode_request(frame)
+        self._follow(message)
+        if isinstance(message, BlockUploadStart):
+            self._server_sends_segments = True
+        elif isinstance(message, BlockAck):
+            self._server_sends_segments = not self._acknowledges_last
+        return message
+
+    def response(self, frame: bytes) -> Response:
+        """Read a frame of the server and follow where it leads."""
+        message = decode_segment(frame) if self._server_sends_segments else decode_response(frame)
+        self._follow(message)
+        if isinstance(message, BlockDownloadInitiateResponse):
+            self._client_sends_segments = True
+        elif isinstance(message, BlockAck):
+            self._client_sends_segments = not self._acknowledges_last
+        return message
+
+    def _follow(self, message: Request | Response) -> None:
+        if isinstance(message, BlockSegment):
+            self._last_sequence = message.sequence
+            self._last_marked = message.last
+        elif isinstance(message, BlockAck):
+            self._acknowledges_last = self._last_marked and message.sequence == self._last_sequence
+        elif not isinstance(message, Unknown):
+            self._client_sends_segments = self._server_sends_segments = False
+            self._last_sequence = 0
+            self._last_marked = False

@@ -1,0 +1,42 @@
+"""The reference server as a node on the bus: which CAN frames reach it, which it sends."""
+
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.server import Server
+
+REQUEST_BASE = 0x600
+RESPONSE_BASE = 0x580
+ERROR_CONTROL_BASE = 0x700
+BOOT_UP = bytes(1)
+
+
+class Node:
+    """A server behind the default SDO channel: 600h and 580h plus node-ID (CiA 301, 7.3.5)."""
+
+    def __init__(self, node_id: int, server: Server) -> None:
+        """Take the node-ID, 1 to 127."""
+        self.node_id = node_id
+        self.server = server
+        self.request_id = REQUEST_BASE + node_id
+        self.response_id = RESPONSE_BASE + node_id
+
+    def start(self) -> list[CanFrame]:
+        """Return what the node sends on its own when it starts: the boot-up message."""
+        return [CanFrame(ERROR_CONTROL_BASE + self.node_id, BOOT_UP)]
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Take one frame from the bus; return the frames that answer it."""
+        if not self.is_addressed(frame):
+            return []
+        return [self.respond(data) for data in self.server.receive(frame.data)]
+
+    def is_addressed(self, frame: CanFrame) -> bool:
+        """Say whether a frame is a request on this node's channel."""
+        return frame.can_id == self.request_id and not frame.extended and not frame.remote
+
+    def respond(self, data: bytes) -> CanFrame:
+        """Put the data bytes of a response into a frame."""
+        return CanFrame(self.response_id, data)
+
+    def expire(self) -> list[CanFrame]:
+        """Give up a transfer whose client went silent."""
+        return [self.respond(data) for data in self.server.expire()]

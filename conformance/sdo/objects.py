@@ -1,0 +1,158 @@
+"""The reference server's object dictionary: entries, their types, and who may do what to them."""
+
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.layout import Multiplexer
+
+DEFAULT_CAPACITY = 8192
+
+
+class DataType(IntEnum):
+    """The data types of CiA 301 (7.4.7) by their index in the object dictionary."""
+
+    BOOLEAN = 0x01
+    INTEGER8 = 0x02
+    INTEGER16 = 0x03
+    INTEGER32 = 0x04
+    UNSIGNED8 = 0x05
+    UNSIGNED16 = 0x06
+    UNSIGNED32 = 0x07
+    REAL32 = 0x08
+    VISIBLE_STRING = 0x09
+    OCTET_STRING = 0x0A
+    UNICODE_STRING = 0x0B
+    TIME_OF_DAY = 0x0C
+    TIME_DIFFERENCE = 0x0D
+    DOMAIN = 0x0F
+    INTEGER24 = 0x10
+    REAL64 = 0x11
+    INTEGER40 = 0x12
+    INTEGER48 = 0x13
+    INTEGER56 = 0x14
+    INTEGER64 = 0x15
+    UNSIGNED24 = 0x16
+    UNSIGNED40 = 0x18
+    UNSIGNED48 = 0x19
+    UNSIGNED56 = 0x1A
+    UNSIGNED64 = 0x1B
+
+    @property
+    def length(self) -> int | None:
+        """The number of bytes of a value; None for strings and domains, whose length varies."""
+        return _LENGTHS.get(self)
+
+
+_LENGTHS = {
+    DataType.BOOLEAN: 1,
+    DataType.REAL32: 4,
+    DataType.REAL64: 8,
+    DataType.TIME_OF_DAY: 6,
+    DataType.TIME_DIFFERENCE: 6,
+    **{
+        data_type: int(data_type.name.removeprefix("UNSIGNED").removeprefix("INTEGER")) // 8
+        for data_type in DataType
+        if data_type.name.startswith(("UNSIGNED", "INTEGER"))
+    },
+}
+
+
+class Access(StrEnum):
+    """What a client may do to an entry (CiA 306-1)."""
+
+    RW = "rw"
+    RO = "ro"
+    WO = "wo"
+    CONST = "const"
+
+    @property
+    def readable(self) -> bool:
+        """Whether an upload is allowed."""
+        return self is not Access.WO
+
+    @property
+    def writable(self) -> bool:
+        """Whether a download is allowed."""
+        return self in (Access.RW, Access.WO)
+
+
+class Refusal(Exception):
+    """The server aborts with ``code``."""
+
+    def __init__(self, code: AbortCode) -> None:
+        """Take the code that goes into the abort."""
+        super().__init__(code.name)
+        self.code = code
+
+
+@dataclass(slots=True)
+class Entry:
+    """One entry: its value as it goes over the wire, and what may be written.
+
+    ``capacity`` is the most bytes that a string or domain holds; ``low`` and ``high`` are limits
+    of an integer, both included.
+    """
+
+    value: bytes
+    data_type: DataType = DataType.DOMAIN
+    access: Access = Access.RW
+    low: int | None = None
+    high: int | None = None
+    capacity: int = DEFAULT_CAPACITY
+
+    @property
+    def longest(self) -> int:
+        """The most bytes that a value may have."""
+        return self.data_type.length or self.capacity
+
+    @property
+    def shortest(self) -> int:
+        """The fewest bytes that a value may have."""
+        return self.data_type.length or 0
+
+    def check_length(self, length: int) -> None:
+        """Refuse a value of so many bytes when the type does not have it."""
+        if length > self.longest:
+            raise Refusal(AbortCode.LENGTH_TOO_HIGH)
+        if length < self.shortest:
+            raise Refusal(AbortCode.LENGTH_TOO_LOW)
+
+    def check_limits(self, data: bytes) -> None:
+        """Refuse a value outside the limits."""
+        value = int.from_bytes(data, "little", signed=self.data_type.name.startswith("INTEGER"))
+        if self.high is not None and value > self.high:
+            raise Refusal(AbortCode.VALUE_TOO_HIGH)
+        if self.low is not None and value < self.low:
+            raise Refusal(AbortCode.VALUE_TOO_LOW)
+
+
+class ObjectDictionary:
+    """Entries by multiplexer. What does not exist or may not be done is a Refusal."""
+
+    def __init__(self, entries: dict[Multiplexer, Entry]) -> None:
+        """Take the entries as they are: the server writes into them."""
+        self._entries = entries
+        self._indices = {mux.index for mux in entries}
+
+    def find(self, mux: Multiplexer) -> Entry:
+        """Return the entry, or refuse: no such object, or no such sub-index of it."""
+        if mux.index not in self._indices:
+            raise Refusal(AbortCode.OBJECT_MISSING)
+        if mux not in self._entries:
+            raise Refusal(AbortCode.SUB_INDEX_MISSING)
+        return self._entries[mux]
+
+    def readable(self, mux: Multiplexer) -> Entry:
+        """Return the entry to read from, or refuse."""
+        entry = self.find(mux)
+        if not entry.access.readable:
+            raise Refusal(AbortCode.READ_OF_WRITE_ONLY)
+        return entry
+
+    def writable(self, mux: Multiplexer) -> Entry:
+        """Return the entry to write to, or refuse."""
+        entry = self.find(mux)
+        if not entry.access.writable:
+            raise Refusal(AbortCode.WRITE_OF_READ_ONLY)
+        return entry
