@@ -1,4 +1,4 @@
-"""SDO messages in words, for failures and traces; and which message a frame in a conversation is."""
+"""SDO messages in words, for failures and traces; and what each frame of a conversation is."""
 
 from functools import singledispatch
 

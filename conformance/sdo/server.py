@@ -88,7 +88,7 @@ class Server:
         self.transfer = None
         return [abort.encode()]
 
-    def on_wrong_length(self, frame: bytes) -> list[bytes]:  # noqa: ARG002
+    def on_wrong_length(self, frame: bytes) -> list[bytes]:
         """Ignore what is not a frame of 8 bytes."""
         return []
 
@@ -124,12 +124,12 @@ class Server:
             return request.mux
         return self.transfer.mux if self.transfer else NO_MULTIPLEXER
 
-    def on_abort(self, request: Abort) -> list[Response]:  # noqa: ARG002
+    def on_abort(self, request: Abort) -> list[Response]:
         """End the transfer without a word."""
         self.transfer = None
         return []
 
-    def on_unexpected(self, request: Request) -> list[Response]:  # noqa: ARG002
+    def on_unexpected(self, request: Request) -> list[Response]:
         """Refuse what has no meaning here."""
         raise Refusal(AbortCode.COMMAND_NOT_VALID)
 

@@ -1,0 +1,1 @@
+"""A python-can bus as an SDO channel: send, expect, capture; what is wrong with the bench."""

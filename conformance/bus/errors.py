@@ -1,0 +1,104 @@
+"""What can be wrong with the bench, as opposed to the device: each error says what to do.
+
+In the order of a run: the bus cannot be opened (BusNotOpened); the device never answers
+(SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
+or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
+(SecondClient); the device stops answering (DeviceLost); a case would write where nobody allowed
+it (WriteNotPermitted).
+"""
+
+import errno
+
+import can
+
+
+class BenchError(Exception):
+    """The run cannot go on, or its results cannot be trusted; not the device's failure."""
+
+
+class BusNotOpened(BenchError):
+    """The CAN interface does not exist, is not up, or its driver is missing."""
+
+
+class SilentNode(BenchError):
+    """The device did not answer the first request of the run."""
+
+
+class TransmitBufferFull(BenchError):
+    """Frames do not leave the interface."""
+
+
+class InterfaceLost(BenchError):
+    """The interface went down or away in the middle of the run."""
+
+
+class BusOff(BenchError):
+    """The CAN controller gave up because of too many errors."""
+
+
+class FramesDropped(BenchError):
+    """Frames were received and lost before the suite saw them."""
+
+
+class SecondClient(BenchError):
+    """Another SDO client sends requests on the channel under test."""
+
+
+class DeviceLost(BenchError):
+    """The device answered before and does not any more."""
+
+
+class WriteNotPermitted(BenchError):
+    """A request would have written to an object that the user has not named."""
+
+
+_ADVICE = {
+    errno.ENODEV: "Does the interface exist? 'ip link show' lists them.",
+    errno.ENXIO: "Does the interface exist? 'ip link show' lists them.",
+    errno.ENETDOWN: "Bring it up: 'ip link set can0 up type can bitrate 500000'.",
+    errno.EAFNOSUPPORT: "This kernel has no CAN support: load the modules can and can-raw.",
+    errno.EPERM: "This user may not open it: check the permissions.",
+    errno.EACCES: "This user may not open it: check the permissions.",
+}
+
+
+def advice(error: BaseException) -> str:
+    """Say what to try for an error of the operating system or of python-can."""
+    code = error.errno if isinstance(error, OSError) else getattr(error, "error_code", None)
+    return _ADVICE.get(code or 0, "Check the adapter, its driver and its cable.")
+
+
+def buffer_is_full(error: Exception) -> bool:
+    """Say whether sending failed for want of room, which may pass."""
+    code = error.errno if isinstance(error, OSError) else getattr(error, "error_code", None)
+    return code == errno.ENOBUFS or "buffer full" in str(error).lower()
+
+
+def lost(name: str, error: Exception) -> InterfaceLost:
+    """Describe an interface that failed while in use."""
+    return InterfaceLost(f"{name} failed in the middle of the run: {error}. {advice(error)}")
+
+
+# Error frames as SocketCAN writes them (linux/can/error.h).
+_CONTROLLER_PROBLEM = 0x004
+_BUS_OFF = 0x040
+_RECEIVE_OVERFLOW = 0x01
+
+
+def check_error_frame(name: str, message: can.Message) -> None:
+    """Raise BusOff or FramesDropped when an error frame reports one of them."""
+    if message.arbitration_id & _BUS_OFF:
+        raise BusOff(
+            f"{name} went bus-off: the controller saw too many errors. Check bit rate, termination "
+            "and wiring, then restart it: 'ip link set can0 type can restart'."
+        )
+    data = message.data
+    if (
+        message.arbitration_id & _CONTROLLER_PROBLEM
+        and len(data) > 1
+        and data[1] & _RECEIVE_OVERFLOW
+    ):
+        raise FramesDropped(
+            f"{name} lost frames: its receive buffer overflowed. Lower the load of the bus or of "
+            "this machine; results from here on could not be trusted."
+        )

@@ -1,0 +1,80 @@
+"""A node of the reference server on a python-can bus, answering in a thread of its own."""
+
+import threading
+from types import TracebackType
+from typing import Protocol, Self
+
+import can
+
+from conformance.sdo.can_frame import CanFrame
+
+POLL = 0.05
+
+
+class HostedNode(Protocol):
+    """What can be hosted: a node without I/O."""
+
+    def start(self) -> list[CanFrame]:
+        """Return the frames that the node sends when it starts."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Take a frame from the bus; return the answers."""
+
+
+class NodeHost:
+    """Runs a node until it is stopped; a context manager."""
+
+    def __init__(self, bus: can.BusABC, node: HostedNode) -> None:
+        """Take an open bus, which the host closes when it stops."""
+        self._bus = bus
+        self._node = node
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self.run, name="node", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.stop()
+        self._thread.join()
+
+    def stop(self) -> None:
+        """Ask the node to end; safe from a signal handler."""
+        self._stopping.set()
+
+    def run(self) -> None:
+        """Serve until stopped, then close the bus."""
+        try:
+            self._send(self._node.start())
+            while not self._stopping.is_set():
+                message = self._bus.recv(POLL)
+                if message is not None and not message.is_error_frame:
+                    self._send(self._node.receive(_to_frame(message)))
+        finally:
+            self._bus.shutdown()
+
+    def _send(self, frames: list[CanFrame]) -> None:
+        for frame in frames:
+            self._bus.send(
+                can.Message(
+                    arbitration_id=frame.can_id,
+                    data=frame.data,
+                    is_extended_id=frame.extended,
+                )
+            )
+
+
+def _to_frame(message: can.Message) -> CanFrame:
+    return CanFrame(
+        message.arbitration_id,
+        bytes(message.data),
+        message.is_extended_id,
+        message.is_remote_frame,
+        message.dlc if message.is_remote_frame else None,
+    )

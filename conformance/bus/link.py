@@ -1,0 +1,136 @@
+"""One python-can bus: frames out, frames in, each captured with its direction and time."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import can
+
+from conformance.bus.errors import (
+    SecondClient,
+    TransmitBufferFull,
+    buffer_is_full,
+    check_error_frame,
+    lost,
+)
+from conformance.sdo.can_frame import CanFrame
+
+SEND_LIMIT = 1.0
+RETRY_PAUSE = 0.002
+
+
+class Direction(StrEnum):
+    """Who sent a frame: we, or somebody on the bus."""
+
+    SENT = "sent"
+    RECEIVED = "received"
+
+
+@dataclass(frozen=True, slots=True)
+class Captured:
+    """A frame with the time at which this process sent or received it, in seconds since 1970."""
+
+    timestamp: float
+    direction: Direction
+    frame: CanFrame
+
+
+class Link:
+    """A bus in use. Listeners are handed every frame, in order."""
+
+    def __init__(self, bus: can.BusABC, name: str) -> None:
+        """``name`` is what error messages call the bus."""
+        self.name = name
+        self._bus = bus
+        self._listeners: list[Callable[[Captured], None]] = []
+
+    def listen(self, listener: Callable[[Captured], None]) -> None:
+        """Hand every frame from now on to ``listener``."""
+        self._listeners.append(listener)
+
+    def send(self, frame: CanFrame) -> None:
+        """Send one frame; raises TransmitBufferFull or InterfaceLost."""
+        message = can.Message(
+            arbitration_id=frame.can_id,
+            data=None if frame.remote else frame.data,
+            dlc=frame.dlc,
+            is_extended_id=frame.extended,
+            is_remote_frame=frame.remote,
+        )
+        deadline = time.monotonic() + SEND_LIMIT
+        while True:
+            try:
+                self._bus.send(message, timeout=SEND_LIMIT)
+                break
+            except (can.CanError, OSError) as error:
+                if not buffer_is_full(error):
+                    raise lost(self.name, error) from error
+                if time.monotonic() > deadline:
+                    raise TransmitBufferFull(
+                        f"{self.name} did not take a frame for {SEND_LIMIT:g} s: its transmit "
+                        "buffer is full. Is another node on the bus to acknowledge frames, at the "
+                        "same bit rate? A longer queue helps against bursts: "
+                        "'ip link set can0 txqueuelen 1000'."
+                    ) from error
+                # The kernel has no event for room in the queue of the network device.
+                time.sleep(RETRY_PAUSE)
+        self._publish(Captured(time.time(), Direction.SENT, frame))
+
+    def receive(self, timeout: float) -> CanFrame | None:
+        """Return the next frame of another node within ``timeout`` seconds, or None.
+
+        Raises InterfaceLost, BusOff or FramesDropped.
+        """
+        deadline = time.monotonic() + timeout
+        while True:
+            try:
+                message = self._bus.recv(max(0.0, deadline - time.monotonic()))
+            except (can.CanError, OSError) as error:
+                raise lost(self.name, error) from error
+            if message is None:
+                return None
+            if message.is_error_frame:
+                check_error_frame(self.name, message)
+            elif message.is_rx:
+                frame = CanFrame(
+                    message.arbitration_id,
+                    bytes(message.data),
+                    message.is_extended_id,
+                    message.is_remote_frame,
+                    message.dlc if message.is_remote_frame else None,
+                )
+                self._publish(Captured(time.time(), Direction.RECEIVED, frame))
+                return frame
+
+    def watch(self, node_ids: list[int]) -> None:
+        """Let the interface pass only what the run may need, in the kernel where it can.
+
+        That is SDO traffic of all nodes, NMT and error control, everything else that these nodes
+        send by default, and all 29-bit frames: an answer on a wrong identifier must be seen.
+        """
+        filters: list[can.typechecking.CanFilter] = [
+            {"can_id": base, "can_mask": 0x780, "extended": False}
+            for base in (0x000, 0x580, 0x600, 0x700)
+        ]
+        filters += [
+            {"can_id": node_id, "can_mask": 0x07F, "extended": False} for node_id in node_ids
+        ]
+        filters.append({"can_id": 0, "can_mask": 0, "extended": True})
+        self._bus.set_filters(filters)
+
+    def close(self) -> None:
+        """Close the bus."""
+        self._bus.shutdown()
+
+    def _publish(self, captured: Captured) -> None:
+        for listener in self._listeners:
+            listener(captured)
+
+
+def second_client(can_id: int) -> SecondClient:
+    """Describe a frame on our own request identifier that we did not send."""
+    return SecondClient(
+        f"Another node sends SDO requests on {can_id:03X}h while the suite does: the device's "
+        "answers cannot be told apart. Stop the other client (a configuration tool, a PLC)."
+    )

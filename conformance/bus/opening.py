@@ -1,0 +1,75 @@
+"""Opening the bus: the options, else python-can's own configuration, else SocketCAN on can0."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import can
+from can.util import load_config
+
+from conformance.bus.errors import BusNotOpened, advice
+
+DEFAULT_INTERFACE = "socketcan"
+DEFAULT_CHANNEL = "can0"
+
+
+@dataclass(frozen=True, slots=True)
+class BusSettings:
+    """Which bus: what is None comes from python-can's files or environment variables.
+
+    ``bitrate`` is in bits per second; with SocketCAN the interface has its own.
+    """
+
+    interface: str | None = None
+    channel: str | None = None
+    bitrate: int | None = None
+
+    def resolve(self) -> "BusSettings":
+        """Fill in what python-can's own configuration says, then the defaults."""
+        given = {
+            key: value
+            for key, value in (
+                ("interface", self.interface),
+                ("channel", self.channel),
+                ("bitrate", self.bitrate),
+            )
+            if value is not None
+        }
+        try:
+            found: dict[str, Any] = dict(load_config(config=dict(given)))
+        except can.CanInterfaceNotImplementedError as error:
+            if self.interface is not None:
+                raise BusNotOpened(_unknown_interface(self.interface)) from error
+            found = {"interface": DEFAULT_INTERFACE, **given}
+        except (can.CanInitializationError, ValueError) as error:
+            raise BusNotOpened(f"python-can's configuration cannot be read: {error}") from error
+        channel = found.get("channel")
+        if channel is None and found["interface"] == DEFAULT_INTERFACE:
+            channel = DEFAULT_CHANNEL
+        return BusSettings(found["interface"], channel, found.get("bitrate"))
+
+    def __str__(self) -> str:
+        rate = f", {self.bitrate} bit/s" if self.bitrate else ""
+        return f"{self.interface or DEFAULT_INTERFACE} {self.channel or ''}".rstrip() + rate
+
+
+def _unknown_interface(name: str) -> str:
+    known = ", ".join(sorted(can.VALID_INTERFACES))
+    return f"python-can has no interface called {name!r}. It knows: {known}."
+
+
+def open_bus(settings: BusSettings) -> can.BusABC:
+    """Open a bus that was resolved; raises BusNotOpened with what to do."""
+    arguments: dict[str, Any] = {"interface": settings.interface}
+    if settings.channel is not None:
+        arguments["channel"] = settings.channel
+    if settings.bitrate is not None and settings.interface not in ("socketcan", "virtual"):
+        arguments["bitrate"] = settings.bitrate
+    try:
+        return can.Bus(**arguments)
+    except can.CanInterfaceNotImplementedError as error:
+        raise BusNotOpened(
+            f"The interface {settings.interface!r} cannot be used: {error}. "
+            "Is the Python package of its driver installed?"
+        ) from error
+    except (can.CanError, OSError, ValueError, ImportError) as error:
+        raise BusNotOpened(f"{settings} cannot be opened: {error}. {advice(error)}") from error

@@ -1,0 +1,109 @@
+"""The device under test as far as it is known: its objects, their values, its baseline answer."""
+
+from dataclasses import dataclass, field
+
+from conformance.device.objects import KnownObject
+from conformance.device.safety import WritePolicy
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+DEVICE_TYPE = Multiplexer(0x1000)
+IDENTITY_COUNT = Multiplexer(0x1018, 0)
+TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
+IDENTITY_NAMES = {1: "vendor-id", 2: "product-code", 3: "revision-number", 4: "serial-number"}
+
+
+class NotTestable(Exception):
+    """A case needs something that this device description lacks; says what to add."""
+
+
+@dataclass(slots=True)
+class Device:
+    """A node and what the suite learned about it.
+
+    ``values`` holds what each object read at the start of the run: what is put back. The
+    ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
+    byte. It serves as the fence and as the sign of life.
+    """
+
+    node_id: int
+    objects: list[KnownObject] = field(default_factory=list)
+    values: dict[Multiplexer, bytes] = field(default_factory=dict)
+    baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
+    boot_ups: int = 0
+    policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """What 1018h says, by name, as hexadecimal numbers."""
+        found = {}
+        for sub_index, name in IDENTITY_NAMES.items():
+            value = self.values.get(Multiplexer(0x1018, sub_index))
+            if value is not None:
+                found[name] = f"0x{int.from_bytes(value, 'little'):08X}"
+        return found
+
+    def number(self, length: int | None = None) -> KnownObject:
+        """Return a writable number, of so many bytes; by default the first of 4, 2, 1, 8 bytes."""
+        lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
+        for wanted in lengths:
+            for known in self._writable():
+                if known.length == wanted and known.data_type not in _NOT_PLAIN:
+                    return known
+        kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
+            length or 4, "unsigned64"
+        )
+        raise NotTestable(
+            f"needs a writable number of {length or 'any number of'} bytes: name one with its "
+            f"type, for example --object=2001={kind}"
+        )
+
+    def variable(self) -> KnownObject:
+        """Return a writable string or domain."""
+        for known in self._writable():
+            if known.varies:
+                return known
+        raise NotTestable(
+            "needs a writable string or domain: name one with its type, for example "
+            "--object=2010=visible_string"
+        )
+
+    def text(self) -> KnownObject:
+        """Return a writable string: of a domain, an aborted write may leave a part behind."""
+        for known in self._writable():
+            if known.varies and known.data_type is not DataType.DOMAIN:
+                return known
+        raise NotTestable(
+            "needs a writable string: name one with its type, for example "
+            "--object=2010=visible_string"
+        )
+
+    def write_only(self) -> KnownObject:
+        """Return a write-only object."""
+        for known in self.objects:
+            if known.access is Access.WO:
+                return known
+        raise NotTestable(
+            "needs a write-only object: name one, for example --object=2020=unsigned32,wo"
+        )
+
+    def read_only_text(self) -> KnownObject:
+        """Return a read-only object of more than 4 bytes."""
+        for known in self.objects:
+            value = self.values.get(known.mux, b"")
+            if not known.access.writable and len(value) > 4:
+                return known
+        raise NotTestable(
+            "needs a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not; name "
+            "one, for example --object=2021=visible_string,ro"
+        )
+
+    def _writable(self) -> list[KnownObject]:
+        return [
+            known
+            for known in self.objects
+            if known.access is Access.RW and known.mux in self.values
+        ]
+
+
+_NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)

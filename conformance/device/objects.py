@@ -1,0 +1,73 @@
+"""The objects of a device as the suite knows them, and how a user names them on the command line."""
+
+import difflib
+import re
+from dataclasses import dataclass
+from typing import TypeVar
+
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+Value = TypeVar("Value")
+_NAMED = re.compile(
+    r"(?:0x)?(?P<index>[0-9a-f]{4})h?(?::(?:0x)?(?P<sub>[0-9a-f]{1,2})h?)?"
+    r"(?:=(?P<type>[a-z_0-9]+)(?:,(?P<access>[a-z]+))?)?",
+    re.IGNORECASE,
+)
+EXAMPLE = "2001, 2010:01, 2010:01=unsigned16 or 2020=visible_string,rw"
+
+
+class ObjectNameError(ValueError):
+    """An object on the command line that cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownObject:
+    """One entry of the device's object dictionary; a type of None is not known."""
+
+    mux: Multiplexer
+    data_type: DataType | None = None
+    access: Access = Access.RW
+
+    @property
+    def length(self) -> int | None:
+        """The bytes of a value; None when they vary or the type is not known."""
+        return self.data_type.length if self.data_type is not None else None
+
+    @property
+    def varies(self) -> bool:
+        """Whether values of different lengths can be written: strings and domains."""
+        return self.data_type is not None and self.data_type.length is None
+
+    def __str__(self) -> str:
+        return str(self.mux)
+
+
+def parse_object(text: str) -> KnownObject:
+    """Read ``INDEX[:SUB][=TYPE[,ACCESS]]``, index and sub-index in hexadecimal.
+
+    >>> str(parse_object("2010:01=unsigned16"))
+    '2010h:01'
+
+    Raises ObjectNameError with the nearest known name.
+    """
+    match = _NAMED.fullmatch(text.strip())
+    if match is None:
+        raise ObjectNameError(
+            f"{text!r} does not name an object: write INDEX[:SUB][=TYPE[,ACCESS]] in hexadecimal, "
+            f"for example {EXAMPLE}."
+        )
+    mux = Multiplexer(int(match["index"], 16), int(match["sub"] or "0", 16))
+    types = {data_type.name.lower(): data_type for data_type in DataType}
+    data_type = _lookup(types, match["type"], f"type in {text!r}") if match["type"] else None
+    accesses = {access.value: access for access in Access}
+    access = _lookup(accesses, match["access"] or "rw", f"access in {text!r}")
+    return KnownObject(mux, data_type, access)
+
+
+def _lookup(known: dict[str, Value], name: str, what: str) -> Value:
+    if name.lower() in known:
+        return known[name.lower()]
+    near = difflib.get_close_matches(name.lower(), known, n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else f" Known: {', '.join(known)}."
+    raise ObjectNameError(f"There is no {what} called {name!r}.{hint}")

@@ -1,0 +1,52 @@
+"""What may be written: only what the user named, and probes that a device has to refuse."""
+
+from collections.abc import Iterable
+
+from conformance.bus.errors import WriteNotPermitted
+from conformance.sdo.frames import (
+    BlockDownloadInitiate,
+    DownloadInitiate,
+    Request,
+    decode_request,
+)
+from conformance.sdo.layout import Multiplexer
+
+IDENTITY = (0x1000, 0x1008, 0x1009, 0x100A, 0x1018)
+
+
+class WritePolicy:
+    """Decides on every request before it is sent.
+
+    Allowed are the objects that the user named, entries that are read-only by the standard
+    (a probe writes them with the value just read, and a conformant device refuses), and entries
+    that the device has said it does not have.
+    """
+
+    def __init__(self, writable: Iterable[Multiplexer]) -> None:
+        """Take what the user named."""
+        self._writable = frozenset(writable)
+        self._missing: set[Multiplexer] = set()
+
+    def allow_missing(self, mux: Multiplexer) -> None:
+        """Allow writes to an entry that the device does not have."""
+        self._missing.add(mux)
+
+    def permits(self, mux: Multiplexer) -> bool:
+        """Say whether a download to this entry may be sent."""
+        return mux in self._writable or mux in self._missing or mux.index in IDENTITY
+
+    def check(self, frame: bytes) -> None:
+        """Raise WriteNotPermitted for a request that would write elsewhere."""
+        target = written_by(decode_request(frame))
+        if target is not None and not self.permits(target):
+            raise WriteNotPermitted(
+                f"A case was about to write to {target}, which nobody allowed. Allow it with "
+                f"--object={target.index:04X}:{target.sub_index:02X}, or leave the case out."
+            )
+
+
+def written_by(request: Request) -> Multiplexer | None:
+    """Return the entry that a request starts to write, if it does."""
+    if isinstance(request, DownloadInitiate | BlockDownloadInitiate):
+        return request.mux
+    return None

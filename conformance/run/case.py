@@ -1,0 +1,76 @@
+"""How a function becomes a case: its id, clause and level stand above it, its sentence in it.
+
+    @must("segmented-upload.size", clause="7.2.4.3.7", size=[8, 14])
+    def test_size(sdo, device, size):
+        '''An upload delivers the bytes of the object.'''
+
+is two cases, ``segmented-upload.size[8]`` and ``segmented-upload.size[14]``.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from inspect import getdoc
+from typing import Any, TypeVar
+
+from conformance.sdo.rules import Level, Rule
+
+Function = TypeVar("Function", bound=Callable[..., None])
+Values = Mapping[str, Any] | Sequence[Any]
+ATTRIBUTE = "conformance_case"
+
+
+@dataclass(frozen=True, slots=True)
+class CaseInfo:
+    """What the decorator said: the rule, and the values for which the case is run."""
+
+    rule: Rule
+    argument: str | None = None
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def variations(self) -> list[tuple[str, dict[str, Any]]]:
+        """Return each case's id and arguments."""
+        if self.argument is None:
+            return [(self.rule.id, {})]
+        return [
+            (f"{self.rule.id}[{label}]", {self.argument: value})
+            for label, value in self.values.items()
+        ]
+
+
+def must(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+    """Mark a case whose breach fails a device.
+
+    ``each`` is at most one argument with its values: a sequence, or a mapping from label to value.
+    """
+    return _case(Level.MUST, id_, clause, each)
+
+
+def should(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+    """Mark a case whose breach fails a device only with --strict."""
+    return _case(Level.SHOULD, id_, clause, each)
+
+
+def may(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+    """Mark a case on what the specification leaves open; it fails for what no choice allows."""
+    return _case(Level.MAY, id_, clause, each)
+
+
+def _case(
+    level: Level, id_: str, clause: str, each: dict[str, Values]
+) -> Callable[[Function], Function]:
+    def mark(function: Function) -> Function:
+        sentence = " ".join((getdoc(function) or "").split())
+        rule = Rule(id_, clause, level, sentence)
+        argument, values = next(iter(each.items()), (None, {}))
+        if not isinstance(values, Mapping):
+            values = {str(value): value for value in values}
+        setattr(function, ATTRIBUTE, CaseInfo(rule, argument, dict(values)))
+        return function
+
+    return mark
+
+
+def case_info(function: object) -> CaseInfo | None:
+    """Return what the decorator said, or None for an ordinary function."""
+    info = getattr(function, ATTRIBUTE, None)
+    return info if isinstance(info, CaseInfo) else None
