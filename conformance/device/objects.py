@@ -1,4 +1,4 @@
-"""The objects of a device as the suite knows them, and how a user names them on the command line."""
+"""The objects of a device as the suite knows them, and how users name them on a command line."""
 
 import difflib
 import re

@@ -9,7 +9,7 @@ from conformance.sdo.frames import (
     Request,
     decode_request,
 )
-from conformance.sdo.layout import Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 
 IDENTITY = (0x1000, 0x1008, 0x1009, 0x100A, 0x1018)
 
@@ -36,8 +36,8 @@ class WritePolicy:
         return mux in self._writable or mux in self._missing or mux.index in IDENTITY
 
     def check(self, frame: bytes) -> None:
-        """Raise WriteNotPermitted for a request that would write elsewhere."""
-        target = written_by(decode_request(frame))
+        """Raise WriteNotPermitted for a request that would write elsewhere, short ones included."""
+        target = written_by(decode_request(frame.ljust(FRAME_LENGTH, b"\0")))
         if target is not None and not self.permits(target):
             raise WriteNotPermitted(
                 f"A case was about to write to {target}, which nobody allowed. Allow it with "

@@ -1,10 +1,8 @@
 """What a case found: verdicts, the second axis, and results as the reports take them."""
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
-
-from conformance.bus.link import Captured
-from conformance.sdo.rules import Rule
+from typing import Any, Self
 
 
 class Verdict(StrEnum):
@@ -20,7 +18,7 @@ class Verdict(StrEnum):
 
 
 class Afterwards(StrEnum):
-    """How the case left the server."""
+    """How a case left the server."""
 
     IDLE = "idle"
     NEEDED_ABORT = "needed an abort"
@@ -34,20 +32,42 @@ class Unimplemented(Exception):
 
 @dataclass(slots=True)
 class CaseResult:
-    """One case on one device: what was required, what happened, and the frames."""
+    """One case on one device: what was required, what happened, and the frames.
+
+    Times are in seconds: ``duration`` of the case, the longest ``latency`` of an answer, and what
+    was ``waited`` for answers that did not come. ``trace`` holds the decoded frames, a line each,
+    ``reproduce`` the commands that send the requests again.
+    """
 
     case_id: str
     service: str
-    rule: Rule
     node_id: int
+    level: str
+    clause: str
+    requirement: str
     verdict: Verdict = Verdict.PASS
+    broken_rule: str = ""
     expected: str = ""
     actual: str = ""
-    broken_rule: str = ""
-    notes: list[str] = field(default_factory=list)
     afterwards: Afterwards = Afterwards.UNKNOWN
-    frames: list[Captured] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    trace: list[str] = field(default_factory=list)
+    reproduce: list[str] = field(default_factory=list)
     duration: float = 0.0
     latency: float = 0.0
     waited: float = 0.0
-    text: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the result as plain values that JSON can hold."""
+        values = asdict(self)
+        values["verdict"] = self.verdict.value
+        values["afterwards"] = self.afterwards.value
+        return values
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Self:
+        """Read what ``as_dict`` returned."""
+        result = cls(**values)
+        result.verdict = Verdict(result.verdict)
+        result.afterwards = Afterwards(result.afterwards)
+        return result

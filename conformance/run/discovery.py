@@ -1,0 +1,120 @@
+"""The beginning of a run: does the node answer, what is it, what do the named objects hold?"""
+
+from conformance.bus.channel import BOOT_UP, ERROR_CONTROL_BASE, Channel
+from conformance.bus.errors import SilentNode
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
+from conformance.device.objects import KnownObject
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.frames import (
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+    decode_response,
+)
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.objects import Access, DataType
+from conformance.sdo.rules import Level, Rule, Violation
+
+SANITY_ATTEMPTS = 3
+MOST_SEGMENTS = 8
+_READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
+
+
+def discover(channel: Channel, device: Device) -> None:
+    """Fill in the device's baseline, identity, texts and the values of its objects.
+
+    Only reads. What cannot be read stays unknown: the cases will say what is wrong with it.
+    Raises SilentNode when nothing answers.
+    """
+    record_baseline(channel, device)
+    sdo = Dialogue(channel, device, _READING, seed=0)
+    device.objects.append(KnownObject(DEVICE_TYPE, DataType.UNSIGNED32, Access.CONST))
+    for sub_index in (0, *IDENTITY_NAMES):
+        data_type = DataType.UNSIGNED32 if sub_index else DataType.UNSIGNED8
+        mux = Multiplexer(IDENTITY_COUNT.index, sub_index)
+        _learn(sdo, KnownObject(mux, data_type, Access.CONST))
+    known = {entry.mux for entry in device.objects}
+    for mux in TEXTS:
+        if mux not in known:
+            text = KnownObject(mux, DataType.VISIBLE_STRING, Access.CONST)
+            if _learn(sdo, text):
+                device.objects.append(text)
+    for entry in device.objects:
+        if entry.access.readable:
+            _learn(sdo, entry)
+
+
+def record_baseline(channel: Channel, device: Device) -> None:
+    """Read 1000h and keep the exchange, byte by byte; raises SilentNode."""
+    for _ in range(SANITY_ATTEMPTS):
+        # Ends what an earlier client may have left running.
+        channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        if _exchange(channel, device, UploadInitiate(DEVICE_TYPE)):
+            return
+    raise SilentNode(_silence(channel))
+
+
+def _exchange(channel: Channel, device: Device, request: Message) -> bool:
+    device.baseline.clear()
+    for position in range(MOST_SEGMENTS):
+        sent = request.encode()
+        channel.send(sent)
+        frame = channel.receive()
+        if frame is None:
+            return False
+        device.baseline.append((sent, frame.data))
+        match decode_response(frame.data):
+            case UploadInitiateResponse(expedited=False) | UploadSegmentResponse(last=False):
+                request = UploadSegment(toggle=position % 2)
+            case _:
+                break
+    return True
+
+
+def _learn(sdo: Dialogue, known: KnownObject) -> bool:
+    try:
+        sdo.device.values[known.mux] = sdo.upload(known)
+    except (Violation, ServerAborted):
+        # A device that answers badly here is tested all the same.
+        sdo.end_transfer()
+        sdo.drain()
+        return False
+    return True
+
+
+def _silence(channel: Channel) -> str:
+    timeout = channel.response_timeout * 1000
+    heard = list(channel.overheard)
+    alive = sorted(
+        {
+            frame.can_id - ERROR_CONTROL_BASE
+            for frame in heard
+            if ERROR_CONTROL_BASE < frame.can_id < ERROR_CONTROL_BASE + 0x80
+        }
+    )
+    booted = [
+        frame.can_id - ERROR_CONTROL_BASE
+        for frame in heard
+        if frame.can_id & ~0x7F == ERROR_CONTROL_BASE and frame.data == BOOT_UP
+    ]
+    lines = [
+        f"Node {channel.node_id} does not answer.",
+        f"  sent: {SANITY_ATTEMPTS} times a read of 1000h on {channel.request_id:03X}h "
+        f"({channel.request_id:03X}#{UploadInitiate(DEVICE_TYPE).encode().hex().upper()}), "
+        f"waiting {timeout:g} ms for {channel.response_id:03X}h each time",
+        f"  heard: {len(heard)} other frames"
+        + (f"; nodes with heartbeat or boot-up: {', '.join(map(str, alive))}" if alive else "")
+        + (f"; booted just now: {', '.join(map(str, booted))}" if booted else ""),
+    ]
+    lines += [f"    {frame}" for frame in heard[-5:]]
+    lines.append(
+        "  check: power and wiring, the bit rate (the same on all nodes), termination (60 ohm "
+        "between CAN_H and CAN_L), the node-ID, and the NMT state (in Stopped a device must not "
+        "answer)"
+        if not alive
+        else f"  check: is the node-ID {channel.node_id} right, is that node in NMT state Stopped?"
+    )
+    return "\n".join(lines)

@@ -1,0 +1,185 @@
+"""A run against one device: cases begin and end here, and here it is decided what they found."""
+
+import time
+from dataclasses import dataclass, field
+
+from conformance.bus.channel import Channel
+from conformance.bus.errors import BenchError
+from conformance.bus.link import Captured
+from conformance.device.device import Device, NotTestable
+from conformance.run.afterwards import Restorer, leave
+from conformance.run.dialogue import Dialogue
+from conformance.run.evidence import cansend_lines, trace_lines
+from conformance.run.verdict import Afterwards, CaseResult, Unimplemented, Verdict
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import describe_response
+from conformance.sdo.rules import FILLER, NOT_REFUSED, RESERVED, Level, Rule, Violation
+
+INCIDENTAL = (RESERVED, FILLER)
+REBOOTED = Rule(
+    "server.no-reboot", "7.3.2.2.1", Level.MUST, "No SDO request makes a device start again."
+)
+MOST_INCIDENTS = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """Something that a device did wrong beside the point of the case in which it was seen."""
+
+    case_id: str
+    violation: Violation
+
+
+@dataclass(slots=True)
+class WholeRun:
+    """What the cases of a run saw on the way, to be judged at its end.
+
+    ``incidents`` are reserved fields and filler bytes that are not 0; ``late`` are responses that
+    came after the case in which they could have been asked for.
+    """
+
+    incidents: list[Incident] = field(default_factory=list)
+    late: list[Incident] = field(default_factory=list)
+
+
+class DeviceSession:
+    """One device in one run."""
+
+    def __init__(
+        self, channel: Channel, device: Device, *, seed: int, cansend_channel: str
+    ) -> None:
+        """Take a device that was discovered."""
+        self.channel = channel
+        self.device = device
+        self.whole_run = WholeRun()
+        self.restorer = Restorer(device)
+        self.lost = False
+        self._seed = seed
+        self._cansend_channel = cansend_channel
+        self._frames: list[Captured] = []
+        self._last_case = "the beginning of the run"
+        channel.link.listen(self._capture)
+        channel.on_boot_up = self._count_boot_up
+
+    def _capture(self, captured: Captured) -> None:
+        self._frames.append(captured)
+
+    def _count_boot_up(self) -> None:
+        self.device.boot_ups += 1
+
+    def begin(self, case_id: str, service: str, rule: Rule) -> "CaseRun":
+        """Start a case: what is still in the queue belongs to the one before."""
+        sdo = Dialogue(self.channel, self.device, rule, self._seed)
+        for frame in sdo.drain():
+            late = Violation(
+                rule, expected="nothing", actual=describe_response(frame.data) + f" ({frame})"
+            )
+            self.whole_run.late.append(Incident(self._last_case, late))
+        self._frames.clear()
+        self._last_case = case_id
+        result = CaseResult(
+            case_id, service, self.device.node_id, rule.level, rule.clause, rule.sentence
+        )
+        return CaseRun(self, sdo, result)
+
+    def frames(self) -> list[Captured]:
+        """Return the frames of the running case."""
+        return self._frames
+
+    def trace(self) -> list[str]:
+        """Return the decoded frames of the running case."""
+        return trace_lines(self._frames, self.channel.request_id, self.channel.response_id)
+
+    def reproduce(self) -> list[str]:
+        """Return the commands that repeat what the running case sent."""
+        return cansend_lines(self._frames, self._cansend_channel)
+
+
+class CaseRun:
+    """A case that is running."""
+
+    def __init__(self, session: DeviceSession, sdo: Dialogue, result: CaseResult) -> None:
+        """Start the clock of the case."""
+        self.sdo = sdo
+        self.result = result
+        self._session = session
+        self._boot_ups = session.device.boot_ups
+        self._begin = time.monotonic()
+
+    def conclude(self, error: BaseException | None) -> CaseResult:
+        """Judge what happened, leave the server idle and the values as they were.
+
+        ``error`` is what ended the case. A bench error makes the verdict; nothing excuses it.
+        """
+        result = self.result
+        self._judge(error)
+        if not isinstance(error, BenchError):
+            try:
+                self._leave()
+            except BenchError as bench_error:
+                self._judge(bench_error)
+        # The wait for answers that did not come is the price of a silent device.
+        result.waited = self.sdo.waited
+        result.latency = self.sdo.latency
+        result.duration = time.monotonic() - self._begin
+        result.notes += self.sdo.notes
+        result.trace = self._session.trace()
+        result.reproduce = self._session.reproduce()
+        return result
+
+    def _judge(self, error: BaseException | None) -> None:
+        result = self.result
+        match error:
+            case None:
+                self._judge_minor()
+            case Violation():
+                self._breach(error)
+            case ServerAborted():
+                actual = describe_response(error.abort.encode())
+                self._breach(Violation(NOT_REFUSED, expected="a positive answer", actual=actual))
+            case NotTestable():
+                result.verdict, result.actual = Verdict.NOT_TESTABLE, str(error)
+            case Unimplemented():
+                result.verdict, result.actual = Verdict.UNIMPLEMENTED, str(error)
+            case BenchError():
+                result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
+            case _:
+                result.verdict, result.actual = Verdict.FAIL, f"{type(error).__name__}: {error}"
+
+    def _judge_minor(self) -> None:
+        for violation in self.sdo.minor:
+            if violation.rule not in INCIDENTAL:
+                self._breach(violation)
+        if self.result.verdict is Verdict.PASS and self.sdo.notes:
+            self.result.verdict = Verdict.INFO
+
+    def _breach(self, violation: Violation) -> None:
+        """Take a breach for the verdict; the first one that fails the case counts."""
+        result = self.result
+        if result.verdict is Verdict.FAIL:
+            result.notes.append(f"also {violation}")
+            return
+        soft = violation.rule.level is Level.SHOULD
+        result.verdict = Verdict.NON_STRICT if soft else Verdict.FAIL
+        result.broken_rule = f"{violation.rule.id}: {violation.rule.sentence}"
+        result.expected, result.actual = violation.expected, violation.actual
+
+    def _leave(self) -> None:
+        session = self._session
+        leaving = leave(self.sdo)
+        self.result.afterwards = leaving.afterwards
+        if leaving.violation is not None:
+            self._breach(leaving.violation)
+        if session.device.boot_ups > self._boot_ups:
+            self._breach(
+                Violation(REBOOTED, expected="no boot-up message", actual="the device booted")
+            )
+        if leaving.afterwards is Afterwards.LOST:
+            session.lost = True
+        else:
+            session.restorer.restore(self.sdo)
+        kept = MOST_INCIDENTS - len(session.whole_run.incidents)
+        incidental = [found for found in self.sdo.minor if found.rule in INCIDENTAL]
+        session.whole_run.incidents += [
+            Incident(self.result.case_id, found) for found in incidental[:kept]
+        ]

@@ -1,0 +1,188 @@
+"""The lowest layer of a case: one request out, one response in, nothing else in between.
+
+Every response is held to the shape that any response must have. What comes although nothing was
+asked is a breach of its own. That a frame must *not* be answered is proven by a fence, never by
+waiting: the read of 1000h that the run began with is sent behind it, and only its answer may come.
+"""
+
+import time
+
+from conformance.bus.channel import Channel
+from conformance.bus.errors import DeviceLost
+from conformance.device.device import Device
+from conformance.run.tracker import TransferTracker
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.describe import describe, describe_response, hex_bytes
+from conformance.sdo.frames import Message, Unknown, decode_request
+from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, UNSOLICITED, Violation
+
+MOST_STRAY = 16
+
+
+class Wire:
+    """A channel to a device within one case."""
+
+    def __init__(self, channel: Channel, device: Device) -> None:
+        """Start with no transfer open."""
+        self.channel = channel
+        self.device = device
+        self.tracker = TransferTracker()
+        self.latency = 0.0
+        self.waited = 0.0
+        self._last_sent = "the frame"
+        self._sent_at = 0.0
+        channel.overheard.clear()
+
+    # One frame at a time
+
+    def send(self, request: Message | Unknown | bytes) -> None:
+        """Send a request: a message, or 0 to 8 data bytes as they are.
+
+        Raises WriteNotPermitted for one that would write where the user has not allowed it.
+        """
+        data = request if isinstance(request, bytes) else request.encode()
+        self.device.policy.check(data)
+        self.tracker.request(data)
+        self._last_sent = describe(decode_request(data))
+        self._sent_at = time.monotonic()
+        self.channel.send(data)
+
+    def send_frame(self, frame: CanFrame) -> None:
+        """Send any CAN frame, a request or not."""
+        self.device.policy.check(frame.data)
+        self._last_sent = str(frame)
+        self._sent_at = time.monotonic()
+        self.channel.send_frame(frame)
+
+    def receive(self) -> bytes:
+        """Return the data bytes of the next response, which has to come.
+
+        Raises Violation when none comes in time, or one that has not the shape of a response.
+        """
+        frame = self._next()
+        if frame is None:
+            raise Violation(
+                ANSWERED,
+                expected=f"an answer to: {self._last_sent}",
+                actual=f"nothing within {self.channel.response_timeout * 1000:g} ms"
+                + self._heard_elsewhere(),
+            )
+        return self._take(frame)
+
+    def _next(self, timeout: float | None = None) -> CanFrame | None:
+        begin = time.monotonic()
+        frame = self.channel.receive(timeout)
+        now = time.monotonic()
+        if frame is None:
+            self.waited += now - begin
+        else:
+            self.latency = max(self.latency, now - self._sent_at)
+        return frame
+
+    def _take(self, frame: CanFrame) -> bytes:
+        check_shape(frame)
+        self.tracker.response(frame.data)
+        return frame.data
+
+    def _heard_elsewhere(self) -> str:
+        heard = [str(frame) for frame in self.channel.overheard if frame.dlc == FRAME_LENGTH]
+        return f"; heard on other identifiers: {', '.join(heard[-3:])}" if heard else ""
+
+    # Proof that nothing was answered
+
+    def fence(self) -> list[bytes]:
+        """Read 1000h and return what came before its answer."""
+        stray: list[bytes] = []
+        self._send_baseline(0)
+        retried = False
+        while True:
+            frame = self._next()
+            if frame is None:
+                # One request right behind another may get lost in a small device (a read is
+                # harmless to repeat); one that follows silence may not.
+                if retried or stray:
+                    raise Violation(
+                        ANSWERED,
+                        expected="an answer to the read of 1000h that follows",
+                        actual="; ".join(["no answer", *map(describe_response, stray)]),
+                    )
+                retried = True
+                self._send_baseline(0)
+                continue
+            data = self._take(frame)
+            if data == self.device.baseline[0][1]:
+                break
+            stray.append(data)
+            if len(stray) > MOST_STRAY:
+                raise _unsolicited(stray)
+        for request, due in self.device.baseline[1:]:
+            self.send(request)
+            data = self.receive()
+            if data != due:
+                raise Violation(
+                    UNSOLICITED, expected=hex_bytes(due), actual=describe_response(data)
+                )
+        return stray
+
+    def _send_baseline(self, position: int) -> None:
+        self.send(self.device.baseline[position][0])
+
+    def reaction(self) -> bytes | None:
+        """Return the answer to what was sent last, or None when there was none.
+
+        Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
+        Raises Violation when more than one answer came.
+        """
+        if self.tracker.open is not None:
+            self.end_transfer()
+        stray = self.fence()
+        if len(stray) > 1:
+            raise _unsolicited(stray, "one answer at most")
+        return stray[0] if stray else None
+
+    def end_transfer(self) -> None:
+        """Abort the open transfer from the client's side; a server never answers that."""
+        mux = self.tracker.open
+        if mux is not None:
+            self.channel.abort(mux, AbortCode.GENERAL_ERROR)
+            self.tracker.open = None
+
+    def drain(self) -> list[CanFrame]:
+        """Return the responses that are there though nothing was asked."""
+        found = []
+        while (frame := self.channel.receive(0)) is not None:
+            found.append(frame)
+        return found
+
+    def lost(self) -> DeviceLost:
+        """Describe a device that stopped answering."""
+        return DeviceLost(
+            f"Node {self.device.node_id} answered before and does not any more, not even a read of "
+            "1000h after an abort. Reset or power-cycle it; the cases before this one show what "
+            "was sent to it last."
+        )
+
+
+def check_shape(frame: CanFrame) -> None:
+    """Raise Violation unless a frame is a data frame of 8 bytes with an 11-bit identifier."""
+    wrong = []
+    if frame.extended:
+        wrong.append("a 29-bit identifier")
+    if frame.remote:
+        wrong.append("a remote frame")
+    if frame.dlc != FRAME_LENGTH:
+        wrong.append(f"DLC {frame.dlc}")
+    if wrong:
+        raise Violation(
+            FRAME_SHAPE,
+            expected=f"a data frame of 8 bytes on {frame.can_id:03X}h with an 11-bit identifier",
+            actual=f"{frame} ({', '.join(wrong)})",
+        )
+
+
+def _unsolicited(frames: list[bytes], expected: str = "no answer") -> Violation:
+    return Violation(
+        UNSOLICITED, expected=expected, actual="; ".join(map(describe_response, frames))
+    )
