@@ -1,0 +1,88 @@
+"""How cases become pytest items: named by their id, one for each variation and device."""
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conformance.run.case import CaseInfo, case_info
+
+_BESIDE = Path(__file__).parent / "cases"
+CASES = _BESIDE if _BESIDE.is_dir() else Path(__file__).parent.parent / "cases"
+WHOLE_RUN = "whole_run"
+
+
+class CaseModule(pytest.Module):
+    """A file of cases; it has the same node-ID wherever the suite is installed."""
+
+
+class CaseFunction(pytest.Function):
+    """One case on one device."""
+
+    case: CaseInfo
+    case_id: str
+    node_id: int
+
+    @property
+    def service(self) -> str:
+        """The service of the protocol that the file is about."""
+        return self.path.stem.removeprefix("test_").replace("_", " ")
+
+    def __repr__(self) -> str:
+        rule = self.case.rule
+        return f"<Case {self.name}  {rule.level}  clause {rule.clause}>"
+
+
+def case_files() -> list[Path]:
+    """Return the files of the cases that come with the suite."""
+    return sorted(CASES.glob("test_*.py"))
+
+
+def make_module(path: Path, parent: pytest.Collector) -> pytest.Module | None:
+    """Return the collector for a file of the suite's own cases, None for any other file."""
+    if path.parent != CASES:
+        return None
+    return CaseModule.from_parent(parent, path=path, nodeid=f"cases/{path.name}")
+
+
+def make_items(
+    collector: pytest.Collector, function: object, node_ids: list[int]
+) -> list[CaseFunction] | None:
+    """Return the items of a function that is marked as a case, None for any other."""
+    info = case_info(function)
+    if info is None:
+        return None
+    return list(_items(collector, function, info, node_ids))
+
+
+def _items(
+    collector: pytest.Collector, function: Any, info: CaseInfo, node_ids: list[int]
+) -> Iterator[CaseFunction]:
+    for node_id in node_ids:
+        for case_id, arguments in info.variations():
+            call = partial(function, **arguments)
+            call.__doc__ = function.__doc__  # what --collect-only -v shows
+            suffix = f"@{node_id}" if len(node_ids) > 1 else ""
+            item = CaseFunction.from_parent(
+                collector,
+                name=case_id + suffix,
+                callobj=call,
+                originalname=function.__name__,
+            )
+            item.case, item.case_id, item.node_id = info, case_id, node_id
+            # All cases of a device have to stay on one worker of pytest-xdist.
+            item.add_marker(pytest.mark.xdist_group(f"node-{node_id}"))
+            yield item
+
+
+def ordered(items: Iterable[pytest.Item]) -> list[pytest.Item]:
+    """Sort items: device by device, and what judges a whole run behind its other cases."""
+
+    def place(item: pytest.Item) -> tuple[int, bool]:
+        if not isinstance(item, CaseFunction):
+            return (0, False)
+        return (item.node_id, WHOLE_RUN in item.fixturenames)
+
+    return sorted(items, key=place)

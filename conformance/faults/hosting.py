@@ -1,0 +1,15 @@
+"""The built-in device on python-can's virtual bus: what the self-test talks to."""
+
+import can
+
+from conformance.bus.host import NodeHost
+from conformance.faults.registry import build_node
+
+
+def virtual_host(channel: str, node_id: int, server: str | None) -> NodeHost:
+    """Return a host for the reference server, or the fault or variant of that name.
+
+    Raises UnknownServer.
+    """
+    node = build_node(server, node_id)
+    return NodeHost(can.Bus(interface="virtual", channel=channel), node)

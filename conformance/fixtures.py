@@ -1,0 +1,81 @@
+"""What a case, or a user's own test, may ask for."""
+
+from collections.abc import Callable
+
+import pytest
+
+from conformance.device.device import Device, NotTestable
+from conformance.device.objects import KnownObject
+from conformance.run.dialogue import Dialogue
+from conformance.run.session import DeviceSession, WholeRun
+from conformance.run.verdict import Verdict
+from conformance.state import CASE_RUN, STATE, case_of
+
+
+@pytest.fixture
+def device_session(request: pytest.FixtureRequest) -> DeviceSession:
+    """The device of this case within the run."""
+    state = request.config.stash.get(STATE, None)
+    if state is None:
+        raise pytest.UsageError(
+            "This test talks to a device: say which one with --node-id=N, or use --self-test."
+        )
+    return state.session(case_of(request.node).node_id)
+
+
+@pytest.fixture
+def device(device_session: DeviceSession) -> Device:
+    """What is known of the device."""
+    return device_session.device
+
+
+@pytest.fixture
+def sdo(request: pytest.FixtureRequest, device_session: DeviceSession) -> Dialogue:
+    """The conversation with the device; afterwards it is left idle and its values as they were."""
+    case = case_of(request.node)
+    run = device_session.begin(case.case_id, case.service, case.rule)
+    request.node.stash[CASE_RUN] = run
+    return run.sdo
+
+
+@pytest.fixture
+def whole_run(device_session: DeviceSession) -> WholeRun:
+    """What all cases before this one saw on the way."""
+    return device_session.whole_run
+
+
+@pytest.fixture
+def number(device: Device) -> KnownObject:
+    """A writable number."""
+    return _role(device.number)
+
+
+@pytest.fixture
+def variable(device: Device) -> KnownObject:
+    """A writable string or domain."""
+    return _role(device.variable)
+
+
+@pytest.fixture
+def text(device: Device) -> KnownObject:
+    """A writable string."""
+    return _role(device.text)
+
+
+@pytest.fixture
+def write_only(device: Device) -> KnownObject:
+    """A write-only object."""
+    return _role(device.write_only)
+
+
+@pytest.fixture
+def read_only_text(device: Device) -> KnownObject:
+    """A read-only object of more than 4 bytes."""
+    return _role(device.read_only_text)
+
+
+def _role(find: Callable[[], KnownObject]) -> KnownObject:
+    try:
+        return find()
+    except NotTestable as missing:
+        pytest.skip(f"{Verdict.NOT_TESTABLE}: {missing}")

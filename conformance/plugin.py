@@ -1,0 +1,70 @@
+"""The pytest plugin: options, header, collection. What happens in a run is in ``running``."""
+
+from pathlib import Path
+
+import pytest
+
+from conformance import __version__, fixtures
+from conformance.collection import CaseFunction, case_files, make_items, make_module, ordered
+from conformance.options import add_options, read_options
+from conformance.running import Running
+from conformance.state import STATE, RunState
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Declare the options."""
+    add_options(parser)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Read the options; without a path, run the suite's own cases."""
+    config.addinivalue_line("markers", "xdist_group(name): cases of one device stay together")
+    config.pluginmanager.register(fixtures, "conformance-fixtures")
+    options = read_options(config)
+    if options is None:
+        return
+    state = RunState(options)
+    config.stash[STATE] = state
+    config.pluginmanager.register(Running(config, state), "conformance-running")
+    if config.args_source is not pytest.Config.ArgsSource.ARGS:
+        config.args = [str(path) for path in case_files()]
+    if config.getoption("dist", default="no") != "no":
+        config.option.dist = "loadgroup"
+
+
+def pytest_report_header(config: pytest.Config) -> list[str]:
+    """Say what is tested, over what, with what."""
+    state = config.stash.get(STATE, None)
+    if state is None:
+        return []
+    run = state.options.run
+    target = f"node {', '.join(map(str, run.node_ids))} on {run.bus}"
+    if state.options.self_test:
+        target = f"built-in {state.options.server or 'reference server'}, {target}"
+    rate = f"{run.bus.bitrate} bit/s" if run.bus.bitrate else "as the interface is set"
+    return [
+        f"conformance: {__version__}, target: {target}",
+        f"conformance: bit rate: {rate}, response time-out: {run.response_timeout * 1000:g} ms, "
+        f"seed: {run.seed}, strict: {'yes' if state.options.strict else 'no'}",
+    ]
+
+
+def pytest_pycollect_makemodule(
+    module_path: Path, parent: pytest.Collector
+) -> pytest.Module | None:
+    """Collect the suite's own files under stable names."""
+    return make_module(module_path, parent)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pycollect_makeitem(
+    collector: pytest.Collector, obj: object
+) -> list[CaseFunction] | None:
+    """Turn marked functions into cases."""
+    state = collector.config.stash.get(STATE, None)
+    return make_items(collector, obj, state.options.run.node_ids if state else [0])
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Order the cases."""
+    items[:] = ordered(items)

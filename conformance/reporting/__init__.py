@@ -1,0 +1,1 @@
+"""Writers: what a run found goes into files."""

@@ -1,0 +1,81 @@
+"""junit.xml in the strict form that Jenkins reads: one suite per service of the protocol.
+
+The junit-xml package builds the tree. The schema of Jenkins' xUnit plugin knows less than the
+package writes: no ``disabled`` attributes, no properties on a case; what has no place there goes
+into the properties of the suite or the output of the case.
+"""
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from junit_xml import TestCase, TestSuite
+
+from conformance.reporting.text import xml_text
+from conformance.run.evidence import evidence_text
+from conformance.run.verdict import CaseResult, Verdict
+
+_SUITE_ATTRIBUTES = {"name", "tests", "failures", "errors", "skipped", "time", "timestamp"}
+_CASE_ATTRIBUTES = {"name", "classname", "time"}
+
+
+def write_junit(
+    path: Path,
+    results: Sequence[CaseResult],
+    properties: Mapping[str, str],
+    *,
+    timestamp: str,
+    strict: bool = False,
+) -> None:
+    """Write the results; ``properties`` describe device and run and stand in every suite.
+
+    ``strict`` counts what is not strictly conformant as failed, as the run did.
+    """
+    root = ElementTree.Element("testsuites", name="CANopen SDO conformance")
+    clean = {xml_text(name): xml_text(value) for name, value in properties.items()}
+    for service in dict.fromkeys(result.service for result in results):
+        own = [result for result in results if result.service == service]
+        suite = TestSuite(
+            xml_text(service),
+            [_case(result, strict) for result in own],
+            timestamp=timestamp,
+            properties=clean,
+        )
+        element = suite.build_xml_doc()
+        _keep(element, _SUITE_ATTRIBUTES)
+        element.set("time", f"{sum(result.duration for result in own):.6f}")
+        for case in element.iter("testcase"):
+            _keep(case, _CASE_ATTRIBUTES)
+        root.append(element)
+    for name in ("tests", "failures", "errors"):
+        root.set(name, str(sum(int(suite.get(name, "0")) for suite in root)))
+    root.set("time", f"{sum(result.duration for result in results):.6f}")
+    ElementTree.indent(root)
+    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _case(result: CaseResult, strict: bool) -> TestCase:
+    text = xml_text(evidence_text(result))
+    case = TestCase(
+        xml_text(result.case_id),
+        classname=xml_text(f"node-{result.node_id}.{result.service}"),
+        elapsed_sec=max(result.duration, 1e-6),
+        stdout=text,
+    )
+    message = xml_text(result.actual) or result.verdict.value
+    match result.verdict:
+        case Verdict.FAIL:
+            case.add_failure_info(message, text, result.verdict.value)
+        case Verdict.NON_STRICT if strict:
+            case.add_failure_info(message, text, result.verdict.value)
+        case Verdict.BENCH_ERROR:
+            case.add_error_info(message, text, result.verdict.value)
+        case Verdict.UNIMPLEMENTED | Verdict.NOT_TESTABLE:
+            case.add_skipped_info(f"{result.verdict.value}: {message}")
+    return case
+
+
+def _keep(element: ElementTree.Element, names: set[str]) -> None:
+    for name in list(element.keys()):
+        if name not in names:
+            del element.attrib[name]

@@ -1,0 +1,235 @@
+"""A run within pytest: the bench is opened, each case judged, the reports written."""
+
+from collections.abc import Generator
+from contextlib import AbstractContextManager
+from enum import IntEnum
+
+import pytest
+
+from conformance.bus.errors import BenchError, DeviceLost, SilentNode
+from conformance.collection import WHOLE_RUN, CaseFunction
+from conformance.faults.hosting import virtual_host
+from conformance.faults.registry import UnknownServer
+from conformance.outcome import CaseFailed, Evidence, attach, end_with
+from conformance.reporting.bus_log import BusLog
+from conformance.reporting.junit import write_junit
+from conformance.reporting.summary import run_properties, summary_lines
+from conformance.run.bench import Bench
+from conformance.run.verdict import CaseResult, Verdict
+from conformance.state import CASE_RUN, RESULT, RunState, case_of
+
+
+class ExitCode(IntEnum):
+    """What pytest's own exit codes do not tell: it is the bench that is broken."""
+
+    SILENT_NODE = 10
+    BENCH_ERROR = 11
+    DEVICE_LOST = 12
+
+
+class Running:
+    """The hooks of a run that has a device."""
+
+    def __init__(self, config: pytest.Config, state: RunState) -> None:
+        """Take the state; nothing is opened before the first case."""
+        self._config = config
+        self._state = state
+
+    # The bench
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
+        """Open the bench; where that fails, or a node is silent, no case is run."""
+        uses_device = any("sdo" in getattr(item, "fixturenames", ()) for item in session.items)
+        if not uses_device or not self._works_here() or session.testsfailed:
+            return None
+        try:
+            self._open()
+        except BenchError as error:
+            self._state.bench_errors.append(error)
+            return True
+        return None
+
+    def _works_here(self) -> bool:
+        config = self._config
+        distributes = config.getoption("dist", default="no") != "no"
+        is_worker = hasattr(config, "workerinput")
+        return not config.option.collectonly and (is_worker or not distributes)
+
+    def _open(self) -> None:
+        state, options = self._state, self._state.options
+        hosts = self._hosts()
+        try:
+            state.report_dir.mkdir(parents=True)
+            state.log = BusLog(state.report_dir / "bus.log", options.run.bus.channel or "can0")
+        except OSError as error:
+            raise BenchError(
+                f"The report folder {state.report_dir} cannot be made: {error}. "
+                "Choose another with --report-dir=DIR."
+            ) from error
+        state.bench = Bench(options.run, hosts, state.log.write)
+        state.bench.open()
+        devices = [session.device for session in state.bench.sessions.values()]
+        state.properties = run_properties(options.run, devices)
+
+    def _hosts(self) -> list[AbstractContextManager[object]]:
+        options = self._state.options
+        if not options.self_test or options.run.bus.channel is None:
+            return []
+        try:
+            return [
+                virtual_host(options.run.bus.channel, node_id, options.server)
+                for node_id in options.run.node_ids
+            ]
+        except UnknownServer as error:
+            raise pytest.UsageError(str(error)) from error
+
+    # Cases
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Judge the case when its function has ended, before anything is torn down."""
+        run = item.stash.get(CASE_RUN, None)
+        if run is None:
+            return (yield)
+        error: BaseException | None = None
+        outcome: object = None
+        try:
+            outcome = yield
+        except KeyboardInterrupt:
+            run.conclude(None)  # the values are put back all the same
+            raise
+        except BaseException as caught:
+            # Also what derives from BaseException alone, as the outcomes of pytest do.
+            error = caught
+        result = run.conclude(error)
+        item.stash[RESULT] = result
+        attach(item, result)
+        state = self._state
+        state.judged_whole_run |= WHOLE_RUN in getattr(item, "fixturenames", ())
+        if state.session(result.node_id).lost:
+            state.bench_errors.append(run.sdo.lost())
+            item.session.shouldstop = f"node {result.node_id} was lost in {result.case_id}"
+        end_with(result, error, strict=state.options.strict)
+        return outcome
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Put the evidence into the report, and the result with it, also across processes."""
+        report = yield
+        error = call.excinfo.value if call.excinfo else None
+        if call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
+            item.stash[RESULT] = _not_set_up(item, str(error))
+            attach(item, item.stash[RESULT])
+            report.user_properties = list(item.user_properties)
+        result = item.stash.get(RESULT, None)
+        if result is None or call.when == "teardown":
+            return report
+        report.conformance = result.as_dict()  # type: ignore[attr-defined]
+        if report.skipped and isinstance(item, CaseFunction):
+            path, line, _ = item.location
+            report.longrepr = (path, (line or 0) + 1, str(error))
+        elif isinstance(error, BenchError):
+            # A broken bench is an error of the set-up, whenever it shows.
+            report.when = "setup"
+            self._state.bench_errors.append(error)
+            report.longrepr = Evidence(result)  # type: ignore[assignment]
+        elif isinstance(error, CaseFailed):
+            report.longrepr = Evidence(result)  # type: ignore[assignment]
+        elif report.failed:
+            report.sections.append(("frames on the bus", "\n".join(result.trace)))
+        return report
+
+    # Results
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Collect results, of this process and of those that work for it."""
+        values = getattr(report, "conformance", None)
+        if values is not None:
+            self._state.results.append(CaseResult.from_dict(values))
+
+    def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
+        """Show what passed with a remark apart from what passed."""
+        values = getattr(report, "conformance", None)
+        if values is None or not report.passed:
+            return None
+        if values["verdict"] == Verdict.NON_STRICT:
+            return "non-strict", "n", "NON-STRICT"
+        if values["verdict"] == Verdict.INFO:
+            return "info", "i", "INFO"
+        return None
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Close the bench, write the reports, and settle the exit status."""
+        state = self._state
+        if state.bench is not None:
+            state.bench.close()
+        if state.log is not None:
+            state.log.close()
+        if state.results and not hasattr(self._config, "workerinput"):
+            state.report_dir.mkdir(parents=True, exist_ok=True)
+            write_junit(
+                state.report_dir / "junit.xml",
+                state.results,
+                state.properties,
+                timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
+                strict=state.options.strict,
+            )
+        if state.bench_errors:
+            session.exitstatus = _exit_code(state.bench_errors)
+        elif session.exitstatus == pytest.ExitCode.OK and self._unjudged():
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def _unjudged(self) -> list[str]:
+        """What the run saw on the way and no case has judged, for want of being selected."""
+        if self._state.judged_whole_run or self._state.bench is None:
+            return []
+        return [
+            f"{incident.case_id}: {incident.violation}"
+            for session in self._state.bench.sessions.values()
+            for incident in session.whole_run.late
+        ]
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
+        state, write = self._state, terminalreporter.write_line
+        if state.results:
+            terminalreporter.section("conformance")
+            for line in summary_lines(state.results):
+                write(line)
+            write(f"reports: {state.report_dir}")
+        for unjudged in self._unjudged():
+            write(f"came too late, after {unjudged}", red=True)
+        sessions = state.bench.sessions.values() if state.bench else ()
+        for session in sessions:
+            for mux, value in session.restorer.unrestored.items():
+                write(f"not restored: write {value} to {mux} of node {session.device.node_id}")
+        if state.bench_errors:
+            terminalreporter.section("the bench", red=True)
+            for error in dict.fromkeys(map(str, state.bench_errors)):
+                write(error)
+
+
+def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
+    case = case_of(item)
+    rule = case.rule
+    return CaseResult(
+        case.case_id,
+        case.service,
+        case.node_id,
+        rule.level,
+        rule.clause,
+        rule.sentence,
+        Verdict.NOT_TESTABLE,
+        actual=reason.removeprefix(f"{Verdict.NOT_TESTABLE}: "),
+    )
+
+
+def _exit_code(errors: list[BenchError]) -> ExitCode:
+    kinds = {type(error) for error in errors}
+    if kinds <= {DeviceLost}:
+        return ExitCode.DEVICE_LOST
+    return ExitCode.SILENT_NODE if kinds <= {SilentNode} else ExitCode.BENCH_ERROR

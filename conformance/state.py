@@ -1,0 +1,70 @@
+"""What the plugin keeps during a pytest run, and how an item is seen as a case."""
+
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from conformance.bus.errors import BenchError
+from conformance.collection import CaseFunction
+from conformance.options import Options
+from conformance.reporting.bus_log import BusLog
+from conformance.run.bench import Bench
+from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.verdict import CaseResult
+from conformance.sdo.rules import Level, Rule
+
+
+@dataclass(slots=True)
+class RunState:
+    """One run: its bench while it is open, and what was found so far."""
+
+    options: Options
+    bench: Bench | None = None
+    log: BusLog | None = None
+    results: list[CaseResult] = field(default_factory=list)
+    properties: dict[str, str] = field(default_factory=dict)
+    bench_errors: list[BenchError] = field(default_factory=list)
+    judged_whole_run: bool = False
+    begun: datetime = field(default_factory=lambda: datetime.now(UTC))
+
+    @property
+    def report_dir(self) -> Path:
+        """The folder of this run."""
+        nodes = self.options.run.node_ids
+        which = f"node-{nodes[0]}" if len(nodes) == 1 else f"nodes-{nodes[0]}-to-{nodes[-1]}"
+        return self.options.report_dir / f"{self.begun:%Y%m%d-%H%M%S-%f}-{which}"
+
+    def session(self, node_id: int) -> DeviceSession:
+        """Return the session of a device; the bench is open by then."""
+        if self.bench is None:
+            raise BenchError("The bus is not open: the run ended before it began.")
+        return self.bench.sessions[node_id]
+
+
+STATE = pytest.StashKey[RunState]()
+CASE_RUN = pytest.StashKey[CaseRun]()
+RESULT = pytest.StashKey[CaseResult]()
+
+
+@dataclass(frozen=True, slots=True)
+class ItemCase:
+    """An item as a case: one of the suite's, or a user's own test."""
+
+    case_id: str
+    service: str
+    rule: Rule
+    node_id: int
+
+
+def case_of(item: pytest.Item) -> ItemCase:
+    """Return what an item is about; an ordinary test counts as a rule of its own."""
+    if isinstance(item, CaseFunction):
+        return ItemCase(item.case_id, item.service, item.case.rule, item.node_id)
+    doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
+    rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))
+    node_ids = item.config.stash[STATE].options.run.node_ids
+    callspec = getattr(item, "callspec", None)
+    node_id = callspec.params.get("node_id", node_ids[0]) if callspec else node_ids[0]
+    return ItemCase(item.name, item.path.stem, rule, node_id)
