@@ -1,8 +1,18 @@
-"""Upload initiate with an answer of up to 4 bytes (CiA 301, 7.2.4.3.6)."""
+"""Uploads that the server answers with up to 4 bytes at once (CiA 301, 7.2.4.3.6)."""
 
-from conformance.device.device import DEVICE_TYPE
-from conformance.run.case import must
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.frames import UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+from conformance.sdo.rules import FILLER, RESERVED
+
+UPLOAD = "7.2.4.3.6"
+ABORT = "7.2.4.3.17"
 
 
 @must("upload.device-type", clause="7.5.2.1")
@@ -11,3 +21,138 @@ def test_device_type(sdo: Dialogue) -> None:
     data = sdo.upload(DEVICE_TYPE)
     if len(data) != 4:
         raise sdo.breach("4 bytes", f"{len(data)} bytes")
+
+
+@must("upload.identity", clause="7.5.2.19")
+def test_identity(sdo: Dialogue) -> None:
+    """The identity (1018h), which every device has, counts 1 to 4 entries and has a vendor-ID."""
+    count = sdo.upload(KnownObject(IDENTITY_COUNT, DataType.UNSIGNED8, Access.CONST))
+    if len(count) != 1 or not 1 <= count[0] <= 4:
+        raise sdo.breach("1018h:00 reads 1 to 4 in one byte", f"it reads {count.hex(' ')}")
+    vendor = sdo.upload(VENDOR_ID)
+    if len(vendor) != 4:
+        raise sdo.breach("1018h:01 reads 4 bytes", f"it reads {len(vendor)}")
+
+
+@must("upload.length", clause=UPLOAD, length=[1, 2, 3, 4])
+def test_length(sdo: Dialogue, device: Device, length: int) -> None:
+    """A number reads with the length of its type, whatever its value, and the same again."""
+    known = device.number(length)
+    data = sdo.upload(known)
+    if len(data) != length:
+        raise sdo.breach(f"{length} bytes", f"{len(data)} bytes")
+    sdo.expect_value(known, device.values[known.mux])
+
+
+@must("upload.multiplexer", clause=UPLOAD)
+def test_multiplexer(sdo: Dialogue, device: Device) -> None:
+    """Each answer repeats the multiplexer of its own request."""
+    for mux in sorted(device.values)[:8]:
+        sdo.upload(mux)
+
+
+@must("upload.reserved", clause=UPLOAD)
+def test_reserved(sdo: Dialogue, device: Device) -> None:
+    """Reserved bits, and reserved bytes where there are any, are 0 in the answer to an initiate."""
+    for mux in sorted(device.values)[:8]:
+        sdo.initiate_upload(mux)
+        sdo.end_transfer()
+    sdo.expect_clean(RESERVED)
+
+
+@should("upload.filler", clause=UPLOAD)
+def test_filler(sdo: Dialogue, device: Device) -> None:
+    """Bytes that hold no data are 0: nothing of the answer before leaks into a shorter one."""
+    short = device.shortest_readable()
+    for mux in sorted(device.values)[:8]:
+        sdo.upload(mux)
+        sdo.upload(short)
+    sdo.expect_clean(FILLER)
+
+
+@must("upload.object-missing", clause=ABORT)
+def test_object_missing(sdo: Dialogue) -> None:
+    """The upload of an object that does not exist is aborted as such."""
+    missing = sdo.missing_object()
+    sdo.send(UploadInitiate(missing))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+
+
+@must("upload.sub-index-missing", clause=ABORT)
+def test_sub_index_missing(sdo: Dialogue) -> None:
+    """The upload of a sub-index that a record does not have is aborted as such."""
+    missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
+    sdo.send(UploadInitiate(missing))
+    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
+
+
+@must("upload.sub-index-of-variable", clause=ABORT, sub_index=[1, 2, 0x80])
+def test_sub_index_of_variable(sdo: Dialogue, sub_index: int) -> None:
+    """A simple variable has sub-index 0 only."""
+    mux = Multiplexer(DEVICE_TYPE.index, sub_index)
+    sdo.send(UploadInitiate(mux))
+    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+
+
+@must("upload.write-only", clause=ABORT)
+def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
+    """The upload of a write-only object is aborted as such."""
+    sdo.send(UploadInitiate(write_only.mux))
+    sdo.expect_abort(AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS, of=write_only)
+
+
+@must("upload.refused-once", clause=ABORT)
+def test_refused_once(sdo: Dialogue) -> None:
+    """A refused upload is answered by one abort and nothing else."""
+    missing = sdo.missing_object()
+    sdo.send(UploadInitiate(missing))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_nothing()
+
+
+@must("upload.refused-is-over", clause=ABORT)
+def test_refused_is_over(sdo: Dialogue) -> None:
+    """After a refused upload the next one is served as if nothing had been."""
+    before = sdo.upload(VENDOR_ID)
+    missing = sdo.missing_object()
+    sdo.send(UploadInitiate(missing))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_value(VENDOR_ID, before)
+
+
+@may("upload.request-reserved-bits", clause=UPLOAD, bits=[0x01, 0x10, 0x1F])
+def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
+    """Reserved bits of the request may be ignored or refused; silence is neither."""
+    due = sdo.upload(VENDOR_ID)
+    sdo.send(UploadInitiate(VENDOR_ID.mux, reserved_bits=bits))
+    sdo.expect_upload_or_abort(VENDOR_ID, due, AbortCode.COMMAND_NOT_VALID)
+
+
+@may("upload.request-reserved-bytes", clause=UPLOAD, fill=["FFFFFFFF", "01000000", "00000080"])
+def test_request_reserved_bytes(sdo: Dialogue, fill: str) -> None:
+    """Reserved bytes of the request are ignored, or at most refused; silence is neither."""
+    due = sdo.upload(VENDOR_ID)
+    sdo.send(UploadInitiate(VENDOR_ID.mux, reserved=bytes.fromhex(fill)))
+    sdo.expect_upload_or_abort(
+        VENDOR_ID,
+        due,
+        warned=(AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE),
+    )
+
+
+@may("upload.behind-another", clause=UPLOAD)
+def test_behind_another(sdo: Dialogue) -> None:
+    """A request right behind another is served in order, refused or dropped, never mixed up."""
+    due = sdo.upload(VENDOR_ID)
+    sdo.send(UploadInitiate(IDENTITY_COUNT))
+    sdo.send(UploadInitiate(VENDOR_ID.mux))
+    sdo.checks.upload_initiate(sdo.receive(), IDENTITY_COUNT)
+    second = sdo.reaction()
+    if second is None:
+        return
+    try:
+        response = sdo.checks.upload_initiate(second, VENDOR_ID.mux)
+    except ServerAborted:
+        return
+    if response.expedited and response.data[: VENDOR_ID.length] != due:
+        raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", response.data.hex(" "))

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 from conformance.bus.link import Link, second_client
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import Abort, Message, Unknown
-from conformance.sdo.layout import Multiplexer
+from conformance.sdo.frames import Abort, Unknown
+from conformance.sdo.layout import Message, Multiplexer
 
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580

@@ -10,6 +10,7 @@ from conformance.sdo.objects import Access, DataType
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
+VENDOR_ID = KnownObject(Multiplexer(0x1018, 1), DataType.UNSIGNED32, Access.CONST)
 IDENTITY_NAMES = {1: "vendor-id", 2: "product-code", 3: "revision-number", 4: "serial-number"}
 
 
@@ -97,6 +98,10 @@ class Device:
             "needs a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not; name "
             "one, for example --object=2021=visible_string,ro"
         )
+
+    def shortest_readable(self) -> Multiplexer:
+        """Return what reads with the fewest bytes: where leaks of longer answers would show."""
+        return min(self.values, key=lambda mux: (len(self.values[mux]), mux))
 
     def _writable(self) -> list[KnownObject]:
         return [

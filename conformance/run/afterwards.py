@@ -4,7 +4,8 @@ from dataclasses import dataclass, field
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.run.dialogue import Dialogue, same_value, shown
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import same_value, shown
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted

@@ -1,205 +1,48 @@
 """What a case says to a device and what it expects back: the ``sdo`` that cases are written with.
 
-Steps (``initiate_download``, ``upload_segment``, …) perform one exchange and hold the answer to
-everything the protocol says of it: a step that is not the point of a case fails as what it is.
-Expectations (``expect_abort``, ``expect_nothing``, …) are the point: they fail by the case's rule.
+Steps (see ``steps``) perform what leads to the point of a case; the expectations here are the
+point, and fail by the case's rule.
 """
 
-import random
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TypeVar
 
-from conformance.bus.channel import Channel
-from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
-from conformance.device.safety import written_by
-from conformance.run.wire import Wire
+from conformance.run.steps import Steps, Target, mux_of, same_value, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.checks import ResponseChecks, ServerAborted
-from conformance.sdo.client import Client
-from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
-    DownloadInitiateResponse,
     DownloadSegment,
-    Message,
     Request,
-    UploadInitiate,
-    UploadInitiateResponse,
-    UploadSegment,
-    UploadSegmentResponse,
-    decode_request,
     decode_response,
 )
-from conformance.sdo.layout import Multiplexer
+from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType
-from conformance.sdo.rules import NOT_REFUSED, Level, Rule, Violation
+from conformance.sdo.rules import Level, Rule, Violation
 
-Result = TypeVar("Result")
-Target = Multiplexer | KnownObject
-PRINTABLE = bytes(range(0x21, 0x7F))
-NO_ROOM = (
-    AbortCode.LENGTH_TOO_HIGH,
-    AbortCode.LENGTH_MISMATCH,
-    AbortCode.LENGTH_TOO_LOW,
-    AbortCode.OUT_OF_MEMORY,
-)
-VALUE_REFUSED = (AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW)
 SUBSTITUTE = Rule(
     "abort.precise-code",
     "7.2.4.3.17",
     Level.SHOULD,
     "An abort names the reason; 08000000h (general error) is for what no other code covers.",
 )
+RESTART = Rule(
+    "server.new-initiate-served",
+    "7.2.4.3.3",
+    Level.SHOULD,
+    "A new initiate ends the running transfer and is served.",
+)
 
 
-def mux_of(target: Target) -> Multiplexer:
-    """Return the multiplexer of an object."""
-    return target.mux if isinstance(target, KnownObject) else target
+def named(codes: tuple[AbortCode, ...]) -> str:
+    """Write abort codes as alternatives."""
+    return " or ".join(describe_code(code) for code in codes) or "any code of CiA 301"
 
 
-class Dialogue(Wire):
+class Dialogue(Steps):
     """The conversation of one case with one device."""
-
-    def __init__(self, channel: Channel, device: Device, rule: Rule, seed: int) -> None:
-        """``rule`` is what the case is about; ``seed`` decides on the bytes that it writes."""
-        super().__init__(channel, device)
-        self.rule = rule
-        self.minor: list[Violation] = []
-        self.notes: list[str] = []
-        self.written: set[Multiplexer] = set()
-        self.checks = ResponseChecks(self.minor.append)
-        self.client = Client(self.checks)
-        self._random = random.Random(f"{seed}/{rule.id}")
-
-    def send(self, request: Message | bytes | Request) -> None:
-        """Send a request, and remember what it writes to."""
-        super().send(request)
-        data = request if isinstance(request, bytes) else request.encode()
-        target = written_by(decode_request(data))
-        if target is not None:
-            self.written.add(target)
-
-    def payload(self, size: int) -> bytes:
-        """Return printable bytes, others with every call and the same in every run."""
-        return bytes(self._random.choices(PRINTABLE, k=size))
-
-    # Steps: one exchange each
-
-    def initiate_download(
-        self, target: Target, size: int | None = None
-    ) -> DownloadInitiateResponse:
-        """Start a segmented download of ``size`` bytes; for None the size is not indicated."""
-        mux = mux_of(target)
-        with self._served():
-            self.send(DownloadInitiate.with_size(mux, size))
-            return self.checks.download_initiate(self.receive(), mux)
-
-    def download_segment(self, data: bytes, *, toggle: int, last: bool = False) -> None:
-        """Send up to 7 bytes of a segmented download."""
-        mux = self._open_transfer()
-        with self._served():
-            self.send(DownloadSegment.with_data(data, toggle=toggle, last=last))
-            self.checks.download_segment(self.receive(), mux, toggle)
-
-    def initiate_upload(self, target: Target) -> UploadInitiateResponse:
-        """Start an upload."""
-        mux = mux_of(target)
-        with self._served():
-            self.send(UploadInitiate(mux))
-            return self.checks.upload_initiate(self.receive(), mux)
-
-    def upload_segment(self, *, toggle: int) -> UploadSegmentResponse:
-        """Ask for the next segment of an upload."""
-        mux = self._open_transfer()
-        with self._served():
-            self.send(UploadSegment(toggle))
-            return self.checks.upload_segment(self.receive(), mux, toggle)
-
-    def start_segmented_upload(self, target: Target) -> UploadInitiateResponse:
-        """Start an upload of an object that is too long for one frame."""
-        response = self.initiate_upload(target)
-        if response.expedited:
-            raise Violation(
-                NOT_REFUSED,
-                expected=f"40h or 41h: {mux_of(target)} is longer than 4 bytes",
-                actual=describe_response(response.encode()),
-            )
-        return response
-
-    # Whole transfers
-
-    def upload(self, target: Target) -> bytes:
-        """Read an object; its length is that of the type where the device does not say it."""
-        with self._served():
-            uploaded = self._run(self.client.upload(mux_of(target)))
-        length = target.length if isinstance(target, KnownObject) else None
-        return uploaded.data if uploaded.counted else uploaded.data[:length]
-
-    def download(
-        self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
-    ) -> None:
-        """Write an object; the server has to take it."""
-        with self._served():
-            self._run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
-
-    def try_download(
-        self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
-    ) -> Abort | None:
-        """Write an object; return the abort if the server refuses."""
-        try:
-            self._run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
-        except ServerAborted as aborted:
-            return aborted.abort
-        return None
-
-    def store(self, known: KnownObject, data: bytes, *, sized: bool = True) -> None:
-        """Write ``data`` to a string or domain, segmented unless the object has no room for it.
-
-        Raises NotTestable when the object is too small. A device that refuses this length and
-        takes a longer one is at fault.
-        """
-        abort = self.try_download(known, data, segmented=len(data) > 4 or None, sized=sized)
-        if abort is None:
-            return
-        longer = self.payload(len(data) + 1)
-        if abort.code in NO_ROOM and self.try_download(known, longer, segmented=True) is not None:
-            raise NotTestable(
-                f"{known} has no room for {len(data)} bytes (refused with "
-                f"{describe_code(abort.code)}): name a larger string or domain"
-            )
-        raise Violation(
-            NOT_REFUSED,
-            expected=f"a download of {len(data)} bytes to {known}, which takes a longer one",
-            actual=describe_response(abort.encode()),
-        )
-
-    def _run(self, transfer: Generator[Request, bytes, Result]) -> Result:
-        request = next(transfer)
-        while True:
-            self.send(request)
-            try:
-                request = transfer.send(self.receive())
-            except StopIteration as done:
-                return done.value  # type: ignore[no-any-return]
-
-    @contextmanager
-    def _served(self) -> Iterator[None]:
-        try:
-            yield
-        except ServerAborted as aborted:
-            raise Violation(
-                NOT_REFUSED,
-                expected=f"an answer to: {self._last_sent}",
-                actual=describe_response(aborted.abort.encode()),
-            ) from aborted
-
-    def _open_transfer(self) -> Multiplexer:
-        if self.tracker.open is None:
-            raise RuntimeError("a segment needs a transfer; send() sends one without")
-        return self.tracker.open
 
     # Expectations: the point of a case
 
@@ -219,17 +62,109 @@ class Dialogue(Wire):
 
         ``tolerated`` codes are accepted as well but count as a breach of a SHOULD.
         """
-        due = "abort with " + " or ".join(describe_code(code) for code in codes)
-        frame = self.receive()
+        return self._take_abort(self.receive(), codes, of, tolerated)
+
+    def _take_abort(
+        self,
+        frame: bytes,
+        codes: tuple[AbortCode, ...],
+        of: Target | None,
+        tolerated: tuple[AbortCode, ...] = (AbortCode.GENERAL_ERROR,),
+    ) -> Abort:
+        due = f"abort with {named(codes)}"
         if not isinstance(decode_response(frame), Abort):
             raise self.breach(due, describe_response(frame))
         abort = self.checks.abort(frame, None if of is None else mux_of(of))
-        if abort.code in codes:
-            return abort
-        if abort.code not in tolerated:
-            raise self.breach(due, describe_response(frame))
-        self.minor.append(Violation(SUBSTITUTE, expected=due, actual=describe_response(frame)))
+        if abort.code not in codes:
+            if abort.code not in tolerated:
+                raise self.breach(due, describe_response(frame))
+            self.minor.append(Violation(SUBSTITUTE, expected=due, actual=describe_response(frame)))
         return abort
+
+    def expect_download_refused(
+        self, target: Target, data: bytes, *codes: AbortCode, size: int | None
+    ) -> int:
+        """Send a segmented download that has to be refused; at which moment is the server's choice.
+
+        ``size`` is what the initiate indicates, None for nothing. Returns the number of segments
+        that the server took before it refused.
+        """
+        self.send(DownloadInitiate.with_size(mux_of(target), size))
+        frame = self.receive()
+        if isinstance(decode_response(frame), Abort):
+            self._take_abort(frame, codes, target)
+            return 0
+        self.checks.download_initiate(frame, mux_of(target))
+        chunks = [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
+        for number, chunk in enumerate(chunks):
+            last = number == len(chunks) - 1
+            self.send(DownloadSegment.with_data(chunk, toggle=number % 2, last=last))
+            frame = self.receive()
+            if isinstance(decode_response(frame), Abort):
+                self._take_abort(frame, codes, target)
+                return number + 1
+            self.checks.download_segment(frame, mux_of(target), number % 2)
+        raise self.breach(
+            f"abort with {named(codes)}, at the last segment at the latest",
+            f"{describe_response(frame)} for the last segment",
+        )
+
+    def expect_upload_or_abort(
+        self, known: KnownObject, due: bytes, *codes: AbortCode, warned: tuple[AbortCode, ...] = ()
+    ) -> None:
+        """Expect the upload that was asked for to be served, with the data due, or refused.
+
+        A refusal with a code that is only tolerated counts as a breach of a SHOULD. Which
+        multiplexer it carries is open: a server may not know what it was asked.
+        """
+        frame = self.receive()
+        if isinstance(decode_response(frame), Abort):
+            self._take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *warned))
+            return
+        response = self.checks.upload_initiate(frame, known.mux)
+        found = self.finish_upload(known, response)
+        if not same_value(known, found, due):
+            raise self.breach(f"{known} reads {shown(due)}", shown(found))
+
+    def expect_download_or_abort(self, known: KnownObject, *codes: AbortCode) -> None:
+        """Expect the download initiate that was sent to be confirmed, or refused."""
+        frame = self.receive()
+        if isinstance(decode_response(frame), Abort):
+            self._take_abort(frame, codes, None)
+        else:
+            self.checks.download_initiate(frame, known.mux)
+
+    def expect_restart_or_abort(self, request: Request, old: Target, new: Target) -> bytes | None:
+        """Send an initiate in mid-transfer: it is served, or refused and the server is idle.
+
+        Returns the positive response, or None for a refusal, which counts as a breach of a SHOULD.
+        """
+        self.send(request)
+        frame = self.receive()
+        response = decode_response(frame)
+        if not isinstance(response, Abort):
+            return frame
+        self.checks.abort(frame, None)
+        if response.mux not in (mux_of(old), mux_of(new)):
+            raise self.breach(
+                f"an abort of {mux_of(old)} or {mux_of(new)}", describe_response(frame)
+            )
+        self.minor.append(
+            Violation(
+                RESTART,
+                expected=f"{mux_of(new)} served",
+                actual=describe_response(frame),
+            )
+        )
+        return None
+
+    def expect_dead(self, request: Request) -> None:
+        """Send a request of a transfer that is over: it must not go on.
+
+        Whether a server aborts or keeps silent, with which multiplexer and code, is open.
+        """
+        self.send(request)
+        self.expect_silence_or_abort()
 
     def expect_nothing(self) -> None:
         """Expect that what was sent last is not answered."""
@@ -245,10 +180,11 @@ class Dialogue(Wire):
         answer = self.reaction()
         if answer is None:
             return
-        named = " or ".join(describe_code(code) for code in codes) or "any abort code"
         response = decode_response(answer)
         if not isinstance(response, Abort) or (codes and response.code not in codes):
-            raise self.breach(f"no answer, or an abort with {named}", describe_response(answer))
+            raise self.breach(
+                f"no answer, or an abort with {named(codes)}", describe_response(answer)
+            )
         self.checks.abort(answer, None)
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
@@ -275,21 +211,3 @@ class Dialogue(Wire):
     def info(self, note: str) -> None:
         """Record what the device does where the specification says nothing."""
         self.notes.append(note)
-
-    def breach(self, expected: str, actual: str) -> Violation:
-        """Build a breach of the case's rule."""
-        return Violation(self.rule, expected=expected, actual=actual)
-
-
-def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
-    """Compare values: the 00h that ends a string is optional."""
-    if known.data_type is DataType.VISIBLE_STRING:
-        return found.rstrip(b"\0") == due.rstrip(b"\0")
-    return found == due
-
-
-def shown(data: bytes) -> str:
-    """Write a value with its length; of a long one the beginning and the end."""
-    if len(data) <= 32:
-        return f"{len(data)} bytes: {hex_bytes(data)}"
-    return f"{len(data)} bytes: {hex_bytes(data[:16])} … {hex_bytes(data[-8:])}"

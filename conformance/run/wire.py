@@ -14,8 +14,8 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe, describe_response, hex_bytes
-from conformance.sdo.frames import Message, Unknown, decode_request
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.frames import Unknown, decode_request
+from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, UNSOLICITED, Violation
 
 MOST_STRAY = 16

@@ -1,0 +1,245 @@
+"""Downloads of up to 4 bytes within the initiate (CiA 301, 7.2.4.3.3)."""
+
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    decode_response,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import RESERVED
+
+DOWNLOAD = "7.2.4.3.3"
+ABORT = "7.2.4.3.17"
+TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
+TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
+READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+
+
+@must("download.stored", clause=DOWNLOAD, length=[1, 2, 3, 4])
+def test_stored(sdo: Dialogue, device: Device, length: int) -> None:
+    """A number that was written reads back as it was written."""
+    known = device.number(length)
+    sdo.expect_value(known, sdo.write_number(known, segmented=False))
+
+
+@must("download.confirmation", clause=DOWNLOAD)
+def test_confirmation(sdo: Dialogue, number: KnownObject) -> None:
+    """The confirmation is 60h with the multiplexer of the request, all reserved bytes 0."""
+    value = sdo.upload(number)
+    sdo.send(
+        DownloadInitiate.with_data(number.mux, value)
+        if len(value) <= 4
+        else DownloadInitiate.with_size(number.mux, len(value))
+    )
+    sdo.expect(DownloadInitiateResponse(number.mux))
+
+
+@must("download.same-value", clause=DOWNLOAD)
+def test_same_value(sdo: Dialogue, number: KnownObject) -> None:
+    """A writable object takes the value that it has."""
+    with sdo.unchanged(number) as value:
+        sdo.download(number, value)
+
+
+@must("download.twice", clause=DOWNLOAD)
+def test_twice(sdo: Dialogue, number: KnownObject) -> None:
+    """One value after another: the last one stays."""
+    before = sdo.upload(number)
+    sdo.write_number(number)
+    sdo.download(number, before)
+    sdo.expect_value(number, before)
+
+
+@must("download.text", clause=DOWNLOAD, size=[1, 2, 3, 4])
+def test_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A string takes 1 to 4 bytes in one frame, and has that length afterwards."""
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    sdo.expect_value(variable, data)
+
+
+@must("download.size-not-indicated", clause=DOWNLOAD)
+def test_size_not_indicated(sdo: Dialogue, device: Device) -> None:
+    """22h with 4 bytes for an object of 4 bytes is served: the type says how many count."""
+    known = device.number(4)
+    sdo.expect_value(known, sdo.write_number(known, segmented=False, sized=False))
+
+
+@may("download.size-not-indicated-short", clause=DOWNLOAD, length=[1, 2, 3])
+def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) -> None:
+    """22h for a shorter object stores the low bytes, or is refused for its length."""
+    known = device.number(length)
+    before = sdo.upload(known)
+    wanted = bytes([before[0] ^ 1]) + before[1:]
+    sdo.send(DownloadInitiate.with_uncounted_data(known.mux, wanted))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, known.mux)
+        sdo.expect_value(known, before)
+    else:
+        sdo.checks.download_initiate(frame, known.mux)
+        sdo.expect_value(known, wanted)
+
+
+@must("download.unused-bytes-ignored", clause=DOWNLOAD, length=[1, 2, 3])
+def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> None:
+    """Bytes behind the data are not looked at, and never stored."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        payload = value.ljust(4, b"\xff")
+        sdo.send(DownloadInitiate(known.mux, True, True, 4 - length, payload))
+        sdo.expect(DownloadInitiateResponse(known.mux))
+
+
+@must("download.unused-bytes-of-text", clause=DOWNLOAD, size=[1, 2, 3])
+def test_unused_bytes_of_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A string gets the bytes that count and none of those behind them."""
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    payload = data.ljust(4, b"#")
+    sdo.send(DownloadInitiate(variable.mux, True, True, 4 - size, payload))
+    sdo.expect(DownloadInitiateResponse(variable.mux))
+    sdo.expect_value(variable, data)
+
+
+@must(
+    "download.too-long",
+    clause=ABORT,
+    lengths={
+        "2-into-1": (1, 2),
+        "4-into-1": (1, 4),
+        "3-into-2": (2, 3),
+        "4-into-2": (2, 4),
+        "4-into-3": (3, 4),
+    },
+)
+def test_too_long(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
+    """More bytes than the type has are refused for their length, and nothing is written."""
+    length, sent = lengths
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.send(DownloadInitiate.with_data(known.mux, value.ljust(sent, b"\0")))
+        sdo.expect_abort(*TOO_LONG, of=known)
+
+
+@must(
+    "download.too-short",
+    clause=ABORT,
+    lengths={
+        "1-into-2": (2, 1),
+        "2-into-3": (3, 2),
+        "1-into-4": (4, 1),
+        "2-into-4": (4, 2),
+        "3-into-4": (4, 3),
+        "4-into-8": (8, 4),
+    },
+)
+def test_too_short(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
+    """Fewer bytes than the type has are refused for their length, and nothing is written."""
+    length, sent = lengths
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.send(DownloadInitiate.with_data(known.mux, value[:sent]))
+        sdo.expect_abort(*TOO_SHORT, of=known)
+
+
+@must("download.read-only", clause=ABORT, target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)})
+def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
+    """A read-only object refuses even the value that it has."""
+    mux = Multiplexer(*target)
+    value = sdo.upload(mux)
+    sdo.send(DownloadInitiate.with_data(mux, value[:4]))
+    sdo.expect_abort(*READ_ONLY, of=mux)
+    if sdo.upload(mux) != value:
+        raise sdo.breach(f"{mux} keeps its value", "it has changed")
+
+
+@must("download.object-missing", clause=ABORT)
+def test_object_missing(sdo: Dialogue) -> None:
+    """The download to an object that does not exist is aborted as such."""
+    missing = sdo.missing_object()
+    sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+
+
+@must("download.sub-index-missing", clause=ABORT)
+def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
+    """The download to a sub-index that a writable object does not have is aborted as such."""
+    missing = sdo.missing_sub_index(number.mux.index)
+    sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
+    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
+
+
+@must("download.write-only", clause=DOWNLOAD)
+def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
+    """A write-only object takes a value."""
+    length = write_only.length or 4
+    sdo.download(write_only, bytes(length))
+
+
+@must("download.refused-once", clause=ABORT)
+def test_refused_once(sdo: Dialogue) -> None:
+    """A refused download is answered by one abort and nothing else."""
+    value = sdo.upload(DEVICE_TYPE)
+    sdo.send(DownloadInitiate.with_data(DEVICE_TYPE, value[:4]))
+    sdo.expect_abort(*READ_ONLY, of=DEVICE_TYPE)
+    sdo.expect_nothing()
+
+
+@must("download.refused-is-over", clause=ABORT)
+def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
+    """After a refused download the right one is served."""
+    known = device.number(4)
+    before = sdo.upload(known)
+    sdo.send(DownloadInitiate.with_data(known.mux, before[:2]))
+    sdo.expect_abort(*TOO_SHORT, of=known)
+    sdo.expect_value(known, sdo.write_number(known))
+
+
+@may("download.request-reserved-bit", clause=DOWNLOAD, command={"33h": 0x33, "37h": 0x37})
+def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> None:
+    """Bit 4 of the request may be ignored or refused; silence is neither."""
+    known = device.number(4 - ((command >> 2) & 3))
+    with sdo.unchanged(known) as value:
+        unused = 4 - len(value)
+        request = DownloadInitiate(known.mux, True, True, unused, value.ljust(4, b"\0"), 1)
+        sdo.send(request)
+        sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID)
+
+
+@may("download.unused-without-size", clause=DOWNLOAD, unused=[1, 2, 3])
+def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None:
+    """n without an indicated size is ignored or refused; it never shortens the data."""
+    known = device.number(4)
+    with sdo.unchanged(known) as value:
+        sdo.send(DownloadInitiate(known.mux, True, False, unused, value))
+        sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID)
+
+
+@must("download.reserved", clause=DOWNLOAD)
+def test_reserved(sdo: Dialogue, device: Device) -> None:
+    """Reserved bits and bytes of the confirmation are 0, whatever was written."""
+    for length in (1, 2, 4):
+        known = device.number(length)
+        sdo.download(known, sdo.upload(known))
+    sdo.expect_clean(RESERVED)
+
+
+@must("download.neighbours", clause=DOWNLOAD)
+def test_neighbours(sdo: Dialogue, device: Device, number: KnownObject) -> None:
+    """A download changes its own object and no other."""
+    others = [
+        known
+        for known in device.objects
+        if known.mux != number.mux and known.mux in device.values and known.access.readable
+    ]
+    before = {known: sdo.upload(known) for known in others}
+    sdo.write_number(number)
+    for known, value in before.items():
+        sdo.expect_value(known, value)

@@ -1,0 +1,296 @@
+"""Downloads in segments: what is stored, and how they are refused (CiA 301, 7.2.4.3.3 and .4)."""
+
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import EDGE_SIZES, LONG_SIZES, SHORT_SIZES
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    DownloadSegment,
+    decode_response,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import RESERVED
+
+INITIATE = "7.2.4.3.3"
+SEGMENT = "7.2.4.3.4"
+ABORT = "7.2.4.3.17"
+TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
+TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
+READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+
+
+@must("segmented-download.size", clause=SEGMENT, size=[*SHORT_SIZES, *LONG_SIZES])
+def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A download of an indicated size is stored whole."""
+    data = sdo.payload(size)
+    sdo.store(variable, data, segmented=True)
+    sdo.expect_value(variable, data)
+
+
+@must("segmented-download.size-not-indicated", clause=INITIATE, size=EDGE_SIZES)
+def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A download that does not say its size (20h) is stored whole."""
+    data = sdo.payload(size)
+    sdo.store(variable, data, segmented=True, sized=False)
+    sdo.expect_value(variable, data)
+
+
+@must("segmented-download.number", clause=SEGMENT, length=[1, 2, 3, 4, 8])
+def test_number(sdo: Dialogue, device: Device, length: int) -> None:
+    """A number may come in a segment, however short it is."""
+    known = device.number(length)
+    sdo.expect_value(known, sdo.write_number(known, segmented=True))
+
+
+@must("segmented-download.number-size-not-indicated", clause=INITIATE, length=[1, 2, 3, 4, 8])
+def test_number_size_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
+    """A number may come in a segment without its size (20h)."""
+    known = device.number(length)
+    sdo.expect_value(known, sdo.write_number(known, segmented=True, sized=False))
+
+
+@must("segmented-download.write-only", clause=INITIATE)
+def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
+    """A write-only object takes a value in a segment."""
+    sdo.download(write_only, bytes(write_only.length or 4), segmented=True)
+
+
+@must("segmented-download.empty-last", clause=SEGMENT, size=[7, 14])
+def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """The last segment may hold no data when all bytes have come."""
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    data = sdo.payload(size)
+    sdo.initiate_download(variable, size)
+    for start in range(0, size, 7):
+        sdo.download_segment(data[start : start + 7], toggle=start // 7 % 2)
+    sdo.download_segment(b"", toggle=size // 7 % 2, last=True)
+    sdo.expect_value(variable, data)
+
+
+@must(
+    "segmented-download.short-segments",
+    clause=SEGMENT,
+    lengths={"3-then-5": (3, 5), "1-1-1-1-1": (1, 1, 1, 1, 1), "6-7-2": (6, 7, 2)},
+)
+def test_short_segments(sdo: Dialogue, variable: KnownObject, lengths: tuple[int, ...]) -> None:
+    """Segments before the last may hold fewer than 7 bytes; only their data is stored."""
+    sdo.store(variable, sdo.payload(sum(lengths)))
+    sdo.initiate_download(variable, sum(lengths))
+    data = b""
+    for number, length in enumerate(lengths):
+        chunk = sdo.payload(length)
+        data += chunk
+        last = number == len(lengths) - 1
+        sdo.download_segment(chunk, toggle=number % 2, last=last)
+    sdo.expect_value(variable, data)
+
+
+@must("segmented-download.filler-ignored", clause=SEGMENT, size=[1, 4, 8, 13])
+def test_filler_ignored(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """Bytes of the last segment behind its data are not stored."""
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    sdo.initiate_download(variable, size)
+    for start in range(0, size - 7, 7):
+        sdo.download_segment(data[start : start + 7], toggle=start // 7 % 2)
+    start = (size - 1) // 7 * 7
+    rest = data[start:]
+    toggle = start // 7 % 2
+    sdo.send(DownloadSegment(rest.ljust(7, b"#"), toggle, 7 - len(rest), True))
+    sdo.checks.download_segment(sdo.receive(), variable.mux, toggle)
+    sdo.expect_value(variable, data)
+
+
+@may("segmented-download.unused-not-stated", clause=SEGMENT)
+def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
+    """n = 0 in a last segment that is not full: the announced bytes are stored, or none."""
+    before = sdo.payload(9)
+    sdo.store(text, before)
+    data = sdo.payload(8)
+    sdo.initiate_download(text, 8)
+    sdo.download_segment(data[:7], toggle=0)
+    sdo.send(DownloadSegment(data[7:].ljust(7, b"\0"), 1, 0, True))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, text.mux)
+        sdo.expect_value(text, before)
+    else:
+        sdo.checks.download_segment(frame, text.mux, 1)
+        sdo.expect_value(text, data)
+
+
+@may("segmented-download.empty", clause=INITIATE)
+def test_empty(sdo: Dialogue, text: KnownObject) -> None:
+    """A download of no bytes stores an empty value or is refused; it never hangs."""
+    before = sdo.payload(9)
+    sdo.store(text, before)
+    if sdo.try_download(text, b"", segmented=True) is not None:
+        sdo.expect_value(text, before)
+
+
+@must("segmented-download.too-many", clause=ABORT, lengths={"7-7-1": (7, 7, 1), "7-6": (7, 6)})
+def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) -> None:
+    """More bytes than announced are refused, at the latest with the last, and nothing is stored."""
+    sdo.store(text, sdo.payload(sum(lengths)))
+    with sdo.unchanged(text):
+        sdo.expect_download_refused(text, sdo.payload(sum(lengths)), *TOO_LONG, size=8)
+
+
+@must("segmented-download.too-few", clause=ABORT, sizes={"10-of-14": (10, 14), "7-of-8": (7, 8)})
+def test_too_few(sdo: Dialogue, text: KnownObject, sizes: tuple[int, int]) -> None:
+    """Fewer bytes than announced are refused, and nothing is stored."""
+    sent, announced = sizes
+    sdo.store(text, sdo.payload(announced))
+    with sdo.unchanged(text):
+        sdo.expect_download_refused(text, sdo.payload(sent), *TOO_SHORT, size=announced)
+
+
+@must("segmented-download.number-too-long", clause=ABORT, length=[1, 2, 4, 8])
+def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
+    """A size that is too large for a number is refused, at the latest with the last segment."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
+
+
+@must("segmented-download.number-too-long-not-indicated", clause=ABORT, length=[1, 2, 4, 8])
+def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
+    """More bytes than a number has are refused though no size was indicated."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=None)
+
+
+@must("segmented-download.number-too-short", clause=ABORT, length=[2, 4, 8])
+def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
+    """A size that is too small for a number is refused, at the latest with the last segment."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
+
+
+@must("segmented-download.number-too-short-not-indicated", clause=ABORT, length=[2, 4, 8])
+def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
+    """Fewer bytes than a number has are refused though no size was indicated."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=None)
+
+
+@must("segmented-download.number-empty", clause=ABORT, length=[1, 4])
+def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
+    """No number has 0 bytes."""
+    known = device.number(length)
+    with sdo.unchanged(known):
+        sdo.expect_download_refused(known, b"", *TOO_SHORT, size=0)
+
+
+@may("segmented-download.huge-size", clause=INITIATE, size=[0xFFFFFFFF, 0x80000000])
+def test_huge_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A size beyond any memory is accepted for the time being, or refused; the server lives on."""
+    sdo.send(DownloadInitiate.with_size(variable.mux, size))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, variable.mux)
+    else:
+        sdo.checks.download_initiate(frame, variable.mux)
+    sdo.end_transfer()
+    sdo.upload(VENDOR_ID)
+
+
+@must(
+    "segmented-download.read-only",
+    clause=ABORT,
+    target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)},
+)
+def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
+    """A read-only object refuses a segmented download, at the latest with the last segment."""
+    mux = Multiplexer(*target)
+    value = sdo.upload(mux)
+    sdo.expect_download_refused(mux, value, *READ_ONLY, size=len(value))
+    if sdo.upload(mux) != value:
+        raise sdo.breach(f"{mux} keeps its value", "it has changed")
+
+
+@must("segmented-download.read-only-text", clause=ABORT)
+def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
+    """A constant text refuses the value that it has."""
+    value = sdo.upload(read_only_text)
+    sdo.expect_download_refused(read_only_text, value, *READ_ONLY, size=len(value))
+    sdo.expect_value(read_only_text, value)
+
+
+@must("segmented-download.object-missing", clause=ABORT)
+def test_object_missing(sdo: Dialogue) -> None:
+    """A segmented download to an object that does not exist is aborted as such."""
+    missing = sdo.missing_object()
+    sdo.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
+
+
+@must("segmented-download.sub-index-missing", clause=ABORT)
+def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
+    """A segmented download to a sub-index that does not exist is aborted as such."""
+    missing = sdo.missing_sub_index(number.mux.index)
+    sdo.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
+
+
+@must("segmented-download.reserved", clause=SEGMENT)
+def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
+    """Reserved bits and bytes of the confirmations (60h, 20h, 30h) are 0."""
+    sdo.store(variable, sdo.payload(20))
+    sdo.expect_clean(RESERVED)
+
+
+@may("segmented-download.request-reserved-bit", clause=INITIATE)
+def test_request_reserved_bit(sdo: Dialogue, variable: KnownObject) -> None:
+    """Bit 4 of a segmented initiate may be ignored or refused; silence is neither."""
+    sdo.send(DownloadInitiate(variable.mux, sized=True, payload=b"\x08\0\0\0", reserved_bits=1))
+    sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
+
+
+@may("segmented-download.unused-without-data", clause=INITIATE, unused=[1, 3])
+def test_unused_without_data(sdo: Dialogue, variable: KnownObject, unused: int) -> None:
+    """n in a segmented initiate has no meaning: it is ignored or refused."""
+    sdo.send(DownloadInitiate(variable.mux, sized=True, unused=unused, payload=b"\x08\0\0\0"))
+    sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
+
+
+@may("segmented-download.request-reserved-bytes", clause=INITIATE)
+def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
+    """Without a size (20h) bytes 4 to 7 are reserved: ignored, or at most refused."""
+    data = sdo.payload(9)
+    sdo.store(text, data)
+    sdo.send(DownloadInitiate(text.mux, payload=b"\xff\xff\xff\xff"))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, text.mux)
+        return
+    sdo.checks.download_initiate(frame, text.mux)
+    sdo.download_segment(data[:7], toggle=0)
+    sdo.download_segment(data[7:], toggle=1, last=True)
+    sdo.expect_value(text, data)
+
+
+@must("segmented-download.refused-is-over", clause=ABORT)
+def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
+    """After a refused download the next one is stored, with nothing of the old one in it."""
+    sdo.store(text, sdo.payload(14))
+    sdo.expect_download_refused(text, sdo.payload(10), *TOO_SHORT, size=14)
+    data = sdo.payload(12)
+    sdo.download(text, data)
+    sdo.expect_value(text, data)
+
+
+@must("segmented-download.other-objects", clause=SEGMENT)
+def test_other_objects(sdo: Dialogue, text: KnownObject, number: KnownObject) -> None:
+    """A segmented download changes its own object and no other."""
+    before = {mux: sdo.upload(mux) for mux in (DEVICE_TYPE, IDENTITY_COUNT, number.mux)}
+    sdo.store(text, sdo.payload(16))
+    for mux, value in before.items():
+        if sdo.upload(mux) != value:
+            raise sdo.breach(f"{mux} keeps its value", "it has changed")

@@ -1,0 +1,233 @@
+"""What goes wrong in the middle of a segmented download (CiA 301, 7.2.4.3.4 and 7.2.4.3.17)."""
+
+from conformance.device.device import IDENTITY_COUNT
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import FOREIGN_IN_DOWNLOAD
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    DownloadSegment,
+    UploadInitiate,
+    decode_response,
+)
+from conformance.sdo.layout import Multiplexer
+
+INITIATE = "7.2.4.3.3"
+SEGMENT = "7.2.4.3.4"
+ABORT = "7.2.4.3.17"
+SIZE = 21
+BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
+
+
+def begin_download(sdo: Dialogue, text: KnownObject, segments: int) -> bytes:
+    """Start a download of three full segments and send so many of them; return all its data."""
+    data = sdo.payload(SIZE)
+    sdo.initiate_download(text, SIZE)
+    for number in range(segments):
+        sdo.download_segment(data[7 * number : 7 * number + 7], toggle=number % 2)
+    return data
+
+
+@must("segmented-download.toggle", clause=SEGMENT, segments=BEGUN)
+def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """A segment whose toggle bit did not alternate is refused or ignored, and never stored.
+
+    The right segment follows at once, so that a server that ignored the wrong one shows it.
+    """
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        data = begin_download(sdo, text, segments)
+        right, wrong = segments % 2, 1 - segments % 2
+        chunk = data[7 * segments : 7 * segments + 7]
+        sdo.send(DownloadSegment.with_data(b"#######", toggle=wrong))
+        sdo.send(DownloadSegment.with_data(chunk, toggle=right))
+        frame = sdo.receive()
+        if isinstance(decode_response(frame), Abort):
+            abort = sdo.checks.abort(frame, text.mux)
+            if abort.code != AbortCode.TOGGLE_NOT_ALTERNATED:
+                raise sdo.breach("abort 05030000h, or no answer", describe_response(frame))
+            sdo.expect_silence_or_abort()
+            return
+        due = f"no answer to the wrong segment, {0x20 | right << 4:02X}h to the right one"
+        if frame[0] & 0x10 != right << 4:
+            raise sdo.breach(due, describe_response(frame))
+        sdo.checks.download_segment(frame, text.mux, right)
+    sdo.expect_nothing()
+
+
+@must("segmented-download.toggle-ignored-data", clause=SEGMENT)
+def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
+    """A server that ignores a repeated segment does not store it twice."""
+    sdo.store(text, sdo.payload(SIZE))
+    data = begin_download(sdo, text, 1)
+    sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
+    sdo.send(DownloadSegment.with_data(data[7:14], toggle=1))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, text.mux)
+        sdo.expect_silence_or_abort()
+        return
+    if not frame[0] & 0x10:
+        raise sdo.breach("no answer to the repeated segment", describe_response(frame))
+    sdo.checks.download_segment(frame, text.mux, 1)
+    sdo.download_segment(data[14:], toggle=0, last=True)
+    sdo.expect_value(text, data)
+
+
+@must("segmented-download.toggle-afterwards", clause=SEGMENT, segments=[1, 2])
+def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """Wherever a transfer ended, the next one begins with t = 0."""
+    sdo.store(text, sdo.payload(SIZE))
+    begin_download(sdo, text, segments)
+    sdo.channel.abort(text.mux, AbortCode.GENERAL_ERROR)
+    sdo.initiate_download(text, SIZE)
+    sdo.download_segment(sdo.payload(7), toggle=0)
+
+
+@must("segmented-download.foreign", clause=SEGMENT, request=FOREIGN_IN_DOWNLOAD)
+def test_foreign(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
+    """A request of another service before the first segment ends the download with 05040001h."""
+    _foreign(sdo, text, request, 0)
+
+
+@must("segmented-download.foreign-later", clause=SEGMENT, request=FOREIGN_IN_DOWNLOAD)
+def test_foreign_later(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
+    """A request of another service between segments ends the download with 05040001h."""
+    _foreign(sdo, text, request, 1)
+
+
+def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) -> None:
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        begin_download(sdo, text, segments)
+        sdo.send(request)
+        sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=text)
+        sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=segments % 2, last=True))
+
+
+@must("segmented-download.restart", clause=INITIATE, segments=BEGUN)
+def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """The same initiate again starts a new download, or is refused and ends the transfer."""
+    sdo.store(text, sdo.payload(SIZE))
+    begin_download(sdo, text, segments)
+    data = sdo.payload(9)
+    request = DownloadInitiate.with_size(text.mux, 9)
+    frame = sdo.expect_restart_or_abort(request, text, text)
+    if frame is not None:
+        sdo.checks.download_initiate(frame, text.mux)
+        sdo.download_segment(data[:7], toggle=0)
+        sdo.download_segment(data[7:], toggle=1, last=True)
+        sdo.expect_value(text, data)
+
+
+@must("segmented-download.new-upload", clause=INITIATE, segments=BEGUN)
+def test_new_upload(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """An upload in mid-download is served with its data or refused; the download is over."""
+    due = sdo.upload(IDENTITY_COUNT)
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        data = begin_download(sdo, text, segments)
+        frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), text, IDENTITY_COUNT)
+        if frame is not None:
+            response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
+            found = sdo.finish_upload(IDENTITY_COUNT, response)
+            if found[: len(due)] != due:
+                raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
+        rest = data[7 * segments : 7 * segments + 7]
+        sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
+
+
+@must("segmented-download.new-download", clause=INITIATE, segments=BEGUN)
+def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
+    """A download of another object in mid-download is served or refused; the old one is over."""
+    value = sdo.upload(number)
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        begin_download(sdo, text, segments)
+        request = DownloadInitiate.with_size(number.mux, len(value))
+        frame = sdo.expect_restart_or_abort(request, text, number)
+        if frame is not None:
+            sdo.checks.download_initiate(frame, number.mux)
+            for start in range(0, len(value), 7):
+                last = start + 7 >= len(value)
+                sdo.download_segment(value[start : start + 7], toggle=start // 7 % 2, last=last)
+        sdo.expect_value(number, value)
+
+
+@must("segmented-download.client-abort", clause=ABORT, segments=BEGUN)
+def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """An abort of the client is not answered, ends the download, and nothing is stored."""
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        begin_download(sdo, text, segments)
+        sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
+        sdo.expect_nothing()
+
+
+@must("segmented-download.client-abort-then-segment", clause=ABORT, segments=BEGUN)
+def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """A last segment right behind an abort completes nothing."""
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        data = begin_download(sdo, text, segments)
+        sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
+        rest = data[7 * segments : 7 * segments + 7]
+        sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
+
+
+@may(
+    "segmented-download.foreign-abort",
+    clause=ABORT,
+    mux={"other-object": Multiplexer(0x1018, 1), "none": Multiplexer(0, 0)},
+)
+def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> None:
+    """An abort of another object ends the download or is ignored; it is not answered.
+
+    05040001h is accepted: a server may take it for a request that has no place there.
+    """
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        begin_download(sdo, text, 1)
+        sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
+        sdo.tracker.open = text.mux  # the server may have ignored it
+        sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
+
+
+@may("segmented-download.abort-reserved-bits", clause=ABORT, bits=[0x01, 0x10, 0x1F])
+def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> None:
+    """81h to 9Fh is an abort with reserved bits, or no valid request; never a segment."""
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.unchanged(text):
+        begin_download(sdo, text, 1)
+        sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR, bits))
+        sdo.tracker.open = text.mux  # the server may have ignored it
+        sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
+
+
+@may("segmented-download.after-the-last", clause=SEGMENT, toggle=[0, 1])
+def test_after_the_last(sdo: Dialogue, text: KnownObject, toggle: int) -> None:
+    """After the last segment another one is refused or ignored, and changes nothing."""
+    data = sdo.payload(SIZE)
+    sdo.store(text, data)
+    sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=toggle, last=True))
+    sdo.expect_value(text, data)
+
+
+@may(
+    "segmented-download.without-initiate",
+    clause=SEGMENT,
+    request={
+        "00h": DownloadSegment.with_data(b"ABCDEFG", toggle=0),
+        "01h": DownloadSegment.with_data(b"ABCDEFG", toggle=0, last=True),
+        "10h": DownloadSegment.with_data(b"ABCDEFG", toggle=1),
+        "0Fh": DownloadSegment.with_data(b"", toggle=0, last=True),
+    },
+)
+def test_without_initiate(sdo: Dialogue, request: DownloadSegment) -> None:
+    """A segment without a download is refused or ignored."""
+    sdo.upload(IDENTITY_COUNT)
+    sdo.expect_dead(request)

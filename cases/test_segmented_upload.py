@@ -1,0 +1,260 @@
+"""Uploads in segments (CiA 301, 7.2.4.3.6 and 7.2.4.3.7)."""
+
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must, should
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    decode_response,
+)
+from conformance.sdo.rules import FILLER, RESERVED
+
+INITIATE = "7.2.4.3.6"
+SEGMENT = "7.2.4.3.7"
+ABORT = "7.2.4.3.17"
+BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
+
+
+def begin_upload(sdo: Dialogue, segments: int) -> KnownObject:
+    """Start the upload of an object of three segments or more and take so many of them."""
+    known, _ = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    for number in range(segments):
+        sdo.upload_segment(toggle=number % 2)
+    return known
+
+
+@must("segmented-upload.size", clause=SEGMENT, size=[*SHORT_SIZES, *LONG_SIZES])
+def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """An upload delivers the bytes of the object, no more and no fewer, and says so rightly."""
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    sdo.expect_value(variable, data)
+
+
+@must("segmented-upload.again", clause=SEGMENT)
+def test_again(sdo: Dialogue) -> None:
+    """A second upload of the same object delivers the same."""
+    known, data = sdo.long_object()
+    sdo.expect_value(known, data)
+    sdo.expect_value(known, data)
+
+
+@must("segmented-upload.read-only-text", clause=SEGMENT)
+def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
+    """A constant text longer than 4 bytes comes in segments, every time the same."""
+    first = sdo.upload(read_only_text)
+    sdo.expect_value(read_only_text, first)
+
+
+@must("segmented-upload.toggle-first", clause=SEGMENT)
+def test_toggle_first(sdo: Dialogue) -> None:
+    """The first segment request has t = 0; 70h ends the transfer and brings no data."""
+    known = begin_upload(sdo, 0)
+    sdo.send(UploadSegment(1))
+    sdo.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known, tolerated=())
+    sdo.expect_dead(UploadSegment(0))
+
+
+@must("segmented-upload.toggle-repeated", clause=SEGMENT, segments=[1, 2])
+def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
+    """A repeated toggle bit ends the transfer and brings no data."""
+    known = begin_upload(sdo, segments)
+    sdo.send(UploadSegment((segments - 1) % 2))
+    sdo.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known, tolerated=())
+    sdo.expect_dead(UploadSegment(segments % 2))
+
+
+@must("segmented-upload.toggle-afterwards", clause=SEGMENT, segments=[1, 2])
+def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
+    """Wherever a transfer ended, the next one begins with t = 0."""
+    known = begin_upload(sdo, segments)
+    sdo.channel.abort(known.mux, AbortCode.GENERAL_ERROR)
+    sdo.start_segmented_upload(known)
+    sdo.upload_segment(toggle=0)
+
+
+@must("segmented-upload.reserved", clause=INITIATE)
+def test_reserved(sdo: Dialogue) -> None:
+    """Reserved bits of the answers in an upload are 0, and the d field without a size is too."""
+    known, data = sdo.long_object()
+    sdo.expect_value(known, data)
+    sdo.expect_clean(RESERVED)
+
+
+@should("segmented-upload.filler", clause=SEGMENT, size=[8, 9, 13, 15, 20])
+def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """The bytes of the last segment that hold no data are 0."""
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    sdo.expect_value(variable, data)
+    sdo.expect_clean(FILLER)
+
+
+@must("segmented-upload.foreign", clause=SEGMENT, request=FOREIGN_IN_UPLOAD)
+def test_foreign(sdo: Dialogue, request: bytes) -> None:
+    """A request of another service before the first segment ends the upload with 05040001h."""
+    known = begin_upload(sdo, 0)
+    sdo.send(request)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_dead(UploadSegment(0))
+
+
+@must("segmented-upload.foreign-later", clause=SEGMENT, request=FOREIGN_IN_UPLOAD)
+def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
+    """A request of another service between segments ends the upload with 05040001h."""
+    known = begin_upload(sdo, 1)
+    sdo.send(request)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_dead(UploadSegment(1))
+
+
+@must("segmented-upload.restart", clause=INITIATE, segments=BEGUN)
+def test_restart(sdo: Dialogue, segments: int) -> None:
+    """The same initiate again starts from the first byte, or is refused and ends the transfer."""
+    known, data = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    for number in range(segments):
+        sdo.upload_segment(toggle=number % 2)
+    frame = sdo.expect_restart_or_abort(UploadInitiate(known.mux), known, known)
+    if frame is not None:
+        response = sdo.checks.upload_initiate(frame, known.mux)
+        found = sdo.finish_upload(known, response)
+        if found != data and found.rstrip(b"\0") != data:
+            raise sdo.breach("the object from its first byte", f"{found!r}")
+
+
+@must("segmented-upload.new-upload", clause=INITIATE, segments=BEGUN)
+def test_new_upload(sdo: Dialogue, segments: int) -> None:
+    """An upload of another object is served with its data, or refused; the old one is over."""
+    due = sdo.upload(IDENTITY_COUNT)
+    known = begin_upload(sdo, segments)
+    frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), known, IDENTITY_COUNT)
+    if frame is not None:
+        response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
+        found = sdo.finish_upload(IDENTITY_COUNT, response)
+        if found[: len(due)] != due:
+            raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
+    sdo.expect_dead(UploadSegment(segments % 2))
+
+
+@must("segmented-upload.new-download", clause=INITIATE)
+def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
+    """A download in the middle of an upload is served or refused; the upload is over."""
+    value = sdo.upload(number)
+    known = begin_upload(sdo, 1)
+    request = (
+        DownloadInitiate.with_data(number.mux, value)
+        if len(value) <= 4
+        else DownloadInitiate.with_size(number.mux, len(value))
+    )
+    frame = sdo.expect_restart_or_abort(request, known, number)
+    if frame is not None:
+        sdo.checks.download_initiate(frame, number.mux)
+    sdo.end_transfer()
+    sdo.expect_dead(UploadSegment(1))
+    sdo.expect_value(number, value)
+
+
+@must("segmented-upload.client-abort", clause=ABORT, segments=BEGUN)
+def test_client_abort(sdo: Dialogue, segments: int) -> None:
+    """An abort of the client is not answered and ends the upload."""
+    known = begin_upload(sdo, segments)
+    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+    sdo.expect_nothing()
+    sdo.expect_dead(UploadSegment(segments % 2))
+
+
+@must("segmented-upload.client-abort-then-segment", clause=ABORT, segments=BEGUN)
+def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
+    """A segment request right behind an abort brings no data."""
+    known = begin_upload(sdo, segments)
+    sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(UploadSegment(segments % 2))
+
+
+@must("segmented-upload.client-abort-then-upload", clause=ABORT)
+def test_client_abort_then_upload(sdo: Dialogue) -> None:
+    """An upload right behind an abort is served whole."""
+    known, data = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    sdo.upload_segment(toggle=0)
+    sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_value(known, data)
+
+
+@may("segmented-upload.after-the-last", clause=SEGMENT, toggle=[0, 1])
+def test_after_the_last(sdo: Dialogue, toggle: int) -> None:
+    """After the last segment there are no more: abort or silence, but no data."""
+    known, data = sdo.long_object()
+    sdo.expect_value(known, data)
+    sdo.expect_dead(UploadSegment(toggle))
+
+
+@may("segmented-upload.without-initiate", clause=SEGMENT, toggle=[0, 1])
+def test_without_initiate(sdo: Dialogue, toggle: int) -> None:
+    """A segment request without an upload brings no data: abort or silence."""
+    sdo.upload(DEVICE_TYPE)
+    sdo.expect_dead(UploadSegment(toggle))
+
+
+@may("segmented-upload.request-reserved-bytes", clause=SEGMENT)
+def test_request_reserved_bytes(sdo: Dialogue) -> None:
+    """Segment requests that repeat the multiplexer, as some clients do, are served or refused."""
+    known, data = sdo.long_object()
+    response = sdo.start_segmented_upload(known)
+    multiplexer = UploadInitiate(known.mux).encode()[1:4]
+    _compare_or_abort(sdo, known, response, data, UploadSegment(0, 0, multiplexer + bytes(4)))
+
+
+@may("segmented-upload.request-reserved-bits", clause=SEGMENT, bits=[0x01, 0x0F])
+def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
+    """Reserved bits of a segment request may be ignored or refused; silence is neither."""
+    known, data = sdo.long_object()
+    response = sdo.start_segmented_upload(known)
+    _compare_or_abort(sdo, known, response, data, UploadSegment(0, bits))
+
+
+def _compare_or_abort(
+    sdo: Dialogue,
+    known: KnownObject,
+    response: UploadInitiateResponse,
+    data: bytes,
+    request: UploadSegment,
+) -> None:
+    """Expect the first segment in answer to ``request``, or a refusal of it."""
+    sdo.send(request)
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        abort = sdo.checks.abort(frame, known.mux)
+        if abort.code not in (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE):
+            raise sdo.breach("the segment, or abort 05040001h", describe_response(frame))
+        return
+    segment = sdo.checks.upload_segment(frame, known.mux, 0)
+    if not data.startswith(segment.data) or response.size not in (None, len(data), len(data) + 1):
+        raise sdo.breach(f"the first bytes of {data!r}", describe_response(frame))
+
+
+@may("segmented-upload.empty", clause=SEGMENT)
+def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
+    """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
+    if sdo.try_download(variable, b"", segmented=True) is not None:
+        sdo.info(f"{variable} refuses to become empty")
+        return
+    sdo.send(UploadInitiate(variable.mux))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, variable.mux)
+        return
+    response = sdo.checks.upload_initiate(frame, variable.mux)
+    found = sdo.finish_upload(variable, response)
+    if found.strip(b"\0"):
+        raise sdo.breach("no data", f"{found!r}")

@@ -1,0 +1,299 @@
+"""What a case does with a device: single exchanges and whole transfers, strictly checked.
+
+A step that is not the point of a case fails as what it is: a breach of the general rule that the
+answer broke, not of the rule that the case is about.
+"""
+
+import random
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from typing import TypeVar
+
+from conformance.bus.channel import Channel
+from conformance.device.device import Device, NotTestable
+from conformance.device.objects import KnownObject
+from conformance.device.safety import written_by
+from conformance.run.wire import Wire
+from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.checks import ResponseChecks, ServerAborted
+from conformance.sdo.client import Client
+from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegment,
+    Request,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+    decode_request,
+)
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.objects import DataType
+from conformance.sdo.rules import NOT_REFUSED, Rule, Violation
+
+Result = TypeVar("Result")
+Target = Multiplexer | KnownObject
+PRINTABLE = bytes(range(0x21, 0x7F))
+NO_ROOM = (
+    AbortCode.LENGTH_TOO_HIGH,
+    AbortCode.LENGTH_MISMATCH,
+    AbortCode.LENGTH_TOO_LOW,
+    AbortCode.OUT_OF_MEMORY,
+)
+NOT_NOW = (
+    AbortCode.VALUE_INVALID,
+    AbortCode.VALUE_TOO_HIGH,
+    AbortCode.VALUE_TOO_LOW,
+    AbortCode.LOCAL_CONTROL,
+    AbortCode.DEVICE_STATE,
+)
+# Indices that CiA 301 and the common profiles leave free, and sub-indices that few objects reach.
+MISSING_INDICES = (0x1FFF, 0x0F00, 0x5FF7, 0xBFF7)
+MISSING_SUB_INDICES = (0xFE, 0xFD, 0x7F)
+
+
+def mux_of(target: Target) -> Multiplexer:
+    """Return the multiplexer of an object."""
+    return target.mux if isinstance(target, KnownObject) else target
+
+
+class Steps(Wire):
+    """Exchanges and transfers of one case with one device."""
+
+    def __init__(self, channel: Channel, device: Device, rule: Rule, seed: int) -> None:
+        """``rule`` is what the case is about; ``seed`` decides on the bytes that it writes."""
+        super().__init__(channel, device)
+        self.rule = rule
+        self.minor: list[Violation] = []
+        self.notes: list[str] = []
+        self.written: set[Multiplexer] = set()
+        self.checks = ResponseChecks(self.minor.append)
+        self.client = Client(self.checks)
+        self._random = random.Random(f"{seed}/{rule.id}")
+
+    def send(self, request: Message | bytes | Request) -> None:
+        """Send a request, and remember what it writes to."""
+        super().send(request)
+        data = request if isinstance(request, bytes) else request.encode()
+        target = written_by(decode_request(data))
+        if target is not None:
+            self.written.add(target)
+
+    def payload(self, size: int) -> bytes:
+        """Return printable bytes, others with every call and the same in every run."""
+        return bytes(self._random.choices(PRINTABLE, k=size))
+
+    # Steps: one exchange each
+
+    def initiate_download(
+        self, target: Target, size: int | None = None
+    ) -> DownloadInitiateResponse:
+        """Start a segmented download of ``size`` bytes; for None the size is not indicated."""
+        mux = mux_of(target)
+        with self._served():
+            self.send(DownloadInitiate.with_size(mux, size))
+            return self.checks.download_initiate(self.receive(), mux)
+
+    def download_segment(self, data: bytes, *, toggle: int, last: bool = False) -> None:
+        """Send up to 7 bytes of a segmented download."""
+        mux = self._open_transfer()
+        with self._served():
+            self.send(DownloadSegment.with_data(data, toggle=toggle, last=last))
+            self.checks.download_segment(self.receive(), mux, toggle)
+
+    def initiate_upload(self, target: Target) -> UploadInitiateResponse:
+        """Start an upload."""
+        mux = mux_of(target)
+        with self._served():
+            self.send(UploadInitiate(mux))
+            return self.checks.upload_initiate(self.receive(), mux)
+
+    def upload_segment(self, *, toggle: int) -> UploadSegmentResponse:
+        """Ask for the next segment of an upload."""
+        mux = self._open_transfer()
+        with self._served():
+            self.send(UploadSegment(toggle))
+            return self.checks.upload_segment(self.receive(), mux, toggle)
+
+    def start_segmented_upload(self, target: Target) -> UploadInitiateResponse:
+        """Start an upload of an object that is too long for one frame."""
+        response = self.initiate_upload(target)
+        if response.expedited:
+            raise Violation(
+                NOT_REFUSED,
+                expected=f"40h or 41h: {mux_of(target)} is longer than 4 bytes",
+                actual=describe_response(response.encode()),
+            )
+        return response
+
+    # Whole transfers
+
+    def upload(self, target: Target) -> bytes:
+        """Read an object; its length is that of the type where the device does not say it."""
+        with self._served():
+            uploaded = self._run(self.client.upload(mux_of(target)))
+        length = target.length if isinstance(target, KnownObject) else None
+        return uploaded.data if uploaded.counted else uploaded.data[:length]
+
+    def download(
+        self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
+    ) -> None:
+        """Write an object; the server has to take it."""
+        with self._served():
+            self._run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
+
+    def try_download(
+        self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
+    ) -> Abort | None:
+        """Write an object; return the abort if the server refuses."""
+        try:
+            self._run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
+        except ServerAborted as aborted:
+            return aborted.abort
+        return None
+
+    def write_number(self, known: KnownObject, **how: bool) -> bytes:
+        """Write another value than the present one to a number, and return it.
+
+        Every byte changes where the object allows that, else only the lowest bit. Raises
+        NotTestable when the object refuses both values.
+        """
+        before = self.upload(known)
+        changed = bytes(byte ^ 1 for byte in before)
+        for value in (changed, changed[:1] + before[1:]):
+            abort = self.try_download(known, value, **how)
+            if abort is None:
+                return value
+            if abort.code not in NOT_NOW:
+                raise Violation(
+                    NOT_REFUSED,
+                    expected=f"a download of {hex_bytes(value)} to {known} to be confirmed",
+                    actual=describe_response(abort.encode()),
+                )
+        raise NotTestable(
+            f"{known} takes no value near its present one ({hex_bytes(before)}): name another"
+        )
+
+    def store(
+        self,
+        known: KnownObject,
+        data: bytes,
+        *,
+        segmented: bool | None = None,
+        sized: bool = True,
+    ) -> None:
+        """Write ``data`` to a string or domain that may be too small for it.
+
+        Raises NotTestable when the object is too small. A device that refuses this length and
+        takes a longer one is at fault.
+        """
+        abort = self.try_download(known, data, segmented=segmented, sized=sized)
+        if abort is None:
+            return
+        longer = self.payload(len(data) + 1)
+        if abort.code in NO_ROOM and self.try_download(known, longer, segmented=True) is not None:
+            raise NotTestable(
+                f"{known} has no room for {len(data)} bytes (refused with "
+                f"{describe_code(abort.code)}): name a larger string or domain"
+            )
+        raise Violation(
+            NOT_REFUSED,
+            expected=f"a download of {len(data)} bytes to {known}, which takes a longer one",
+            actual=describe_response(abort.encode()),
+        )
+
+    def finish_upload(self, target: Target, response: UploadInitiateResponse) -> bytes:
+        """Take what is left of an upload after the answer to its initiate."""
+        if response.expedited:
+            length = target.length if isinstance(target, KnownObject) else None
+            return response.data if response.sized else response.data[:length]
+        with self._served():
+            rest = self.client.upload_segments(mux_of(target), response.size)
+            return self._run(rest).data
+
+    def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:
+        """Return an object whose upload takes so many segments or more, and its value.
+
+        That is a string or domain that may be written, else what reads long enough by itself.
+        """
+        needed = 7 * (segments - 1) + 1
+        try:
+            known = self.device.variable()
+            data = self.payload(7 * segments - 1)
+            self.store(known, data)
+        except NotTestable:
+            for known in self.device.objects:
+                data = self.device.values.get(known.mux, b"")
+                if len(data) >= needed:
+                    return known, data
+            raise NotTestable(
+                f"needs an object of {needed} bytes or more: name a string or domain, for example "
+                "--object=2010=visible_string"
+            ) from None
+        return known, data
+
+    def missing_object(self) -> Multiplexer:
+        """Return the multiplexer of an object that the device refuses to read."""
+        return self._missing([Multiplexer(index) for index in MISSING_INDICES])
+
+    def missing_sub_index(self, index: int) -> Multiplexer:
+        """Return a multiplexer of an existing object that the device refuses to read."""
+        return self._missing([Multiplexer(index, sub) for sub in MISSING_SUB_INDICES])
+
+    def _missing(self, candidates: list[Multiplexer]) -> Multiplexer:
+        for mux in candidates:
+            try:
+                self._run(self.client.upload(mux))
+            except ServerAborted:
+                self.device.policy.allow_missing(mux)
+                return mux
+        raise self.breach(
+            "an abort: few devices have " + ", ".join(map(str, candidates)),
+            "all of them are served",
+        )
+
+    def breach(self, expected: str, actual: str) -> Violation:
+        """Build a breach of the case's rule."""
+        return Violation(self.rule, expected=expected, actual=actual)
+
+    def _run(self, transfer: Generator[Request, bytes, Result]) -> Result:
+        request = next(transfer)
+        while True:
+            self.send(request)
+            try:
+                request = transfer.send(self.receive())
+            except StopIteration as done:
+                return done.value  # type: ignore[no-any-return]
+
+    @contextmanager
+    def _served(self) -> Iterator[None]:
+        try:
+            yield
+        except ServerAborted as aborted:
+            raise Violation(
+                NOT_REFUSED,
+                expected=f"an answer to: {self._last_sent}",
+                actual=describe_response(aborted.abort.encode()),
+            ) from aborted
+
+    def _open_transfer(self) -> Multiplexer:
+        if self.tracker.open is None:
+            raise RuntimeError("a segment needs a transfer; send() sends one without")
+        return self.tracker.open
+
+
+def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
+    """Compare values: the 00h that ends a string is optional."""
+    if known.data_type is DataType.VISIBLE_STRING:
+        return found.rstrip(b"\0") == due.rstrip(b"\0")
+    return found == due
+
+
+def shown(data: bytes) -> str:
+    """Write a value with its length; of a long one the beginning and the end."""
+    if len(data) <= 32:
+        return f"{len(data)} bytes: {hex_bytes(data)}"
+    return f"{len(data)} bytes: {hex_bytes(data[:16])} … {hex_bytes(data[-8:])}"

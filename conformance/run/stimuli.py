@@ -1,0 +1,47 @@
+"""Requests that several cases send, by the label that stands in the case's id."""
+
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockEnd,
+    BlockEndResponse,
+    BlockUploadStart,
+    DownloadSegment,
+    UploadSegment,
+)
+from conformance.sdo.layout import Message
+
+# Command specifiers without a meaning, with the multiplexer of 1000h behind them.
+UNKNOWN_SPECIFIERS = {
+    f"{command:02X}h": bytes([command, 0x00, 0x10, 0x00, 0, 0, 0, 0])
+    for command in (0xE0, 0xE1, 0xF0, 0xFF)
+}
+
+# What only has a meaning within a block transfer.
+BLOCK_FRAMES: dict[str, Message] = {
+    "block-end-response-A1h": BlockEndResponse(),
+    "block-ack-A2h": BlockAck(1, 127),
+    "block-start-A3h": BlockUploadStart(),
+    "block-end-C1h": BlockEnd(0),
+    "block-end-DDh": BlockEnd(7),
+}
+
+# Requests of other services in the middle of a segmented transfer.
+FOREIGN_IN_UPLOAD: dict[str, bytes] = {
+    "download-segment-00h": DownloadSegment.with_data(b"ABCDEFG", toggle=0).encode(),
+    "download-segment-11h": DownloadSegment.with_data(b"ABCDEFG", toggle=1, last=True).encode(),
+    "unknown-E0h": UNKNOWN_SPECIFIERS["E0h"],
+    "unknown-FFh": UNKNOWN_SPECIFIERS["FFh"],
+    **{label: message.encode() for label, message in BLOCK_FRAMES.items()},
+}
+FOREIGN_IN_DOWNLOAD: dict[str, bytes] = {
+    "upload-segment-60h": UploadSegment(0).encode(),
+    "upload-segment-70h": UploadSegment(1).encode(),
+    "unknown-E0h": UNKNOWN_SPECIFIERS["E0h"],
+    "unknown-FFh": UNKNOWN_SPECIFIERS["FFh"],
+    **{label: message.encode() for label, message in BLOCK_FRAMES.items()},
+}
+
+# Lengths at which counters of servers wrap or segments fill up exactly, in bytes.
+SHORT_SIZES = tuple(range(1, 23))
+LONG_SIZES = (255, 256, 257, 888, 889, 890, 4095, 4096, 4097)
+EDGE_SIZES = (1, 4, 5, 7, 8, 13, 14, 15, 20, 21, 22, 255, 256, 889, 890, 4096)

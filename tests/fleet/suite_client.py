@@ -1,0 +1,73 @@
+"""The suite's own client on a bus: every response is held to everything that the protocol says."""
+
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+from conformance.bus.channel import Channel
+from conformance.bus.link import Link
+from conformance.bus.opening import BusSettings, open_bus
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.client import Client, Uploaded
+from conformance.sdo.frames import Request
+from conformance.sdo.layout import Message, Multiplexer
+
+Result = TypeVar("Result")
+RESPONSE_TIMEOUT = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class SuiteClient:
+    """The reference client, strict in everything, on the channel of one device."""
+
+    channel: Channel
+    client: Client = field(default_factory=Client)
+
+    def upload(self, mux: Multiplexer) -> Uploaded:
+        """Read an object."""
+        return self._run(self.client.upload(mux))
+
+    def download(
+        self, mux: Multiplexer, data: bytes, *, segmented: bool | None = None, sized: bool = True
+    ) -> None:
+        """Write an object."""
+        self._run(self.client.download(mux, data, segmented=segmented, sized=sized))
+
+    def refusal(self, transfer: Generator[Request, bytes, object]) -> AbortCode:
+        """Run a transfer that the server has to abort; return with which code."""
+        try:
+            result = self._run(transfer)
+        except ServerAborted as aborted:
+            return AbortCode(aborted.abort.code)
+        raise AssertionError(f"the server did not abort: {result!r}")
+
+    def exchange(self, request: Message) -> bytes:
+        """Send one request and return the data bytes of the answer."""
+        self.channel.send(request)
+        frame = self.channel.receive()
+        assert frame is not None, f"no answer to {request}"
+        return frame.data
+
+    def _run(self, transfer: Generator[Request, bytes, Result]) -> Result:
+        request = next(transfer)
+        while True:
+            self.channel.send(request)
+            frame = self.channel.receive()
+            assert frame is not None, f"no answer to {request}"
+            try:
+                request = transfer.send(frame.data)
+            except StopIteration as done:
+                return done.value  # type: ignore[no-any-return]
+
+
+@contextmanager
+def suite_client(channel: str, node_id: int) -> Iterator[SuiteClient]:
+    """Open a channel of the virtual bus for our client."""
+    settings = BusSettings("virtual", channel)
+    link = Link(open_bus(settings), str(settings))
+    try:
+        yield SuiteClient(Channel(link, node_id, RESPONSE_TIMEOUT))
+    finally:
+        link.close()
