@@ -35,9 +35,14 @@ class WritePolicy:
         """Say whether a download to this entry may be sent."""
         return mux in self._writable or mux in self._missing or mux.index in IDENTITY
 
-    def check(self, frame: bytes) -> None:
-        """Raise WriteNotPermitted for a request that would write elsewhere, short ones included."""
-        target = written_by(decode_request(frame.ljust(FRAME_LENGTH, b"\0")))
+    def check(self, frame: bytes, request: Request) -> None:
+        """Raise WriteNotPermitted for a request that would write elsewhere.
+
+        A frame of fewer than 8 bytes counts as what a careless device may take it for.
+        """
+        if len(frame) < FRAME_LENGTH:
+            request = decode_request(frame.ljust(FRAME_LENGTH, b"\0"))
+        target = written_by(request)
         if target is not None and not self.permits(target):
             raise WriteNotPermitted(
                 f"A case was about to write to {target}, which nobody allowed. Allow it with "

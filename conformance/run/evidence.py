@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from conformance.bus.link import Captured, Direction
 from conformance.run.verdict import CaseResult
 from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import FRAME_LENGTH
 
 FIRST_LINES = 40
@@ -12,18 +13,28 @@ LAST_LINES = 60
 
 
 def trace_lines(frames: Sequence[Captured], request_id: int, response_id: int) -> list[str]:
-    """Return a line a frame: milliseconds since the first, direction, bytes, and words."""
+    """Return a line a frame: milliseconds since the first, direction, bytes, and words.
+
+    The middle of a long trace is left out.
+    """
     decoder = Decoder()
     begin = frames[0].timestamp if frames else 0.0
     lines = []
-    for captured in frames:
+    for number, captured in enumerate(frames):
         frame = captured.frame
         plain = frame.dlc == FRAME_LENGTH and not frame.remote and not frame.extended
-        words = "not an SDO frame of this channel"
+        message: Request | Response | None = None
         if plain and frame.can_id == request_id:
-            words = describe(decoder.request(frame.data))
+            message = decoder.request(frame.data)
         elif plain and frame.can_id == response_id:
-            words = describe(decoder.response(frame.data))
+            message = decoder.response(frame.data)
+        if FIRST_LINES <= number < len(frames) - LAST_LINES:
+            if number == FIRST_LINES:
+                lines.append(_left_out(len(frames)))
+            continue
+        words = "not an SDO frame of this channel"
+        if message is not None:
+            words = describe(message)
         elif frame.can_id in (request_id, response_id):
             words = f"DLC {frame.dlc}, not a data frame of 8 bytes with an 11-bit identifier"
         arrow = ">" if captured.direction is Direction.SENT else "<"
@@ -33,21 +44,16 @@ def trace_lines(frames: Sequence[Captured], request_id: int, response_id: int) -
 
 
 def cansend_lines(frames: Sequence[Captured], channel: str) -> list[str]:
-    """Return the commands that send what the suite sent."""
-    return [
-        f"cansend {channel} {captured.frame}"
-        for captured in frames
-        if captured.direction is Direction.SENT
-    ]
-
-
-def shortened(lines: Sequence[str]) -> list[str]:
-    """Leave out the middle of a long list, and say so."""
+    """Return the commands that send what the suite sent; the middle of many is left out."""
+    sent = [captured.frame for captured in frames if captured.direction is Direction.SENT]
+    lines = [f"cansend {channel} {frame}" for frame in sent]
     if len(lines) <= FIRST_LINES + LAST_LINES:
-        return list(lines)
-    left_out = len(lines) - FIRST_LINES - LAST_LINES
-    note = f"          … {left_out} lines left out; bus.log has them all"
-    return [*lines[:FIRST_LINES], note, *lines[-LAST_LINES:]]
+        return lines
+    return [*lines[:FIRST_LINES], f"# {_left_out(len(lines))}", *lines[-LAST_LINES:]]
+
+
+def _left_out(number: int) -> str:
+    return f"… {number - FIRST_LINES - LAST_LINES} frames left out; bus.log has them all"
 
 
 def evidence_text(result: CaseResult) -> str:
@@ -67,7 +73,7 @@ def evidence_text(result: CaseResult) -> str:
             lines.append(f"  {name}: {value}")
     lines += [f"  note: {note}" for note in result.notes]
     lines.append("  frames (> sent, < received):")
-    lines += [f"  {line}" for line in shortened(result.trace)]
+    lines += [f"  {line}" for line in result.trace]
     lines.append("  to repeat what was sent:")
-    lines += [f"    {line}" for line in shortened(result.reproduce)]
+    lines += [f"    {line}" for line in result.reproduce]
     return "\n".join(lines)

@@ -17,7 +17,7 @@ from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.client import Client
-from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -28,7 +28,6 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
-    decode_request,
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.objects import DataType
@@ -77,8 +76,7 @@ class Steps(Wire):
     def send(self, request: Message | bytes | Request) -> None:
         """Send a request, and remember what it writes to."""
         super().send(request)
-        data = request if isinstance(request, bytes) else request.encode()
-        target = written_by(decode_request(data))
+        target = written_by(self._last_sent)
         if target is not None:
             self.written.add(target)
 
@@ -275,7 +273,7 @@ class Steps(Wire):
         except ServerAborted as aborted:
             raise Violation(
                 NOT_REFUSED,
-                expected=f"an answer to: {self._last_sent}",
+                expected=f"an answer to: {describe(self._last_sent)}",
                 actual=describe_response(aborted.abort.encode()),
             ) from aborted
 

@@ -15,7 +15,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegmentResponse,
-    decode_request,
     decode_response,
 )
 from conformance.sdo.layout import Multiplexer
@@ -29,10 +28,10 @@ class TransferTracker:
         self.open: Multiplexer | None = None
         self._request: Request | None = None
 
-    def request(self, frame: bytes) -> None:
+    def request(self, request: Request) -> None:
         """Take what the client sent."""
-        self._request = decode_request(frame)
-        if isinstance(self._request, Abort | BlockEndResponse):
+        self._request = request
+        if isinstance(request, Abort | BlockEndResponse):
             self.open = None
 
     def response(self, frame: bytes) -> None:

@@ -14,7 +14,7 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe, describe_response, hex_bytes
-from conformance.sdo.frames import Unknown, decode_request
+from conformance.sdo.frames import Request, Unknown, decode_request
 from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, UNSOLICITED, Violation
 
@@ -31,7 +31,7 @@ class Wire:
         self.tracker = TransferTracker()
         self.latency = 0.0
         self.waited = 0.0
-        self._last_sent = "the frame"
+        self._last_sent: Request = Unknown(b"")
         self._sent_at = 0.0
         channel.overheard.clear()
 
@@ -43,16 +43,17 @@ class Wire:
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
         data = request if isinstance(request, bytes) else request.encode()
-        self.device.policy.check(data)
-        self.tracker.request(data)
-        self._last_sent = describe(decode_request(data))
+        decoded = decode_request(data)
+        self.device.policy.check(data, decoded)
+        self.tracker.request(decoded)
+        self._last_sent = decoded
         self._sent_at = time.monotonic()
         self.channel.send(data)
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any CAN frame, a request or not."""
-        self.device.policy.check(frame.data)
-        self._last_sent = str(frame)
+        self._last_sent = decode_request(frame.data)
+        self.device.policy.check(frame.data, self._last_sent)
         self._sent_at = time.monotonic()
         self.channel.send_frame(frame)
 
@@ -65,7 +66,7 @@ class Wire:
         if frame is None:
             raise Violation(
                 ANSWERED,
-                expected=f"an answer to: {self._last_sent}",
+                expected=f"an answer to: {describe(self._last_sent)}",
                 actual=f"nothing within {self.channel.response_timeout * 1000:g} ms"
                 + self._heard_elsewhere(),
             )

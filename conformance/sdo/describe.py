@@ -75,11 +75,11 @@ def _(message: UploadInitiateResponse) -> str:
 
 
 def _initiate(message: DownloadInitiate | UploadInitiateResponse) -> str:
+    unused = f", n={message.unused}" if message.unused else ""
     if message.expedited:
-        count = f"{4 - message.unused} bytes" if message.sized else "size not indicated"
+        count = f"{4 - message.unused} bytes" if message.sized else f"size not indicated{unused}"
         return f"expedited, {count}: {hex_bytes(message.data)}"
     size = "size not indicated" if message.size is None else f"{message.size} bytes"
-    unused = f", n={message.unused}" if message.unused else ""
     return f"segmented, {size}{unused}"
 
 
@@ -196,7 +196,7 @@ class Decoder:
         if isinstance(message, BlockUploadStart):
             self._server_sends_segments = True
         elif isinstance(message, BlockAck):
-            self._server_sends_segments = not self._acknowledges_last
+            self._server_sends_segments &= not self._acknowledges_last
         return message
 
     def response(self, frame: bytes) -> Response:
@@ -206,7 +206,7 @@ class Decoder:
         if isinstance(message, BlockDownloadInitiateResponse):
             self._client_sends_segments = True
         elif isinstance(message, BlockAck):
-            self._client_sends_segments = not self._acknowledges_last
+            self._client_sends_segments &= not self._acknowledges_last
         return message
 
     def _follow(self, message: Request | Response) -> None:

@@ -5,7 +5,7 @@ behind it hold whole fields. A layout names them all, so that nothing of a frame
 what is reserved is decoded into ``reserved_bits`` and ``reserved`` like any other field.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Self
 
 FRAME_LENGTH = 8
@@ -35,10 +35,11 @@ class Layout:
     mask: int
     bits: dict[str, int]
     body: dict[str, tuple[int, int]]
+    shifts: dict[str, int] = field(init=False)
 
-
-def _shift(mask: int) -> int:
-    return (mask & -mask).bit_length() - 1
+    def __post_init__(self) -> None:
+        shifts = {name: (mask & -mask).bit_length() - 1 for name, mask in self.bits.items()}
+        object.__setattr__(self, "shifts", shifts)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +56,16 @@ class Message:
         frame = bytearray(FRAME_LENGTH)
         frame[0] = self.LAYOUT.specifier
         for name, mask in self.LAYOUT.bits.items():
-            value = int(getattr(self, name)) << _shift(mask)
+            value = int(getattr(self, name)) << self.LAYOUT.shifts[name]
             if value & ~mask:
                 raise ValueError(f"{name}={getattr(self, name)} does not fit into {mask:02X}h")
             frame[0] |= value
         for name, (start, stop) in self.LAYOUT.body.items():
-            frame[start:stop] = _to_bytes(name, getattr(self, name), stop - start)
+            try:
+                frame[start:stop] = _to_bytes(name, getattr(self, name), stop - start)
+            except OverflowError as error:
+                value = getattr(self, name)
+                raise ValueError(f"{name}={value} does not fit into its bytes") from error
         return bytes(frame)
 
     @classmethod
@@ -68,7 +73,7 @@ class Message:
         """Read the message from its 8 bytes; the caller has matched byte 0 already."""
         values: dict[str, Any] = {}
         for name, mask in cls.LAYOUT.bits.items():
-            value = (frame[0] & mask) >> _shift(mask)
+            value = (frame[0] & mask) >> cls.LAYOUT.shifts[name]
             values[name] = bool(value) if name in _FLAGS else value
         for name, (start, stop) in cls.LAYOUT.body.items():
             values[name] = _from_bytes(name, bytes(frame[start:stop]))
@@ -86,16 +91,17 @@ class Message:
         >>> DownloadSegmentResponse(reserved_bits=3).reserved_fields()
         ['reserved bits of byte 0 are 03h']
         """
+        layout = self.LAYOUT
         found = []
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name == "reserved_bits" and value:
-                place = value << _shift(self.LAYOUT.bits["reserved_bits"])
-                found.append(f"reserved bits of byte 0 are {place:02X}h")
-            elif field.name == "reserved" and any(value):
-                start, stop = self.LAYOUT.body["reserved"]
-                shown = value.hex(" ").upper()
-                found.append(f"reserved bytes {start} to {stop - 1} are {shown}")
+        bits = getattr(self, "reserved_bits", 0)
+        if bits:
+            place = bits << layout.shifts["reserved_bits"]
+            found.append(f"reserved bits of byte 0 are {place:02X}h")
+        rest: bytes = getattr(self, "reserved", b"")
+        if any(rest):
+            start, stop = layout.body["reserved"]
+            shown = rest.hex(" ").upper()
+            found.append(f"reserved bytes {start} to {stop - 1} are {shown}")
         return found
 
 

@@ -1,9 +1,7 @@
 """What our client and any foreign server have to agree on; the values are looked up in the server.
 
-Each foreign server has a subclass with the fixture ``device``.
+Each foreign server has a subclass, and beside it the fixture ``device``.
 """
-
-from collections.abc import Iterator
 
 import pytest
 from foreign_objects import (
@@ -11,7 +9,6 @@ from foreign_objects import (
     DOMAIN,
     IDENTITY,
     MISSING,
-    NODE_ID,
     NUMBER,
     SIZES,
     TEXT,
@@ -21,7 +18,7 @@ from foreign_objects import (
     readable,
     writable_numbers,
 )
-from suite_client import SuiteClient, suite_client
+from suite_client import SuiteClient
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded
@@ -30,12 +27,6 @@ from conformance.sdo.layout import Multiplexer
 
 class ServerContract:
     """Transfers of all lengths in both directions, and refusals."""
-
-    @pytest.fixture(scope="class")
-    def client(self, virtual_channel: str, device: ForeignDevice) -> Iterator[SuiteClient]:
-        """Our client on the bus of the device."""
-        with suite_client(virtual_channel, NODE_ID) as opened:
-            yield opened
 
     def test_every_readable_entry_reads_as_it_is(
         self, device: ForeignDevice, client: SuiteClient

@@ -20,14 +20,15 @@ from conformance.sdo.frames import (
 )
 
 
+@pytest.fixture(scope="module")
+def device(virtual_channel: str) -> Iterator[CanopenDevice]:
+    """A LocalNode on the virtual bus."""
+    with canopen_device(virtual_channel, NODE_ID) as running:
+        yield running
+
+
 class TestLocalNode(ServerContract):
     """What any server has to do, and what this one does in its own way."""
-
-    @pytest.fixture(scope="class")
-    def device(self, virtual_channel: str) -> Iterator[CanopenDevice]:
-        """A LocalNode on the virtual bus."""
-        with canopen_device(virtual_channel, NODE_ID) as running:
-            yield running
 
     def test_accepts_the_initiate_of_a_write_that_it_will_refuse(self, client: SuiteClient) -> None:
         answer = client.exchange(DownloadInitiate.with_size(DEVICE_NAME, 12))

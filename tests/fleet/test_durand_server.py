@@ -17,14 +17,15 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 
 
+@pytest.fixture(scope="module")
+def device(virtual_channel: str) -> Iterator[DurandDevice]:
+    """A node of durand on the virtual bus."""
+    with durand_device(virtual_channel, NODE_ID) as running:
+        yield running
+
+
 class TestDurandNode(ServerContract):
     """What any server has to do, and what this one does in its own way."""
-
-    @pytest.fixture(scope="class")
-    def device(self, virtual_channel: str) -> Iterator[DurandDevice]:
-        """A node of durand on the virtual bus."""
-        with durand_device(virtual_channel, NODE_ID) as running:
-            yield running
 
     def test_does_not_know_numbers_of_three_bytes(self, client: SuiteClient) -> None:
         upload = client.client.upload(Multiplexer(0x2003))

@@ -1,0 +1,65 @@
+"""The suite itself against foreign servers: which cases fail, and why each of them has to.
+
+The tables hold every case that fails, with the reason. A case that fails and is not here is a
+false alarm or a new finding; one that is here and passes has become blind, or the server better.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+
+import pytest
+from canopen_server import canopen_device
+from durand_server import durand_device
+from foreign_objects import NODE_ID, ForeignDevice, named_objects
+
+from conformance.device.objects import KnownObject
+
+pytest_plugins = ["pytester"]
+
+Open = Callable[[str, int], AbstractContextManager[ForeignDevice]]
+Findings = dict[str, str]
+
+CANOPEN: Findings = {}
+DURAND: Findings = {}
+
+
+@pytest.mark.parametrize(
+    ("open_device", "findings"),
+    [
+        pytest.param(canopen_device, CANOPEN, id="canopen"),
+        pytest.param(durand_device, DURAND, id="durand"),
+    ],
+)
+def test_findings(
+    pytester: pytest.Pytester, virtual_channel: str, open_device: Open, findings: Findings
+) -> None:
+    with open_device(virtual_channel, NODE_ID) as device:
+        failed = set(failed_cases(pytester, virtual_channel, named_objects(device)))
+    assert failed == set(findings)
+
+
+def failed_cases(
+    pytester: pytest.Pytester, channel: str, objects: list[KnownObject]
+) -> Iterator[str]:
+    """Run the suite in this process, which is where the virtual bus is; yield what failed."""
+    run = pytester.inline_run(
+        f"--node-id={NODE_ID}",
+        "--can-interface=virtual",
+        f"--can-channel={channel}",
+        "--report-dir=reports",
+        # The cases are imported under names that no file of this run can have.
+        "--import-mode=importlib",
+        *(f"--object={option(known)}" for known in objects),
+    )
+    assert run.ret in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
+    for report in run.getreports("pytest_runtest_logreport"):
+        properties = dict(report.user_properties)
+        if report.when == "call" and properties["verdict"] == "fail":
+            yield str(properties["id"])
+
+
+def option(known: KnownObject) -> str:
+    """Write an object as --object takes it."""
+    assert known.data_type is not None
+    name = f"{known.mux.index:04X}:{known.mux.sub_index:02X}"
+    return f"{name}={known.data_type.name.lower()},{known.access}"

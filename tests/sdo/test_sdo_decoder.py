@@ -1,0 +1,207 @@
+"""Whole conversations in words: what each frame of worked exchanges reads as."""
+
+import pytest
+from sdo_vectors import load
+
+from conformance.sdo.describe import Decoder
+from conformance.sdo.frames import (
+    Abort,
+    BlockEnd,
+    BlockSegment,
+    DownloadSegmentResponse,
+    UploadInitiate,
+    UploadInitiateResponse,
+)
+
+VECTORS = load()
+SNAPSHOTS = {
+    "V01": [
+        "> download initiate 1017h:00, expedited, 2 bytes: A0 0F",
+        "< download initiate response 1017h:00",
+    ],
+    "V03": [
+        "> upload initiate 1008h:00",
+        "< upload initiate response 1008h:00, segmented, 26 bytes",
+        "> upload segment request, t=0",
+        "< upload segment response, t=0, 7 bytes: 54 69 6E 79 20 4E 6F",
+        "> upload segment request, t=1",
+        "< upload segment response, t=1, 7 bytes: 64 65 20 2D 20 4D 65",
+        "> upload segment request, t=0",
+        "< upload segment response, t=0, 7 bytes: 67 61 20 44 6F 6D 61",
+        "> upload segment request, t=1",
+        "< upload segment response, t=1, last, 5 bytes: 69 6E 73 20 21",
+    ],
+    "V13": [
+        "> upload initiate 1000h:01",
+        "< abort 1000h:01, 06090011h (sub-index does not exist)",
+    ],
+    "V54": [
+        "> download initiate 1009h:00, segmented, 14 bytes",
+        "< download initiate response 1009h:00",
+        "> download segment, t=0, 7 bytes: 6E 65 77 20 73 6C 61",
+        "< download segment response, t=0",
+        "> download segment, t=1, last, 7 bytes: 76 65 20 6E 61 6D 65",
+        "< download segment response, t=1",
+    ],
+    "V60": [
+        "> download initiate 2000h:00, segmented, 13 bytes",
+        "< download initiate response 2000h:00",
+        "> download segment, t=0, 7 bytes: 41 20 6C 6F 6E 67 20",
+        "< download segment response, t=0; reserved bytes 1 to 7 are 00 20 00 00 00 00 00",
+        "> download segment, t=1, last, 6 bytes: 73 74 72 69 6E 67",
+        "< download segment response, t=1; reserved bytes 1 to 7 are 00 20 00 00 00 00 00",
+    ],
+    "V04": [
+        "> block upload initiate 1008h:00, blksize 33, pst 0, with CRC",
+        "< block upload initiate response 1008h:00, 26 bytes, without CRC",
+        "> block upload start",
+        "< block segment 1: 54 69 6E 79 20 4E 6F",
+        "< block segment 2: 64 65 20 2D 20 4D 65",
+        "< block segment 3: 67 61 20 44 6F 6D 61",
+        "< block segment 4, last: 69 6E 73 20 21 00 00",
+        "> block acknowledgement, ackseq 4, blksize 33",
+        "< block end, n=2, CRC 0000h",
+        "> block end response",
+    ],
+    "V61": [
+        "> block download initiate 2000h:00, 30 bytes, with CRC",
+        "< block download initiate response 2000h:00, blksize 127, with CRC",
+        "> block segment 1: 41 20 72 65 61 6C 6C",
+        "> block segment 2: 79 20 72 65 61 6C 6C",
+        "> block segment 3: 79 20 6C 6F 6E 67 20",
+        "> block segment 4: 73 74 72 69 6E 67 2E",
+        "> block segment 5, last: 2E 2E 00 00 00 00 00",
+        "< block acknowledgement, ackseq 5, blksize 127",
+        "> block end, n=5, CRC 6945h",
+        "< block end response",
+    ],
+    "V82": [
+        "> block download initiate 2004h:00, 35 bytes, with CRC",
+        "< block download initiate response 2004h:00, blksize 127, with CRC",
+        "> block segment 1: 60 61 62 63 64 65 66",
+        "> block segment 2: 67 68 69 6A 6B 6C 6D",
+        "> block segment 4: 75 76 77 78 79 7A 7B",
+        "> block segment 5, last: 7C 7D 7E 7F 80 81 82",
+        "< block acknowledgement, ackseq 2, blksize 127",
+        "> block segment 1: 6E 6F 70 71 72 73 74",
+        "> block segment 2: 75 76 77 78 79 7A 7B",
+        "> block segment 3, last: 7C 7D 7E 7F 80 81 82",
+        "< block acknowledgement, ackseq 3, blksize 127",
+        "> block end, n=0, CRC E627h",
+        "< block end response",
+    ],
+    "V84": [
+        "> block download initiate 2004h:00, 14 bytes, with CRC",
+        "< block download initiate response 2004h:00, blksize 127, with CRC",
+        "> block segment 1: 30 31 32 33 34 35 36",
+        "> block segment 2, last: 37 38 39 3A 3B 3C 3D",
+        "< block acknowledgement, ackseq 2, blksize 127",
+        "> block end, n=0, CRC A8D3h",
+        "< abort 2004h:00, 05040004h (CRC error)",
+    ],
+    "V89": [
+        "> block upload initiate 1008h:00, blksize 127, pst 0, with CRC",
+        "< block upload initiate response 1008h:00, 26 bytes, with CRC",
+        "> block upload start",
+        "< block segment 1: 54 69 6E 79 20 4E 6F",
+        "< block segment 2: 64 65 20 2D 20 4D 65",
+        "< block segment 3: 67 61 20 44 6F 6D 61",
+        "< block segment 4, last: 69 6E 73 20 21 00 00",
+        "> block acknowledgement, ackseq 3, blksize 127",
+        "< block segment 1, last: 69 6E 73 20 21 00 00",
+        "> block acknowledgement, ackseq 1, blksize 127",
+        "< block end, n=2, CRC E140h",
+        "> block end response",
+    ],
+    "V91": [
+        "> block upload initiate 1008h:00, blksize 127, pst 26, with CRC",
+        "< upload initiate response 1008h:00, segmented, 26 bytes",
+        "> upload segment request, t=0",
+        "< upload segment response, t=0, 7 bytes: 54 69 6E 79 20 4E 6F",
+        "> upload segment request, t=1",
+        "< upload segment response, t=1, 7 bytes: 64 65 20 2D 20 4D 65",
+        "> upload segment request, t=0",
+        "< upload segment response, t=0, 7 bytes: 67 61 20 44 6F 6D 61",
+        "> upload segment request, t=1",
+        "< upload segment response, t=1, last, 5 bytes: 69 6E 73 20 21",
+    ],
+    "V99": [
+        "> block upload initiate 1008h:00, blksize 127, pst 0, with CRC",
+        "< block upload initiate response 1008h:00, 26 bytes, with CRC",
+        "> block acknowledgement, ackseq 0, blksize 127",
+        "< abort 1008h:00, 05040001h (command specifier not valid or unknown)",
+    ],
+    "V101": [
+        "> upload initiate 1008h:00",
+        "< upload initiate response 1008h:00, segmented, 26 bytes",
+        "> upload segment request, t=0",
+        "< upload segment response, t=0, 7 bytes: 54 69 6E 79 20 4E 6F",
+        "> abort 1008h:00, 08000000h (general error)",
+        "> upload initiate 1018h:01",
+        "< upload initiate response 1018h:01, expedited, 4 bytes: 04 00 00 00",
+    ],
+}
+
+
+@pytest.mark.parametrize("vector_id", SNAPSHOTS)
+def test_worked_exchange(vector_id: str) -> None:
+    assert VECTORS[vector_id].decoded() == SNAPSHOTS[vector_id]
+
+
+def bytes_of(text: str) -> bytes:
+    return bytes.fromhex(text)
+
+
+def in_block_download() -> Decoder:
+    decoder = Decoder()
+    decoder.request(bytes_of("C6 00 20 00 0E 00 00 00"))
+    decoder.response(bytes_of("A4 00 20 00 7F 00 00 00"))
+    return decoder
+
+
+def in_block_upload() -> Decoder:
+    decoder = Decoder()
+    decoder.request(bytes_of("A4 08 10 00 7F 00 00 00"))
+    decoder.response(bytes_of("C6 08 10 00 0E 00 00 00"))
+    decoder.request(bytes_of("A3 00 00 00 00 00 00 00"))
+    return decoder
+
+
+def test_within_a_sub_block_40h_is_segment_64() -> None:
+    decoder = in_block_download()
+    assert decoder.request(bytes_of("40 00 10 00 00 00 00 00")) == BlockSegment(
+        64, bytes_of("00 10 00 00 00 00 00")
+    )
+
+
+@pytest.mark.parametrize("abort", ["80 00 20 00 00 00 00 08"])
+def test_an_abort_of_either_side_ends_a_sub_block(abort: str) -> None:
+    downloading, uploading = in_block_download(), in_block_upload()
+    assert isinstance(downloading.request(bytes_of(abort)), Abort)
+    assert isinstance(uploading.response(bytes_of(abort)), Abort)
+    for decoder in (downloading, uploading):
+        assert isinstance(decoder.request(bytes_of("40 00 10 00 00 00 00 00")), UploadInitiate)
+        response = decoder.response(bytes_of("43 00 10 00 91 01 0F 00"))
+        assert isinstance(response, UploadInitiateResponse)
+
+
+def test_segments_continue_until_the_last_is_acknowledged() -> None:
+    decoder = in_block_upload()
+    decoder.response(bytes_of("01 30 31 32 33 34 35 36"))
+    decoder.response(bytes_of("82 37 38 39 3A 3B 3C 3D"))
+    decoder.request(bytes_of("A2 01 7F 00 00 00 00 00"))
+    repeated = decoder.response(bytes_of("81 37 38 39 3A 3B 3C 3D"))
+    assert repeated == BlockSegment(1, b"789:;<=", last=True)
+    decoder.request(bytes_of("A2 01 7F 00 00 00 00 00"))
+    assert isinstance(decoder.response(bytes_of("C1 D2 A8 00 00 00 00 00")), BlockEnd)
+
+
+def test_an_acknowledgement_outside_a_block_transfer_starts_none() -> None:
+    """A faulty server or a probing client sends A2h; what follows is no segment."""
+    decoder = Decoder()
+    decoder.response(bytes_of("A2 00 7F 00 00 00 00 00"))
+    assert isinstance(decoder.request(bytes_of("40 00 10 00 00 00 00 00")), UploadInitiate)
+    decoder = Decoder()
+    decoder.request(bytes_of("A2 00 7F 00 00 00 00 00"))
+    stray = decoder.response(bytes_of("20 00 00 00 00 00 00 00"))
+    assert stray == DownloadSegmentResponse(toggle=0)
