@@ -62,15 +62,16 @@ class Dialogue(Steps):
 
         ``tolerated`` codes are accepted as well but count as a breach of a SHOULD.
         """
-        return self._take_abort(self.receive(), codes, of, tolerated)
+        return self.take_abort(self.receive(), codes, of, tolerated)
 
-    def _take_abort(
+    def take_abort(
         self,
         frame: bytes,
         codes: tuple[AbortCode, ...],
         of: Target | None,
         tolerated: tuple[AbortCode, ...] = (AbortCode.GENERAL_ERROR,),
     ) -> Abort:
+        """Hold a frame that was received to what ``expect_abort`` expects."""
         due = f"abort with {named(codes)}"
         if not isinstance(decode_response(frame), Abort):
             raise self.breach(due, describe_response(frame))
@@ -92,7 +93,7 @@ class Dialogue(Steps):
         self.send(DownloadInitiate.with_size(mux_of(target), size))
         frame = self.receive()
         if isinstance(decode_response(frame), Abort):
-            self._take_abort(frame, codes, target)
+            self.take_abort(frame, codes, target)
             return 0
         self.checks.download_initiate(frame, mux_of(target))
         chunks = [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
@@ -101,7 +102,7 @@ class Dialogue(Steps):
             self.send(DownloadSegment.with_data(chunk, toggle=number % 2, last=last))
             frame = self.receive()
             if isinstance(decode_response(frame), Abort):
-                self._take_abort(frame, codes, target)
+                self.take_abort(frame, codes, target)
                 return number + 1
             self.checks.download_segment(frame, mux_of(target), number % 2)
         raise self.breach(
@@ -119,7 +120,7 @@ class Dialogue(Steps):
         """
         frame = self.receive()
         if isinstance(decode_response(frame), Abort):
-            self._take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *warned))
+            self.take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *warned))
             return
         response = self.checks.upload_initiate(frame, known.mux)
         found = self.finish_upload(known, response)
@@ -130,7 +131,7 @@ class Dialogue(Steps):
         """Expect the download initiate that was sent to be confirmed, or refused."""
         frame = self.receive()
         if isinstance(decode_response(frame), Abort):
-            self._take_abort(frame, codes, None)
+            self.take_abort(frame, codes, None)
         else:
             self.checks.download_initiate(frame, known.mux)
 

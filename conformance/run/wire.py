@@ -7,7 +7,7 @@ waiting: the read of 1000h that the run began with is sent behind it, and only i
 
 import time
 
-from conformance.bus.channel import Channel
+from conformance.bus.channel import REQUEST_BASE, Channel
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import Device
 from conformance.run.tracker import TransferTracker
@@ -149,6 +149,14 @@ class Wire:
         if mux is not None:
             self.channel.abort(mux, AbortCode.GENERAL_ERROR)
             self.tracker.open = None
+
+    def overheard_of_others(self) -> set[int]:
+        """Return the node-IDs to which somebody else sent requests during this case."""
+        return {
+            frame.can_id & 0x7F
+            for frame in self.channel.overheard
+            if frame.can_id & ~0x7F == REQUEST_BASE and not frame.extended
+        }
 
     def drain(self) -> list[CanFrame]:
         """Return the responses that are there though nothing was asked."""

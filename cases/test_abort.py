@@ -1,0 +1,106 @@
+"""Aborts, by the client and by the server (CiA 301, 7.2.4.3.17)."""
+
+from conformance.device.device import DEVICE_TYPE, VENDOR_ID
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import RESERVED
+
+ABORT = "7.2.4.3.17"
+ANY_ABORT = {
+    "general-error": Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR),
+    "timed-out": Abort(VENDOR_ID.mux, AbortCode.TIMED_OUT),
+    "missing-object": Abort(Multiplexer(0x1FFF), AbortCode.OBJECT_MISSING),
+    "code-0": Abort(DEVICE_TYPE, 0),
+    "unknown-code": Abort(DEVICE_TYPE, 0xFFFFFFFF),
+    "all-zero": Abort(Multiplexer(0), 0),
+}
+
+
+@must("abort.not-answered", clause=ABORT, abort=ANY_ABORT)
+def test_not_answered(sdo: Dialogue, abort: Abort) -> None:
+    """An abort is never answered, whatever it says, also when no transfer is running."""
+    sdo.send(abort)
+    sdo.expect_nothing()
+
+
+@must("abort.repeated", clause=ABORT)
+def test_repeated(sdo: Dialogue) -> None:
+    """One abort after another: none is answered, and the server serves the next request."""
+    due = sdo.upload(VENDOR_ID)
+    for _ in range(3):
+        sdo.send(Abort(DEVICE_TYPE, AbortCode.TIMED_OUT))
+    sdo.expect_nothing()
+    sdo.expect_value(VENDOR_ID, due)
+
+
+@must("abort.after-a-transfer", clause=ABORT)
+def test_after_a_transfer(sdo: Dialogue, number: KnownObject) -> None:
+    """An abort behind a download that is over undoes nothing and is not answered."""
+    value = sdo.write_number(number)
+    sdo.send(Abort(number.mux, AbortCode.GENERAL_ERROR))
+    sdo.expect_nothing()
+    sdo.expect_value(number, value)
+
+
+@may("abort.reserved-bits", clause=ABORT, bits=[0x01, 0x10, 0x1F])
+def test_reserved_bits(sdo: Dialogue, bits: int) -> None:
+    """81h to 9Fh without a transfer is never answered positively."""
+    sdo.send(Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR, bits))
+    sdo.expect_silence_or_abort()
+
+
+@must("abort.frame", clause=ABORT)
+def test_frame(sdo: Dialogue) -> None:
+    """An abort of the server is exactly 80h, the multiplexer, and a code of table 22."""
+    for mux in (sdo.missing_object(), sdo.missing_sub_index(DEVICE_TYPE.index)):
+        sdo.send(UploadInitiate(mux))
+        sdo.checks.abort(sdo.receive(), mux)
+    sdo.expect_clean(RESERVED)
+
+
+@must("abort.own-multiplexer", clause=ABORT)
+def test_own_multiplexer(sdo: Dialogue) -> None:
+    """An abort names the object that was just refused, not one of an earlier transfer."""
+    missing = sdo.missing_object()
+    sub_index = sdo.missing_sub_index(DEVICE_TYPE.index)
+    for mux, code in (
+        (missing, AbortCode.OBJECT_MISSING),
+        (sub_index, AbortCode.SUB_INDEX_MISSING),
+        (missing, AbortCode.OBJECT_MISSING),
+    ):
+        sdo.upload(VENDOR_ID)
+        sdo.send(UploadInitiate(mux))
+        sdo.expect_abort(code, of=mux)
+
+
+@must("abort.own-multiplexer-download", clause=ABORT)
+def test_own_multiplexer_download(sdo: Dialogue) -> None:
+    """The abort of a refused download names its object, not the one read before."""
+    missing = sdo.missing_object()
+    sdo.upload(VENDOR_ID)
+    sdo.send(DownloadInitiate.with_data(missing, b"\1\0\0\0"))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+
+
+@must("abort.many", clause=ABORT)
+def test_many(sdo: Dialogue) -> None:
+    """Refusal after refusal is answered, each with one abort: nothing runs out."""
+    missing = sdo.missing_object()
+    for _ in range(40):
+        sdo.send(UploadInitiate(missing))
+        sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+
+
+@must("abort.many-transfers", clause=ABORT)
+def test_many_transfers(sdo: Dialogue) -> None:
+    """Transfer after transfer is started and aborted by the client: nothing runs out."""
+    known, data = sdo.long_object()
+    for _ in range(40):
+        sdo.start_segmented_upload(known)
+        sdo.upload_segment(toggle=0)
+        sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_value(known, data)

@@ -1,0 +1,148 @@
+"""CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.5)."""
+
+from conformance.bus.channel import REQUEST_BASE
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must, should
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
+
+SHAPE = "7.2.4.3"
+CHANNEL = "7.3.5"
+READ_VENDOR_ID = UploadInitiate(VENDOR_ID.mux).encode()
+
+
+@must("frame.one-answer", clause=SHAPE)
+def test_one_answer(sdo: Dialogue) -> None:
+    """A request is answered by one frame and not by two."""
+    sdo.initiate_upload(VENDOR_ID)
+    sdo.end_transfer()
+    sdo.expect_nothing()
+
+
+@must("frame.one-identifier", clause=CHANNEL)
+def test_one_identifier(sdo: Dialogue) -> None:
+    """A response is sent on the channel's own identifier and on no other."""
+    sdo.send(UploadInitiate(VENDOR_ID.mux))
+    answer = sdo.receive()
+    sdo.expect_nothing()
+    others = sdo.overheard_of_others()
+    for frame in sdo.channel.overheard:
+        if frame.data == answer and frame.can_id & 0x7F not in others:
+            raise sdo.breach(f"nothing but {sdo.channel.response_id:03X}h", f"also {frame}")
+
+
+@must("frame.other-node", clause=CHANNEL, bit=[0, 1, 2, 3, 4, 5, 6])
+def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
+    """A request to another node is not answered. Each bit of the node-ID counts."""
+    other = device.node_id ^ 1 << bit
+    if other == 0:
+        return  # 600h belongs to no node
+    sdo.send_frame(CanFrame(REQUEST_BASE + other, READ_VENDOR_ID))
+    sdo.expect_nothing()
+
+
+@must("frame.remote", clause=SHAPE, dlc=[0, 8])
+def test_remote(sdo: Dialogue, dlc: int) -> None:
+    """A remote frame carries no request: nothing may be served in answer to it."""
+    sdo.send_frame(CanFrame(sdo.channel.request_id, remote=True, length=dlc))
+    sdo.expect_silence_or_abort()
+
+
+@should("frame.remote-ignored", clause=SHAPE)
+def test_remote_ignored(sdo: Dialogue) -> None:
+    """A remote frame on the request identifier is ignored."""
+    sdo.send_frame(CanFrame(sdo.channel.request_id, remote=True, length=8))
+    sdo.expect_nothing()
+
+
+@should("frame.extended-ignored", clause=SHAPE)
+def test_extended_ignored(sdo: Dialogue) -> None:
+    """A 29-bit identifier of the same number is another identifier: the frame is ignored."""
+    sdo.send_frame(CanFrame(sdo.channel.request_id, READ_VENDOR_ID, extended=True))
+    sdo.expect_nothing()
+
+
+@may("frame.short", clause=SHAPE, dlc=[0, 1, 2, 3, 4, 5, 6, 7])
+def test_short(sdo: Dialogue, dlc: int) -> None:
+    """A request of fewer than 8 bytes is ignored, refused or, when whole, served rightly.
+
+    Data of another request must not fill in what was not sent.
+    """
+    due = sdo.upload(VENDOR_ID)
+    sdo.send(READ_VENDOR_ID[:dlc])
+    answer = sdo.reaction()
+    if answer is None:
+        return
+    if isinstance(decode_response(answer), Abort):
+        sdo.checks.abort(answer, None)
+        return
+    whole = dlc >= 4
+    if not whole:
+        raise sdo.breach("no answer, or an abort", describe_response(answer))
+    response = sdo.checks.upload_initiate(answer, VENDOR_ID.mux)
+    if response.expedited and response.data[: len(due)] != due:
+        raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", describe_response(answer))
+
+
+@may("frame.short-download", clause=SHAPE, lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)})
+def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
+    """A download whose data is cut off must not change the object."""
+    length, dlc = lengths
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        wanted = bytes(byte ^ 1 for byte in value)
+        sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[:dlc])
+        answer = sdo.reaction()
+        if answer is not None and not isinstance(decode_response(answer), Abort):
+            raise sdo.breach("no answer, or an abort", describe_response(answer))
+
+
+@may("frame.short-download-whole", clause=SHAPE, length=[1, 2])
+def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> None:
+    """A short download that holds all its data may be served; if so, it is stored rightly."""
+    known = device.number(length)
+    before = sdo.upload(known)
+    wanted = bytes([before[0] ^ 1]) + before[1:]
+    sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[: 4 + length])
+    answer = sdo.reaction()
+    served = answer is not None and not isinstance(decode_response(answer), Abort)
+    sdo.expect_value(known, wanted if served else before)
+
+
+@may("frame.short-segment", clause=SHAPE, dlc=[1, 4])
+def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
+    """A segment that is cut off must not complete a download."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        data = sdo.payload(7)
+        sdo.initiate_download(text, 7)
+        sdo.send((b"\x01" + data)[:dlc])
+        answer = sdo.reaction()
+        if answer is not None and not isinstance(decode_response(answer), Abort):
+            raise sdo.breach("no answer, or an abort", describe_response(answer))
+
+
+@may("frame.short-abort", clause=SHAPE)
+def test_short_abort(sdo: Dialogue) -> None:
+    """An abort of 4 bytes may end a transfer or be ignored; it is not served."""
+    known, _ = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR).encode()[:4])
+    sdo.tracker.open = known.mux  # the server may have ignored it
+    sdo.expect_silence_or_abort()
+
+
+@must("frame.mirror", clause=CHANNEL)
+def test_mirror(sdo: Dialogue) -> None:
+    """What a server answers is not its request sent back."""
+    for mux in (DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID.mux):
+        request = UploadInitiate(mux)
+        sdo.send(request)
+        answer = sdo.receive()
+        if answer == request.encode():
+            raise sdo.breach("an answer", f"the request itself: {describe_response(answer)}")
+        sdo.end_transfer()

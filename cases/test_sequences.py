@@ -1,0 +1,110 @@
+"""Transfers one after another: nothing of one shows in the next (CiA 301, 7.2.4.2)."""
+
+from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.objects import KnownObject
+from conformance.run.case import must
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Abort, UploadInitiate
+
+SERVICE = "7.2.4.2"
+# Kind, size: expedited, segmented with the size indicated, segmented without.
+KINDS = {
+    "expedited-4": (False, True, 4),
+    "expedited-2": (False, True, 2),
+    "sized-20": (True, True, 20),
+    "sized-7": (True, True, 7),
+    "unsized-21": (True, False, 21),
+    "unsized-3": (True, False, 3),
+}
+PAIRS = {
+    f"{first}-then-{second}": (KINDS[first], KINDS[second]) for first in KINDS for second in KINDS
+}
+Kind = tuple[bool, bool, int]
+
+
+@must("sequence.downloads", clause=SERVICE, pair=PAIRS)
+def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
+    """One download after another to the same object: it holds the second and nothing else."""
+    for segmented, sized, size in pair:
+        data = sdo.payload(size)
+        sdo.store(variable, data, segmented=segmented, sized=sized)
+        sdo.expect_value(variable, data)
+
+
+@must("sequence.downloads-unread", clause=SERVICE, pair=PAIRS)
+def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
+    """Two downloads without a read between them: the object holds the second."""
+    data = b""
+    for segmented, sized, size in pair:
+        data = sdo.payload(size)
+        sdo.store(variable, data, segmented=segmented, sized=sized)
+    sdo.expect_value(variable, data)
+
+
+@must("sequence.uploads", clause=SERVICE)
+def test_uploads(sdo: Dialogue, device: Device) -> None:
+    """Uploads of all known objects in turn, long and short: each reads as at the beginning."""
+    due = {mux: sdo.upload(mux) for mux in sorted(device.values)}
+    for mux in reversed(due):
+        for other in (mux, IDENTITY_COUNT, mux):
+            found = sdo.upload(other)
+            if found != due[other]:
+                raise sdo.breach(f"{other} reads {due[other].hex(' ')}", found.hex(" "))
+
+
+@must("sequence.upload-then-download", clause=SERVICE, size=[3, 7, 20])
+def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A download right after an upload of the same object stores its own bytes."""
+    sdo.store(variable, sdo.payload(17))
+    sdo.upload(variable)
+    data = sdo.payload(size)
+    sdo.store(variable, data)
+    sdo.expect_value(variable, data)
+
+
+@must("sequence.abandoned-download", clause=SERVICE, sized={"sized": True, "unsized": False})
+def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> None:
+    """Segments of a download that was aborted do not turn up in the next one."""
+    sdo.store(text, sdo.payload(21))
+    sdo.initiate_download(text, 21 if sized else None)
+    sdo.download_segment(sdo.payload(7), toggle=0)
+    sdo.download_segment(sdo.payload(7), toggle=1)
+    sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
+    data = sdo.payload(9)
+    sdo.store(text, data, segmented=True, sized=sized)
+    sdo.expect_value(text, data)
+
+
+@must("sequence.abandoned-upload", clause=SERVICE)
+def test_abandoned_upload(sdo: Dialogue) -> None:
+    """An upload that was aborted starts again from the first byte."""
+    known, data = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    sdo.upload_segment(toggle=0)
+    sdo.upload_segment(toggle=1)
+    sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_value(known, data)
+
+
+@must("sequence.sized-aborted-then-unsized", clause=SERVICE)
+def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
+    """The size of a download that was aborted is not held against the next one."""
+    sdo.store(text, sdo.payload(20))
+    sdo.initiate_download(text, 5)
+    sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
+    data = sdo.payload(20)
+    sdo.store(text, data, segmented=True, sized=False)
+    sdo.expect_value(text, data)
+
+
+@must("sequence.refused-then-served", clause=SERVICE)
+def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
+    """A refused request leaves no trace in the transfer that follows."""
+    missing = sdo.missing_object()
+    data = sdo.payload(16)
+    sdo.store(text, data)
+    sdo.send(UploadInitiate(missing))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_value(text, data)
+    sdo.upload(VENDOR_ID)

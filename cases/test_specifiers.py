@@ -1,0 +1,80 @@
+"""Command specifiers that have no meaning, and services that a server may lack (7.2.4.3)."""
+
+from conformance.device.device import DEVICE_TYPE, VENDOR_ID
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    decode_response,
+)
+from conformance.sdo.layout import Message
+
+PROTOCOLS = "7.2.4.3"
+
+
+@must("specifier.unknown", clause=PROTOCOLS, request=UNKNOWN_SPECIFIERS)
+def test_unknown(sdo: Dialogue, request: bytes) -> None:
+    """A command specifier that is not defined is aborted with 05040001h."""
+    sdo.send(request)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
+
+
+@must("specifier.unknown-is-over", clause=PROTOCOLS, request=UNKNOWN_SPECIFIERS)
+def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
+    """After an undefined command specifier the next request is served."""
+    due = sdo.upload(VENDOR_ID)
+    sdo.send(request)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
+    sdo.expect_value(VENDOR_ID, due)
+
+
+@may("specifier.out-of-block", clause=PROTOCOLS, request=BLOCK_FRAMES)
+def test_out_of_block(sdo: Dialogue, request: Message) -> None:
+    """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
+    sdo.send(request)
+    sdo.expect_silence_or_abort()
+
+
+@must("specifier.block-upload", clause="7.2.4.3.13", crc=[True, False])
+def test_block_upload(sdo: Dialogue, crc: bool) -> None:
+    """A block upload is served, or refused with 05040001h as not implemented; never silence.
+
+    With pst = 0 the server must not switch to another protocol.
+    """
+    sdo.send(BlockUploadInitiate(DEVICE_TYPE, 127, crc_supported=crc))
+    _served_or_unimplemented(sdo, DEVICE_TYPE, BlockUploadInitiateResponse)
+
+
+@must("specifier.block-download", clause="7.2.4.3.9", sized=[True, False])
+def test_block_download(sdo: Dialogue, variable: KnownObject, sized: bool) -> None:
+    """A block download is served, or refused with 05040001h as not implemented; never silence."""
+    size = len(sdo.device.values[variable.mux]) if sized else None
+    sdo.send(BlockDownloadInitiate.with_size(variable.mux, size))
+    _served_or_unimplemented(sdo, variable.mux, BlockDownloadInitiateResponse)
+
+
+def _served_or_unimplemented(
+    sdo: Dialogue,
+    mux: object,
+    kind: type[BlockUploadInitiateResponse] | type[BlockDownloadInitiateResponse],
+) -> None:
+    frame = sdo.receive()
+    response = decode_response(frame)
+    if isinstance(response, Abort):
+        abort = sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), response.mux)
+        if abort.mux != mux:
+            raise sdo.breach(f"an abort of {mux}", describe_response(frame))
+        raise Unimplemented(describe_response(frame))
+    if not isinstance(response, kind) or response.mux != mux:
+        raise sdo.breach(
+            f"a block initiate response for {mux}, or abort 05040001h", describe_response(frame)
+        )

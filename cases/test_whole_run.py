@@ -1,0 +1,36 @@
+"""What all cases of a run saw on the way, judged at its end."""
+
+from conformance.run.case import must, should
+from conformance.run.dialogue import Dialogue
+from conformance.run.session import Incident, WholeRun
+from conformance.sdo.rules import FILLER, RESERVED
+
+
+def judge(sdo: Dialogue, incidents: list[Incident], expected: str) -> None:
+    """Fail with the first of the incidents and their number."""
+    if incidents:
+        first = incidents[0]
+        raise sdo.breach(
+            expected,
+            f"{len(incidents)} times not; first in {first.case_id}: {first.violation.actual}",
+        )
+
+
+@must("run.reserved", clause="7.2.4.3")
+def test_reserved(sdo: Dialogue, whole_run: WholeRun) -> None:
+    """In no response of the whole run a reserved bit or byte was other than 0."""
+    found = [incident for incident in whole_run.incidents if incident.violation.rule is RESERVED]
+    judge(sdo, found, "reserved bits and bytes are 0")
+
+
+@should("run.filler", clause="7.2.4.3")
+def test_filler(sdo: Dialogue, whole_run: WholeRun) -> None:
+    """In no response of the whole run a byte without data was other than 0."""
+    found = [incident for incident in whole_run.incidents if incident.violation.rule is FILLER]
+    judge(sdo, found, "bytes without data are 0")
+
+
+@must("run.no-late-response", clause="7.2.4.2")
+def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
+    """No response came after its case was over."""
+    judge(sdo, whole_run.late, "no response between the cases")
