@@ -48,6 +48,7 @@ def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
 @must("frame.remote", clause=SHAPE, dlc=[0, 8])
 def test_remote(sdo: Dialogue, dlc: int) -> None:
     """A remote frame carries no request: nothing may be served in answer to it."""
+    sdo.upload(VENDOR_ID)
     sdo.send_frame(CanFrame(sdo.channel.request_id, remote=True, length=dlc))
     sdo.expect_silence_or_abort()
 
@@ -55,6 +56,7 @@ def test_remote(sdo: Dialogue, dlc: int) -> None:
 @should("frame.remote-ignored", clause=SHAPE)
 def test_remote_ignored(sdo: Dialogue) -> None:
     """A remote frame on the request identifier is ignored."""
+    sdo.upload(VENDOR_ID)
     sdo.send_frame(CanFrame(sdo.channel.request_id, remote=True, length=8))
     sdo.expect_nothing()
 

@@ -8,8 +8,8 @@ import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost, SilentNode
 from conformance.collection import WHOLE_RUN, CaseFunction
+from conformance.faults.catalogue import UnknownServer
 from conformance.faults.hosting import virtual_host
-from conformance.faults.registry import UnknownServer
 from conformance.outcome import CaseFailed, Evidence, attach, end_with
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.junit import write_junit

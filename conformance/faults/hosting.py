@@ -3,7 +3,7 @@
 import can
 
 from conformance.bus.host import NodeHost
-from conformance.faults.registry import build_node
+from conformance.faults.catalogue import build_node
 
 
 def virtual_host(channel: str, node_id: int, server: str | None) -> NodeHost:

@@ -1,111 +1,102 @@
-"""The registry of faulty and unusual servers: each a name, a sentence, and how to build it."""
+"""What a faulty or an unusual server is: a class, and the name and sentence that go with it."""
 
-import difflib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Protocol
+from enum import StrEnum
+from types import ModuleType
 
-from conformance.faults.device import reference_device
 from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
 from conformance.sdo.server import Server
 
+Kind = type[Server] | type[Node]
+ATTRIBUTE = "conformance_deviations"
 
-class Build(Protocol):
-    """Builds a node from a node-ID and an object dictionary."""
 
-    def __call__(self, node_id: int, objects: ObjectDictionary) -> Node:
-        """Return the node."""
+class DefectClass(StrEnum):
+    """The families of defects that servers in the field have."""
+
+    UNUSED_COUNT = "A"
+    LAST_FLAG = "B"
+    LEAK = "C"
+    ABORT = "E"
+    FIELD_WIDTH = "G"
+    ACCESS_OR_SIZE = "H"
+    TIMING = "J"
+    FRAME_SHAPE = "K"
+    BACK_TO_BACK = "L"
+    ZERO_LENGTH = "M"
+    ROBUSTNESS = "N"
+    STATE = "state"
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
-    """A named way in which a server can be wrong.
+class Deviation:
+    """A named way in which a server differs from the reference server.
 
-    ``defect_class`` is the letter of the family of defects; ``caught_by`` the beginning of the id
-    of a case that says what is wrong. A ``soft`` fault breaks a SHOULD only.
+    A fault is wrong: ``defect_class`` is its family, ``caught_by`` the beginning of the id of a
+    case that says what is wrong. A variant is unusual and right; both are empty. What is ``soft``
+    misses a SHOULD and no MUST.
     """
 
     name: str
-    defect_class: str
-    caught_by: str
+    kind: Kind
     sentence: str
-    build: Build
+    defect_class: DefectClass | None = None
+    caught_by: str = ""
     soft: bool = False
 
+    @property
+    def is_fault(self) -> bool:
+        """Whether a device like that has to fail."""
+        return self.defect_class is not None
 
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """A named way in which a server can be unusual and right. ``soft``: it misses a SHOULD."""
-
-    name: str
-    sentence: str
-    build: Build
-    soft: bool = False
-
-
-class UnknownServer(LookupError):
-    """No fault or variant has that name."""
-
-
-FAULTS: dict[str, Fault] = {}
-VARIANTS: dict[str, Variant] = {}
+    def build(self, node_id: int, objects: ObjectDictionary) -> Node:
+        """Return a node that deviates in this way."""
+        if issubclass(self.kind, Server):
+            return Node(node_id, self.kind(objects))
+        return self.kind(node_id, Server(objects))
 
 
 def fault(
-    name: str, defect_class: str, caught_by: str, *, soft: bool = False
-) -> Callable[[type[Server] | type[Node]], type[Server] | type[Node]]:
-    """Register a faulty server or node; its docstring says what is wrong with it."""
+    name: str, defect_class: DefectClass, caught_by: str, *, soft: bool = False
+) -> Callable[[Kind], Kind]:
+    """Mark a faulty server or node; its docstring says what is wrong with it."""
 
-    def register(kind: type[Server] | type[Node]) -> type[Server] | type[Node]:
-        _check_new(name)
-        sentence = (kind.__doc__ or "").strip()
-        FAULTS[name] = Fault(name, defect_class, caught_by, sentence, _builder(kind), soft)
+    def mark(kind: Kind) -> Kind:
+        deviation = Deviation(name, kind, _sentence(kind), defect_class, caught_by, soft)
+        setattr(kind, ATTRIBUTE, deviation)
         return kind
 
-    return register
+    return mark
 
 
-def variant(
-    name: str, *, soft: bool = False
-) -> Callable[[type[Server] | type[Node]], type[Server] | type[Node]]:
-    """Register an unusual server or node; its docstring says what is unusual about it."""
+def variant(name: str, *, soft: bool = False) -> Callable[[Kind], Kind]:
+    """Mark an unusual server or node; its docstring says what is unusual about it."""
 
-    def register(kind: type[Server] | type[Node]) -> type[Server] | type[Node]:
-        _check_new(name)
-        VARIANTS[name] = Variant(name, (kind.__doc__ or "").strip(), _builder(kind), soft)
+    def mark(kind: Kind) -> Kind:
+        setattr(kind, ATTRIBUTE, Deviation(name, kind, _sentence(kind), soft=soft))
         return kind
 
-    return register
+    return mark
 
 
-def build_node(name: str | None, node_id: int) -> Node:
-    """Return the reference node, or the fault or variant of that name, on the built-in device.
+def deviations_in(modules: Iterable[ModuleType]) -> list[Deviation]:
+    """Return what the modules define, in the order of their source.
 
-    Raises UnknownServer with the nearest name.
+    Raises ValueError when two have one name.
     """
-    if name is None:
-        return Node(node_id, Server(reference_device(node_id)))
-    found = FAULTS.get(name) or VARIANTS.get(name)
-    if found is None:
-        near = difflib.get_close_matches(name, [*FAULTS, *VARIANTS], n=1)
-        hint = f" Did you mean {near[0]!r}?" if near else ""
-        raise UnknownServer(
-            f"There is no fault or variant called {name!r}.{hint} "
-            "'python -m conformance faults' lists them."
-        )
-    return found.build(node_id, reference_device(node_id))
+    found: dict[str, Deviation] = {}
+    for module in modules:
+        for kind in vars(module).values():
+            deviation = vars(kind).get(ATTRIBUTE) if isinstance(kind, type) else None
+            if deviation is None or kind.__module__ != module.__name__:
+                continue
+            if deviation.name in found:
+                raise ValueError(f"two deviations are called {deviation.name}")
+            found[deviation.name] = deviation
+    return list(found.values())
 
 
-def _check_new(name: str) -> None:
-    if name in FAULTS or name in VARIANTS:
-        raise ValueError(f"{name} is registered twice")
-
-
-def _builder(kind: type[Server] | type[Node]) -> Build:
-    def build(node_id: int, objects: ObjectDictionary) -> Node:
-        if issubclass(kind, Server):
-            return Node(node_id, kind(objects))
-        return kind(node_id, Server(objects))
-
-    return build
+def _sentence(kind: Kind) -> str:
+    return " ".join((kind.__doc__ or "").split())

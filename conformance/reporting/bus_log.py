@@ -2,33 +2,26 @@
 
 from pathlib import Path
 
-import can
-
 from conformance.bus.link import Captured, Direction
 
 
 class BusLog:
-    """Writes frames as they come."""
+    """Writes frames as they come.
+
+    python-can's writer is not used because it loses the DLC of remote frames.
+    """
 
     def __init__(self, path: Path, channel: str) -> None:
         """``channel`` is the name that stands in each line."""
-        self._writer = can.CanutilsLogWriter(path, channel=channel)
+        # A bare number is no name of an interface, and a space would end it.
+        self._channel = f"can{channel}" if channel.isdigit() else "_".join(channel.split())
+        self._file = path.open("w", encoding="utf-8")
 
     def write(self, captured: Captured) -> None:
         """Append one frame."""
-        frame = captured.frame
-        self._writer.on_message_received(
-            can.Message(
-                timestamp=captured.timestamp,
-                arbitration_id=frame.can_id,
-                data=None if frame.remote else frame.data,
-                dlc=frame.dlc,
-                is_extended_id=frame.extended,
-                is_remote_frame=frame.remote,
-                is_rx=captured.direction is Direction.RECEIVED,
-            )
-        )
+        mark = "R" if captured.direction is Direction.RECEIVED else "T"
+        self._file.write(f"({captured.timestamp:f}) {self._channel} {captured.frame} {mark}\n")
 
     def close(self) -> None:
         """Finish the file."""
-        self._writer.stop()
+        self._file.close()

@@ -22,20 +22,22 @@ from foreign_objects import (
 )
 
 from conformance.bus.host import NodeHost
-from conformance.faults.device import reference_entries
-from conformance.faults.registry import build_node
+from conformance.faults.device import reference_device, reference_entries
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.node import Node
 from conformance.sdo.objects import Entry
 from conformance.sdo.objects import ObjectDictionary as ReferenceObjects
+from conformance.sdo.server import Server
 
 
 @pytest.fixture(scope="module")
 def served(virtual_channel: str) -> Iterator[ReferenceObjects]:
     """The object dictionary of the reference server, which serves on the virtual bus."""
-    node = build_node(None, NODE_ID)
-    with NodeHost(can.Bus(interface="virtual", channel=virtual_channel), node):
-        yield node.server.objects
+    objects = reference_device(NODE_ID)
+    bus = can.Bus(interface="virtual", channel=virtual_channel)
+    with NodeHost(bus, Node(NODE_ID, Server(objects))):
+        yield objects
 
 
 @pytest.fixture

@@ -146,7 +146,7 @@ def test_block_segment(frame: str, message: Message) -> None:
 
 
 # Bits 7..5 as in 2.12; where there are sub-commands, by bits 1..0.
-REQUEST_KINDS = [
+REQUEST_KINDS: list[list[type[Message]]] = [
     [DownloadSegment] * 4,
     [DownloadInitiate] * 4,
     [UploadInitiate] * 4,
@@ -155,7 +155,7 @@ REQUEST_KINDS = [
     [BlockUploadInitiate, BlockEndResponse, BlockAck, BlockUploadStart],
     [BlockDownloadInitiate, BlockEnd] * 2,
 ]
-RESPONSE_KINDS = [
+RESPONSE_KINDS: list[list[type[Message]]] = [
     [UploadSegmentResponse] * 4,
     [DownloadSegmentResponse] * 4,
     [UploadInitiateResponse] * 4,

@@ -1,0 +1,49 @@
+"""All faulty and unusual servers by name."""
+
+import difflib
+
+from conformance.faults import aborts, downloads, frames, leaks, states, uploads, variants
+from conformance.faults.device import reference_device
+from conformance.faults.registry import Deviation, deviations_in
+from conformance.sdo.node import Node
+from conformance.sdo.server import Server
+
+_MODULES = (frames, uploads, downloads, states, leaks, aborts, variants)
+
+
+class UnknownServer(LookupError):
+    """No fault or variant has that name."""
+
+
+def all_deviations() -> list[Deviation]:
+    """Return faults and variants."""
+    return deviations_in(_MODULES)
+
+
+def faults() -> list[Deviation]:
+    """Return the servers that have to fail."""
+    return [deviation for deviation in all_deviations() if deviation.is_fault]
+
+
+def unusual() -> list[Deviation]:
+    """Return the servers that have to pass."""
+    return [deviation for deviation in all_deviations() if not deviation.is_fault]
+
+
+def build_node(name: str | None, node_id: int) -> Node:
+    """Return the reference node, or the fault or variant of that name, on the built-in device.
+
+    Raises UnknownServer with the nearest name.
+    """
+    objects = reference_device(node_id)
+    if name is None:
+        return Node(node_id, Server(objects))
+    known = {deviation.name: deviation for deviation in all_deviations()}
+    if name in known:
+        return known[name].build(node_id, objects)
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise UnknownServer(
+        f"There is no fault or variant called {name!r}.{hint} "
+        "'python -m conformance faults' lists them."
+    )

@@ -1,0 +1,226 @@
+"""What the suite finds at foreign servers: every case that fails, and why it has to.
+
+Each finding was compared by hand with what CiA 301 requires; ``row`` names the row of the reaction
+matrix (I: idle, D: segmented download, U: segmented upload) or the clause.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One deviation of a server, and the ids of the cases that show it."""
+
+    row: str
+    reason: str
+    cases: tuple[str, ...]
+
+
+def each(case: str, *labels: str) -> tuple[str, ...]:
+    """Return the ids of the variations of a case."""
+    return tuple(f"{case}[{label}]" for label in labels)
+
+
+BEGUN = ("at-the-start", "in-the-middle", "before-the-last")
+UNKNOWN = ("unknown-E0h", "unknown-FFh")
+BLOCK_UPLOAD_FRAMES = ("block-end-response-A1h", "block-ack-A2h", "block-start-A3h")
+BLOCK_DOWNLOAD_FRAMES = ("block-end-C1h", "block-end-DDh")
+UPLOAD_SEGMENTS = ("upload-segment-60h", "upload-segment-70h")
+DOWNLOAD_SEGMENTS = ("download-segment-00h", "download-segment-11h")
+
+COMMON = (
+    Finding(
+        "I3",
+        "The sub-index of a simple variable is not looked at: 1000h:01 reads like 1000h:00.",
+        (
+            *each("upload.sub-index-of-variable", "1", "2", "128"),
+            # These need the abort that does not come.
+            "abort.frame",
+            "abort.own-multiplexer",
+            "download.sub-index-missing",
+            "segmented-download.sub-index-missing",
+        ),
+    ),
+    Finding(
+        "D4",
+        "The announced size is forgotten: more bytes are confirmed and stored.",
+        each("segmented-download.too-many", "7-7-1", "7-6"),
+    ),
+    Finding(
+        "D5",
+        "The announced size is forgotten: fewer bytes are confirmed and stored.",
+        (
+            *each("segmented-download.too-few", "10-of-14", "7-of-8"),
+            "segmented-download.refused-is-over",
+        ),
+    ),
+    Finding(
+        "O1",
+        "A last segment of fewer than 8 bytes is confirmed and ends the download: what is stored "
+        "is what was in it, not what was announced.",
+        each("frame.short-segment", "1", "4"),
+    ),
+)
+
+CANOPEN = (
+    *COMMON,
+    Finding(
+        "I31",
+        "A block upload with pst = 0 is answered with an ordinary upload.",
+        each("specifier.block-upload", "True", "False"),
+    ),
+    Finding(
+        "I7",
+        "Idle, a segment is confirmed when its toggle bit fits by chance.",
+        (
+            *each("segmented-download.without-initiate", "00h", "10h"),
+            *each("segmented-download.after-the-last", "1"),
+        ),
+    ),
+    Finding(
+        "I8",
+        "Idle, a segment is delivered when the toggle bit fits by chance.",
+        (
+            *each("segmented-upload.without-initiate", "0", "1"),
+            *each("segmented-upload.after-the-last", "1"),
+        ),
+    ),
+    Finding(
+        "D3",
+        "The server aborts because of the toggle bit, and confirms the segment that follows: its "
+        "own abort does not end the download.",
+        (
+            *each("segmented-download.toggle", *BEGUN),
+            "segmented-download.toggle-ignored-data",
+        ),
+    ),
+    Finding(
+        "D10",
+        "A request for an upload segment in mid-download is answered with a segment, or refused "
+        "for its toggle bit instead of its specifier.",
+        (
+            *each("segmented-download.foreign", *UPLOAD_SEGMENTS),
+            *each("segmented-download.foreign-later", *UPLOAD_SEGMENTS),
+        ),
+    ),
+    Finding(
+        "D11",
+        "An undefined specifier is refused, but the download goes on.",
+        (
+            *each("segmented-download.foreign", *UNKNOWN),
+            *each("segmented-download.foreign-later", *UNKNOWN),
+        ),
+    ),
+    Finding(
+        "D12",
+        "Every A0h to BFh is taken for the initiate of an upload: the abort names an object made "
+        "of bytes 1 to 3 and says that it does not exist.",
+        (
+            *each("segmented-download.foreign", *BLOCK_UPLOAD_FRAMES),
+            *each("segmented-download.foreign-later", *BLOCK_UPLOAD_FRAMES),
+        ),
+    ),
+    Finding(
+        "D12",
+        "Every C0h to DFh is taken for the initiate of a block download: the abort names an "
+        "object made of bytes 1 to 3 instead of the one being written.",
+        (
+            *each("segmented-download.foreign", *BLOCK_DOWNLOAD_FRAMES),
+            *each("segmented-download.foreign-later", *BLOCK_DOWNLOAD_FRAMES),
+        ),
+    ),
+    Finding(
+        "D14",
+        "An abort of the client does not end a download: the last segment behind it is confirmed.",
+        each("segmented-download.client-abort-then-segment", *BEGUN),
+    ),
+    Finding(
+        "U2",
+        "The server aborts because of the toggle bit, and delivers the next segment all the same.",
+        (
+            "segmented-upload.toggle-first",
+            *each("segmented-upload.toggle-repeated", "1", "2"),
+        ),
+    ),
+    Finding(
+        "U3",
+        "A download segment in mid-upload is confirmed, or refused for its toggle bit instead of "
+        "its specifier.",
+        (
+            *each("segmented-upload.foreign", *DOWNLOAD_SEGMENTS),
+            *each("segmented-upload.foreign-later", *DOWNLOAD_SEGMENTS),
+        ),
+    ),
+    Finding(
+        "U4",
+        "An undefined specifier is refused, but the upload goes on.",
+        (
+            *each("segmented-upload.foreign", *UNKNOWN),
+            *each("segmented-upload.foreign-later", *UNKNOWN),
+        ),
+    ),
+    Finding(
+        "U5",
+        "An upload goes on after another transfer was begun and finished in its middle.",
+        (
+            *each("segmented-upload.new-upload", *BEGUN),
+            "segmented-upload.new-download",
+        ),
+    ),
+    Finding(
+        "U7",
+        "An abort of the client does not end an upload: the segments go on.",
+        (
+            *each("segmented-upload.client-abort", *BEGUN),
+            *each("segmented-upload.client-abort-then-segment", *BEGUN),
+        ),
+    ),
+    Finding(
+        "U10",
+        "Frames of a block transfer in mid-upload are taken for initiates: the abort names an "
+        "object made of bytes 1 to 3 instead of the one being read, and the upload goes on.",
+        (
+            *each("segmented-upload.foreign", *BLOCK_UPLOAD_FRAMES, *BLOCK_DOWNLOAD_FRAMES),
+            *each("segmented-upload.foreign-later", *BLOCK_UPLOAD_FRAMES, *BLOCK_DOWNLOAD_FRAMES),
+        ),
+    ),
+)
+
+DURAND = (
+    *COMMON,
+    Finding(
+        "7.2.4.3.17, D10, D11, D12",
+        "The abort of a running download names 0000h:00 instead of the object being written; "
+        "except behind C0h to DFh the download goes on.",
+        (
+            *each("segmented-download.foreign", *UPLOAD_SEGMENTS, *UNKNOWN),
+            *each("segmented-download.foreign", *BLOCK_UPLOAD_FRAMES, *BLOCK_DOWNLOAD_FRAMES),
+            *each("segmented-download.foreign-later", *UPLOAD_SEGMENTS, *UNKNOWN),
+            *each("segmented-download.foreign-later", *BLOCK_UPLOAD_FRAMES),
+            *each("segmented-download.foreign-later", *BLOCK_DOWNLOAD_FRAMES),
+        ),
+    ),
+    Finding(
+        "7.2.4.3.17, U3, U4, U10",
+        "The abort of a running upload names 0000h:00 instead of the object being read; except "
+        "behind A0h to BFh the upload goes on.",
+        (
+            *each("segmented-upload.foreign", *DOWNLOAD_SEGMENTS, *UNKNOWN),
+            *each("segmented-upload.foreign", *BLOCK_UPLOAD_FRAMES, *BLOCK_DOWNLOAD_FRAMES),
+            *each("segmented-upload.foreign-later", *DOWNLOAD_SEGMENTS, *UNKNOWN),
+            *each("segmented-upload.foreign-later", *BLOCK_UPLOAD_FRAMES),
+            *each("segmented-upload.foreign-later", *BLOCK_DOWNLOAD_FRAMES),
+        ),
+    ),
+    Finding(
+        "D13",
+        "An upload does not end the download in whose middle it is served: both go on side by "
+        "side, and the last segment is confirmed and stored.",
+        each("segmented-download.new-upload", *BEGUN),
+    ),
+    Finding(
+        "U5",
+        "A download does not end the upload in whose middle it is served: both go on side by side.",
+        ("segmented-upload.new-download",),
+    ),
+)

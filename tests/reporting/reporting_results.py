@@ -1,0 +1,58 @@
+"""Results of cases as the reports take them, and readers of what was written."""
+
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from conformance.reporting.junit import write_junit
+from conformance.run.verdict import CaseResult, Verdict
+
+TIMESTAMP = "2024-05-06T07:08:09"
+PASSED = CaseResult(
+    case_id="upload.device-type",
+    service="expedited-upload",
+    node_id=5,
+    level="MUST",
+    clause="7.5.2.1",
+    requirement="The device type (1000h), which every device has, reads as 4 bytes.",
+    trace=["      0.0 ms > 605#4000100000000000     upload initiate 1000h:00"],
+    reproduce=["cansend can0 605#4000100000000000"],
+    duration=0.25,
+)
+
+
+def result(verdict: Verdict = Verdict.PASS, **changes: Any) -> CaseResult:
+    return replace(PASSED, verdict=verdict, **changes)
+
+
+def written(
+    path: Path,
+    results: Sequence[CaseResult],
+    properties: Mapping[str, str] | None = None,
+    *,
+    strict: bool = False,
+) -> ElementTree.Element:
+    """Write junit.xml and parse it back."""
+    write_junit(path, results, properties or {}, timestamp=TIMESTAMP, strict=strict)
+    return ElementTree.parse(path).getroot()  # noqa: S314 - it is our own file
+
+
+def found(element: ElementTree.Element, path: str) -> ElementTree.Element:
+    match = element.find(path)
+    assert match is not None, f"{path} is missing"
+    return match
+
+
+_ESCAPES = re.compile(r"\\x([0-9a-f]{2})|\\u([0-9a-f]{4})|\\U([0-9a-f]{8})|\\(r)")
+
+
+def original(text: str) -> str:
+    r"""Turn ``\xNN`` and the like back into the characters for which they stand."""
+
+    def character(match: re.Match[str]) -> str:
+        return "\r" if match[4] else chr(int(match[1] or match[2] or match[3], 16))
+
+    return _ESCAPES.sub(character, text)

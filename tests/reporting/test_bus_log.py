@@ -1,0 +1,90 @@
+"""bus.log can be read back, frame by frame, by the reader of candump logs."""
+
+from pathlib import Path
+
+import can
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conformance.bus.link import Captured, Direction
+from conformance.reporting.bus_log import BusLog
+from conformance.sdo.can_frame import CanFrame
+
+DATA = st.binary(max_size=8)
+FRAMES = st.one_of(
+    st.builds(CanFrame, st.integers(0, 0x7FF), DATA),
+    st.builds(CanFrame, st.integers(0, 0x1FFFFFFF), DATA, extended=st.just(True)),
+    st.builds(CanFrame, st.integers(0, 0x7FF), remote=st.just(True), length=st.integers(0, 8)),
+)
+CAPTURED = st.builds(
+    Captured,
+    timestamp=st.integers(0, 2**32).map(lambda ticks: 1_700_000_000 + ticks / 8),
+    direction=st.sampled_from(Direction),
+    frame=FRAMES,
+)
+
+
+def log(path: Path, captured: list[Captured], channel: str = "can0") -> list[can.Message]:
+    """Write frames and read them back."""
+    bus_log = BusLog(path, channel)
+    for one in captured:
+        bus_log.write(one)
+    bus_log.close()
+    return list(can.CanutilsLogReader(path))
+
+
+def seen(message: can.Message) -> CanFrame:
+    return CanFrame(
+        message.arbitration_id,
+        bytes(message.data),
+        message.is_extended_id,
+        message.is_remote_frame,
+        message.dlc if message.is_remote_frame else None,
+    )
+
+
+@given(st.lists(CAPTURED, max_size=20))
+def test_frames_are_read_back(
+    tmp_path_factory: pytest.TempPathFactory, captured: list[Captured]
+) -> None:
+    captured.sort(key=lambda one: one.timestamp)
+    messages = log(tmp_path_factory.getbasetemp() / "bus.log", captured)
+    assert [seen(message) for message in messages] == [one.frame for one in captured]
+    assert [message.is_rx for message in messages] == [
+        one.direction is Direction.RECEIVED for one in captured
+    ]
+    assert [message.timestamp for message in messages] == [one.timestamp for one in captured]
+
+
+def test_lines_are_those_of_candump(tmp_path: Path) -> None:
+    path = tmp_path / "bus.log"
+    frames = [
+        Captured(1.5, Direction.SENT, CanFrame(0x605, bytes.fromhex("4000100000000000"))),
+        Captured(1.625, Direction.RECEIVED, CanFrame(0x585, bytes.fromhex("4300100091010F00"))),
+        Captured(2.0, Direction.RECEIVED, CanFrame(0x18FF0005, b"\x01", extended=True)),
+        Captured(2.0, Direction.SENT, CanFrame(0x605, remote=True, length=8)),
+        Captured(2.0, Direction.SENT, CanFrame(0x605)),
+    ]
+    log(path, frames, "vcan0")
+    assert path.read_text(encoding="ascii").splitlines() == [
+        "(1.500000) vcan0 605#4000100000000000 T",
+        "(1.625000) vcan0 585#4300100091010F00 R",
+        "(2.000000) vcan0 18FF0005#01 R",
+        "(2.000000) vcan0 605#R8 T",
+        "(2.000000) vcan0 605# T",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("channel", "name"),
+    [("can1", "can1"), ("PCAN_USBBUS1", "PCAN_USBBUS1"), ("0", "can0"), ("0, 1", "0,_1")],
+)
+def test_channel_stands_in_each_line(tmp_path: Path, channel: str, name: str) -> None:
+    frames = [Captured(1.0, Direction.SENT, CanFrame(0x605))]
+    assert [message.channel for message in log(tmp_path / "bus.log", frames, channel)] == [name]
+
+
+def test_nothing_on_the_bus_is_an_empty_file(tmp_path: Path) -> None:
+    assert log(tmp_path / "bus.log", []) == []
+    assert (tmp_path / "bus.log").read_bytes() == b""
