@@ -1,6 +1,15 @@
 """Uploads that the server answers with up to 4 bytes at once (CiA 301, 7.2.4.3.6)."""
 
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from contextlib import suppress
+
+from conformance.device.device import (
+    DEVICE_TYPE,
+    IDENTITY_COUNT,
+    TEXTS,
+    VENDOR_ID,
+    Device,
+    NotTestable,
+)
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
@@ -32,6 +41,20 @@ def test_identity(sdo: Dialogue) -> None:
     vendor = sdo.upload(VENDOR_ID)
     if len(vendor) != 4:
         raise sdo.breach("1018h:01 reads 4 bytes", f"it reads {len(vendor)}")
+
+
+@must("upload.known-objects", clause=UPLOAD)
+def test_known_objects(sdo: Dialogue, device: Device) -> None:
+    """Every object that the run knows of, texts and named objects included, reads without error."""
+    for mux in (*TEXTS, *sorted(device.values)):
+        with suppress(ServerAborted):
+            sdo.read(mux)
+    named = [known.mux for known in device.objects if known.access.readable]
+    for mux in named:
+        try:
+            sdo.read(mux)
+        except ServerAborted as aborted:
+            raise NotTestable(f"the named object {mux} cannot be read: {aborted}") from aborted
 
 
 @must("upload.length", clause=UPLOAD, length=[1, 2, 3, 4])

@@ -90,12 +90,20 @@ def test_short_segments(sdo: Dialogue, variable: KnownObject, lengths: tuple[int
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.filler-ignored", clause=SEGMENT, size=[1, 4, 8, 13])
-def test_filler_ignored(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+FILLED = {
+    f"{size}-{name}": (size, sized)
+    for size in (1, 4, 8, 13)
+    for name, sized in (("sized", True), ("unsized", False))
+}
+
+
+@must("segmented-download.filler-ignored", clause=SEGMENT, how=FILLED)
+def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bool]) -> None:
     """Bytes of the last segment behind its data are not stored."""
+    size, sized = how
     data = sdo.payload(size)
     sdo.store(variable, data)
-    sdo.initiate_download(variable, size)
+    sdo.initiate_download(variable, size if sized else None)
     for start in range(0, size - 7, 7):
         sdo.download_segment(data[start : start + 7], toggle=start // 7 % 2)
     start = (size - 1) // 7 * 7
@@ -114,7 +122,7 @@ def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
     data = sdo.payload(8)
     sdo.initiate_download(text, 8)
     sdo.download_segment(data[:7], toggle=0)
-    sdo.send(DownloadSegment(data[7:].ljust(7, b"\0"), 1, 0, True))
+    sdo.send(DownloadSegment(data[7:].ljust(7, b"#"), 1, 0, True))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
         sdo.checks.abort(frame, text.mux)

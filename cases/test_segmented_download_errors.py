@@ -125,20 +125,24 @@ def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
 
 
 @must("segmented-download.new-upload", clause=INITIATE, segments=BEGUN)
-def test_new_upload(sdo: Dialogue, text: KnownObject, segments: int) -> None:
-    """An upload in mid-download is served with its data or refused; the download is over."""
-    due = sdo.upload(IDENTITY_COUNT)
+def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
+    """An upload in mid-download is served with its data or refused; the download is over.
+
+    The rest of the download must not end up in the object that was read, either.
+    """
+    due = sdo.upload(number)
     sdo.store(text, sdo.payload(SIZE))
     with sdo.unchanged(text):
         data = begin_download(sdo, text, segments)
-        frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), text, IDENTITY_COUNT)
+        frame = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
         if frame is not None:
-            response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
-            found = sdo.finish_upload(IDENTITY_COUNT, response)
-            if found[: len(due)] != due:
-                raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
+            response = sdo.checks.upload_initiate(frame, number.mux)
+            found = sdo.finish_upload(number, response)
+            if found != due:
+                raise sdo.breach(f"{number} reads {due.hex()}", f"it reads {found.hex()}")
         rest = data[7 * segments : 7 * segments + 7]
         sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
+        sdo.expect_value(number, due)
 
 
 @must("segmented-download.new-download", clause=INITIATE, segments=BEGUN)

@@ -4,7 +4,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from conformance.bus.link import Link, second_client
+from conformance.bus.link import DRAIN_LIMIT, Link, second_client
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, Unknown
 from conformance.sdo.layout import Message, Multiplexer
@@ -14,7 +14,6 @@ RESPONSE_BASE = 0x580
 ERROR_CONTROL_BASE = 0x700
 BOOT_UP = bytes(1)
 MOST_OVERHEARD = 1000
-DRAIN_LIMIT = 0.25
 
 
 class Channel:
@@ -65,5 +64,6 @@ class Channel:
         if frame.can_id == self.request_id and not frame.extended:
             raise second_client(frame.can_id)
         self.overheard.append(frame)
-        if frame.can_id == ERROR_CONTROL_BASE + self.node_id and frame.data == BOOT_UP:
+        is_error_control = frame.can_id == ERROR_CONTROL_BASE + self.node_id and not frame.extended
+        if is_error_control and frame.data == BOOT_UP:
             self.on_boot_up()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import can
-from can.util import load_config
+from can.util import load_config, load_environment_config, load_file_config
 
 from conformance.bus.errors import BusNotOpened, advice
 
@@ -35,17 +35,19 @@ class BusSettings:
             if value is not None
         }
         try:
-            found: dict[str, Any] = dict(load_config(config=dict(given)))
+            found: dict[str, Any] = load_file_config() | load_environment_config() | can.rc | given
+            if not found.get("interface") and not found.get("bustype"):
+                found["interface"] = DEFAULT_INTERFACE
+            found = dict(load_config(config=found))
+            bitrate = None if found.get("bitrate") is None else int(found["bitrate"])
         except can.CanInterfaceNotImplementedError as error:
-            if self.interface is not None:
-                raise BusNotOpened(_unknown_interface(self.interface)) from error
-            found = {"interface": DEFAULT_INTERFACE, **given}
+            raise BusNotOpened(_unknown_interface(str(found["interface"]))) from error
         except (can.CanInitializationError, ValueError) as error:
             raise BusNotOpened(f"python-can's configuration cannot be read: {error}") from error
         channel = found.get("channel")
         if channel is None and found["interface"] == DEFAULT_INTERFACE:
             channel = DEFAULT_CHANNEL
-        return BusSettings(found["interface"], channel, found.get("bitrate"))
+        return BusSettings(found["interface"], None if channel is None else str(channel), bitrate)
 
     def __str__(self) -> str:
         rate = f", {self.bitrate} bit/s" if self.bitrate else ""
@@ -70,6 +72,11 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         raise BusNotOpened(
             f"The interface {settings.interface!r} cannot be used: {error}. "
             "Is the Python package of its driver installed?"
+        ) from error
+    except TypeError as error:
+        raise BusNotOpened(
+            f"{settings} cannot be opened: {error}. Name what is missing: the channel with "
+            "--can-channel=NAME, other settings in python-can's configuration file."
         ) from error
     except (can.CanError, OSError, ValueError, ImportError) as error:
         raise BusNotOpened(f"{settings} cannot be opened: {error}. {advice(error)}") from error

@@ -24,12 +24,14 @@ class Device:
 
     ``values`` holds what each object read at the start of the run: what is put back. The
     ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
-    byte. It serves as the fence and as the sign of life.
+    byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
+    not be read; such an object is never written.
     """
 
     node_id: int
     objects: list[KnownObject] = field(default_factory=list)
     values: dict[Multiplexer, bytes] = field(default_factory=dict)
+    unreadable: dict[Multiplexer, str] = field(default_factory=dict)
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
     boot_ups: int = 0
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
@@ -60,10 +62,10 @@ class Device:
         )
 
     def variable(self) -> KnownObject:
-        """Return a writable string or domain."""
-        for known in self._writable():
-            if known.varies:
-                return known
+        """Return a writable string or domain, if possible one whose bytes count to the last 00h."""
+        found = [known for known in self._writable() if known.varies]
+        for known in sorted(found, key=lambda known: known.data_type is DataType.VISIBLE_STRING):
+            return known
         raise NotTestable(
             "needs a writable string or domain: name one with its type, for example "
             "--object=2010=visible_string"

@@ -29,8 +29,8 @@ def reference_entries(node_id: int) -> dict[Multiplexer, Entry]:
         Multiplexer(0x1200, 0): _number(1, 2, Access.CONST),
         Multiplexer(0x1200, 1): _number(4, 0x600 + node_id, Access.CONST),
         Multiplexer(0x1200, 2): _number(4, 0x580 + node_id, Access.CONST),
-        Multiplexer(0x2010): _text(b"writable text", Access.RW),
-        Multiplexer(0x2011): Entry(b"a domain of some bytes", DataType.DOMAIN),
+        Multiplexer(0x2010): _text(b"text", Access.RW),
+        Multiplexer(0x2011): Entry(b"data", DataType.DOMAIN),
         Multiplexer(0x2020): _number(4, 0, Access.WO),
     }
     for length, value in (

@@ -448,7 +448,7 @@ class TooFewStored(Server):
         super().finish_download(transfer)
 
 
-@fault("download-filler-stored", COUNT, "segmented-download.size[8]")
+@fault("download-filler-stored", COUNT, "segmented-download.filler-ignored[8-unsized]")
 class FillerStored(_Taking):
     """Stores all 7 bytes of a last segment when no size was announced."""
 

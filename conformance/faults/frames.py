@@ -8,17 +8,13 @@ from conformance.sdo.node import Node
 SHAPE = DefectClass.FRAME_SHAPE
 
 
-@fault("response-on-other-id", SHAPE, "upload.device-type")
+@fault("response-on-other-id", SHAPE, "download.")
 class ResponseOnOtherId(Node):
-    """Answers writes with the identifier of the next node, reads with its own."""
+    """Confirms downloads with the identifier of the next node."""
 
     def respond(self, data: bytes) -> CanFrame:
-        """Shift the identifier of everything but the answer to 1000h."""
-        own = data[1:4] == b"\x00\x10\x00" and not self.seen
-        self.seen = True
-        return CanFrame(self.response_id + (not own), data)
-
-    seen = False
+        """Shift the identifier of 60h."""
+        return CanFrame(self.response_id + (data[:1] == b"\x60"), data)
 
 
 @fault("response-copied-to-other-id", SHAPE, "frame.one-identifier")
@@ -158,16 +154,17 @@ class EchoesRequest(Node):
 
 @fault("answers-late", DefectClass.TIMING, "run.no-late-response")
 class AnswersLate(Node):
-    """Sends the answer to one abort of the client together with a later answer."""
+    """Answers an abort of the client after the transfers that follow it."""
 
-    held = False
+    reads_to_go = 0
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
-        """Hold a needless abort back until a read of 1018h:01 was answered."""
+        """Hold an answer back until 1000h was read twice: by a case, and at its end."""
         answers = super().receive(frame)
         if self.is_addressed(frame) and frame.data[:4] == bytes.fromhex("80181001"):
-            self.held = True
-        elif self.held and answers and frame.data[1:4] == b"\x00\x10\x00":
-            self.held = False
-            answers.append(self.respond(bytes.fromhex("8018100100000008")))
+            self.reads_to_go = 2
+        elif self.reads_to_go and answers and frame.data[1:4] == b"\x00\x10\x00":
+            self.reads_to_go -= 1
+            if not self.reads_to_go:
+                answers.append(self.respond(bytes.fromhex("8018100100000008")))
         return answers

@@ -56,7 +56,21 @@ class UnknownServed(Server):
         return super().on_unexpected(request)
 
 
-@fault("unknown-specifier-reboots", ROBUST, "specifier.unknown-is-over")
+@fault("unknown-specifier-spoils-next-read", ROBUST, "specifier.unknown-is-over")
+class UnknownSpoilsNext(Server):
+    """Reads 1018h:01 as 0 right after an unknown command specifier."""
+
+    spoiled = False
+
+    def react(self, request: Request) -> list[Response]:
+        """Remember the request before."""
+        spoiled, self.spoiled = self.spoiled, isinstance(request, Unknown)
+        if spoiled and request == UploadInitiate(Multiplexer(0x1018, 1)):
+            return [UploadInitiateResponse.with_data(Multiplexer(0x1018, 1), b"\xff" * 4)]
+        return super().react(request)
+
+
+@fault("unknown-specifier-halts", ROBUST, "segmented-download.foreign")
 class UnknownHalts(Server):
     """Stops working after an unknown command specifier with all bits set."""
 

@@ -22,12 +22,21 @@ class Leaving:
     violation: Violation | None = None
 
 
-def leave(sdo: Dialogue) -> Leaving:
+def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     """End what the case left open and read 1000h; where that fails, abort and read it again.
 
-    The server owes an answer to the first read, unless the case itself was cut short.
+    A server that failed the case may have a transfer running that it should not have: it is told
+    to end that as well, so that the next case does not meet it.
     """
     sdo.end_transfer()
+    leaving = _look(sdo)
+    if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
+        sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
+        sdo.drain()
+    return leaving
+
+
+def _look(sdo: Dialogue) -> Leaving:
     try:
         stray = sdo.fence()
     except (Violation, ServerAborted) as error:
@@ -46,8 +55,8 @@ def _recover(sdo: Dialogue, cause: Exception) -> Leaving:
     try:
         sdo.fence()
     except (Violation, ServerAborted) as error:
-        broken = error if isinstance(error, Violation) and error.rule is ANSWERED else cause
-        return Leaving(Afterwards.LOST, _not_idle(broken))
+        silent = isinstance(error, Violation) and error.rule is ANSWERED
+        return Leaving(Afterwards.LOST if silent else Afterwards.ANSWERS_WRONGLY, _not_idle(cause))
     return Leaving(Afterwards.NEEDED_ABORT, _not_idle(cause))
 
 
@@ -73,16 +82,22 @@ class Restorer:
                 self._restore(sdo, known[mux], self.device.values[mux])
 
     def _restore(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
-        try:
-            if same_value(known, sdo.upload(known), due):
+        self.unrestored[known.mux] = shown(due)
+        if not self._reads(sdo, known, due):
+            try:
+                sdo.download(known, due)
+            except Violation as violation:
+                self.unrestored[known.mux] += f" ({violation.actual})"
+                sdo.end_transfer()
                 return
-            sdo.download(known, due)
-            found = sdo.upload(known)
-        except Violation as violation:
-            self.unrestored[known.mux] = f"{shown(due)} ({violation.actual})"
+            if not self._reads(sdo, known, due):
+                return
+        del self.unrestored[known.mux]
+
+    def _reads(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
+        """Say whether an object reads as it should; what cannot be read does not."""
+        try:
+            return same_value(known, sdo.upload(known), due)
+        except Violation:
             sdo.end_transfer()
-            return
-        if same_value(known, found, due):
-            self.unrestored.pop(known.mux, None)
-        else:
-            self.unrestored[known.mux] = f"{shown(due)} (it reads {shown(found)} now)"
+            return False

@@ -20,7 +20,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType
-from conformance.sdo.rules import Level, Rule, Violation
+from conformance.sdo.rules import MULTIPLEXER, Level, Rule, Violation
 
 SUBSTITUTE = Rule(
     "abort.precise-code",
@@ -75,7 +75,13 @@ class Dialogue(Steps):
         due = f"abort with {named(codes)}"
         if not isinstance(decode_response(frame), Abort):
             raise self.breach(due, describe_response(frame))
-        abort = self.checks.abort(frame, None if of is None else mux_of(of))
+        abort = self.checks.abort(frame, None)
+        if of is not None and abort.mux != mux_of(of):
+            # The case goes on: whether the transfer has ended is another question.
+            expected = f"multiplexer {mux_of(of)}"
+            self.minor.append(
+                Violation(MULTIPLEXER, expected=expected, actual=describe_response(frame))
+            )
         if abort.code not in codes:
             if abort.code not in tolerated:
                 raise self.breach(due, describe_response(frame))

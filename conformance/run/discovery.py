@@ -77,8 +77,9 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
 def _learn(sdo: Dialogue, known: KnownObject) -> bool:
     try:
         sdo.device.values[known.mux] = sdo.upload(known)
-    except (Violation, ServerAborted):
+    except (Violation, ServerAborted) as error:
         # A device that answers badly here is tested all the same.
+        sdo.device.unreadable[known.mux] = str(error)
         sdo.end_transfer()
         sdo.drain()
         return False

@@ -134,6 +134,7 @@ class CaseRun:
                 self._judge_minor()
             case Violation():
                 self._breach(error)
+                self._judge_minor()
             case ServerAborted():
                 actual = describe_response(error.abort.encode())
                 self._breach(Violation(NOT_REFUSED, expected="a positive answer", actual=actual))
@@ -166,7 +167,7 @@ class CaseRun:
 
     def _leave(self) -> None:
         session = self._session
-        leaving = leave(self.sdo)
+        leaving = leave(self.sdo, failed=self.result.verdict is Verdict.FAIL)
         self.result.afterwards = leaving.afterwards
         if leaving.violation is not None:
             self._breach(leaving.violation)

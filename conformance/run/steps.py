@@ -12,7 +12,7 @@ from typing import TypeVar
 from conformance.bus.channel import Channel
 from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
-from conformance.device.safety import written_by
+from conformance.device.safety import IDENTITY, written_by
 from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ResponseChecks, ServerAborted
@@ -31,7 +31,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.objects import DataType
-from conformance.sdo.rules import NOT_REFUSED, Rule, Violation
+from conformance.sdo.rules import MISSING_REFUSED, NOT_REFUSED, Rule, Violation
 
 Result = TypeVar("Result")
 Target = Multiplexer | KnownObject
@@ -136,6 +136,10 @@ class Steps(Wire):
         length = target.length if isinstance(target, KnownObject) else None
         return uploaded.data if uploaded.counted else uploaded.data[:length]
 
+    def read(self, mux: Multiplexer) -> bytes:
+        """Read an object that the server may refuse; raises ServerAborted then."""
+        return self._run(self.client.upload(mux)).data
+
     def download(
         self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
     ) -> None:
@@ -191,16 +195,23 @@ class Steps(Wire):
         abort = self.try_download(known, data, segmented=segmented, sized=sized)
         if abort is None:
             return
-        longer = self.payload(len(data) + 1)
-        if abort.code in NO_ROOM and self.try_download(known, longer, segmented=True) is not None:
-            raise NotTestable(
-                f"{known} has no room for {len(data)} bytes (refused with "
-                f"{describe_code(abort.code)}): name a larger string or domain"
+        if abort.code not in NO_ROOM or self._takes_otherwise(known, data):
+            raise Violation(
+                NOT_REFUSED,
+                expected=f"a download of {len(data)} bytes to {known}, as another way",
+                actual=describe_response(abort.encode()),
             )
-        raise Violation(
-            NOT_REFUSED,
-            expected=f"a download of {len(data)} bytes to {known}, which takes a longer one",
-            actual=describe_response(abort.encode()),
+        raise NotTestable(
+            f"{known} has no room for {len(data)} bytes (refused with "
+            f"{describe_code(abort.code)}): name a larger string or domain"
+        )
+
+    def _takes_otherwise(self, known: KnownObject, data: bytes) -> bool:
+        """Say whether an object that refused a download takes a longer one, or one without size."""
+        longer = self.payload(len(data) + 1)
+        return (
+            self.try_download(known, longer, segmented=True) is None
+            or self.try_download(known, data, segmented=True, sized=False) is None
         )
 
     def finish_upload(self, target: Target, response: UploadInitiateResponse) -> bytes:
@@ -235,23 +246,41 @@ class Steps(Wire):
 
     def missing_object(self) -> Multiplexer:
         """Return the multiplexer of an object that the device refuses to read."""
-        return self._missing([Multiplexer(index) for index in MISSING_INDICES])
+        mux = self._refused([Multiplexer(index) for index in MISSING_INDICES])
+        if mux is None:
+            raise Violation(
+                MISSING_REFUSED,
+                expected="an abort: few devices have "
+                + ", ".join(f"{index:04X}h" for index in MISSING_INDICES),
+                actual="each of them is served",
+            )
+        return mux
 
     def missing_sub_index(self, index: int) -> Multiplexer:
-        """Return a multiplexer of an existing object that the device refuses to read."""
-        return self._missing([Multiplexer(index, sub) for sub in MISSING_SUB_INDICES])
+        """Return a multiplexer of an existing object that the device refuses to read.
 
-    def _missing(self, candidates: list[Multiplexer]) -> Multiplexer:
+        Raises NotTestable for an object of the user's own that seems to have all sub-indices.
+        """
+        mux = self._refused([Multiplexer(index, sub) for sub in MISSING_SUB_INDICES])
+        if mux is not None:
+            return mux
+        names = ", ".join(f"{sub:02X}h" for sub in MISSING_SUB_INDICES)
+        if index in IDENTITY:
+            raise Violation(
+                MISSING_REFUSED,
+                expected=f"an abort: {index:04X}h has no sub-indices {names}",
+                actual="each of them is served",
+            )
+        raise NotTestable(f"{index:04X}h serves the sub-indices {names}: name a simple object")
+
+    def _refused(self, candidates: list[Multiplexer]) -> Multiplexer | None:
         for mux in candidates:
             try:
                 self._run(self.client.upload(mux))
             except ServerAborted:
                 self.device.policy.allow_missing(mux)
                 return mux
-        raise self.breach(
-            "an abort: few devices have " + ", ".join(map(str, candidates)),
-            "all of them are served",
-        )
+        return None
 
     def breach(self, expected: str, actual: str) -> Violation:
         """Build a breach of the case's rule."""

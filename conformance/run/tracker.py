@@ -21,11 +21,13 @@ from conformance.sdo.layout import Multiplexer
 
 
 class TransferTracker:
-    """Follows requests and responses; ``open`` is the object of the running transfer or None."""
+    """Follows requests and responses; ``open`` is the object of the running transfer or None,
+    ``latest`` that of the last one."""
 
     def __init__(self) -> None:
         """Start with no transfer."""
         self.open: Multiplexer | None = None
+        self.latest: Multiplexer | None = None
         self._request: Request | None = None
 
     def request(self, request: Request) -> None:
@@ -37,6 +39,11 @@ class TransferTracker:
     def response(self, frame: bytes) -> None:
         """Take what the server sent."""
         request = self._request
+        self._follow(frame, request)
+        if self.open is not None:
+            self.latest = self.open
+
+    def _follow(self, frame: bytes, request: Request | None) -> None:
         match decode_response(frame):
             case Abort():
                 self.open = None

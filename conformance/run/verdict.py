@@ -22,6 +22,7 @@ class Afterwards(StrEnum):
 
     IDLE = "idle"
     NEEDED_ABORT = "needed an abort"
+    ANSWERS_WRONGLY = "answers, but wrongly"
     LOST = "lost"
     UNKNOWN = "not looked at"
 

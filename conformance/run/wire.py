@@ -107,7 +107,8 @@ class Wire:
                     raise Violation(
                         ANSWERED,
                         expected="an answer to the read of 1000h that follows",
-                        actual="; ".join(["no answer", *map(describe_response, stray)]),
+                        actual="; ".join(["no answer", *map(describe_response, stray)])
+                        + self._heard_elsewhere(),
                     )
                 retried = True
                 self._send_baseline(0)

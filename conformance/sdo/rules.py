@@ -79,6 +79,9 @@ UPLOAD_ENDS = _must(
 ABORT_CODE = _must(
     "abort.code", "7.2.4.3.17", "An abort of the server carries one of the codes of table 22."
 )
+MISSING_REFUSED = _must(
+    "object.missing-refused", "7.2.4.3.17", "What does not exist in the device is not served."
+)
 IDLE_AFTERWARDS = _must(
     "server.idle-afterwards",
     "7.2.4.2",
@@ -99,5 +102,6 @@ RESPONSE_RULES = (
     SIZE,
     UPLOAD_ENDS,
     ABORT_CODE,
+    MISSING_REFUSED,
     IDLE_AFTERWARDS,
 )

@@ -1,0 +1,163 @@
+"""An SDO channel: which frames are responses, what becomes of the others, how long it takes."""
+
+import pytest
+from bus_fakes import ANSWER, READ, Bench, message
+
+from conformance.bus.channel import MOST_OVERHEARD
+from conformance.bus.errors import SecondClient
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import UploadInitiate
+from conformance.sdo.layout import Multiplexer
+
+RESPONSE = CanFrame(0x585, ANSWER)
+
+
+@pytest.fixture
+def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
+    return Bench(monkeypatch)
+
+
+def test_default_identifiers(bench: Bench) -> None:
+    assert (bench.channel.request_id, bench.channel.response_id) == (0x605, 0x585)
+
+
+def test_requests_go_out_on_600h_plus_node_id(bench: Bench) -> None:
+    bench.channel.send(UploadInitiate(Multiplexer(0x1000)))
+    bench.channel.send(b"\x40\x00")
+    bench.channel.abort(Multiplexer(0x1008), 0x08000000)
+    bench.channel.send_frame(CanFrame(0x123, b"\x01"))
+    assert [(sent.arbitration_id, sent.data.hex()) for sent in bench.bus.sent] == [
+        (0x605, "4000100000000000"),
+        (0x605, "4000"),
+        (0x605, "8008100000000008"),
+        (0x123, "01"),
+    ]
+    assert not any(sent.is_extended_id for sent in bench.bus.sent)
+
+
+@pytest.mark.parametrize(
+    "response",
+    [
+        RESPONSE,
+        CanFrame(0x585, ANSWER[:7]),
+        CanFrame(0x585),
+        CanFrame(0x585, remote=True, length=8),
+        CanFrame(0x585, ANSWER, extended=True),
+    ],
+    ids=["plain", "DLC-7", "DLC-0", "remote", "29-bit"],
+)
+def test_whatever_has_the_response_identifier_is_returned(bench: Bench, response: CanFrame) -> None:
+    bench.bus.incoming.append(
+        message(0x585, response.data, extended=response.extended, remote=response.remote)
+    )
+    assert bench.channel.receive() == response
+    assert not bench.channel.overheard
+
+
+def test_other_frames_are_overheard(bench: Bench) -> None:
+    foreign = [
+        CanFrame(0x586, ANSWER),
+        CanFrame(0x604, READ),
+        CanFrame(0x185, b"\x01"),
+        CanFrame(0x605, READ, extended=True),
+    ]
+    bench.bus.incoming.extend(
+        message(frame.can_id, frame.data, extended=frame.extended) for frame in foreign
+    )
+    bench.bus.incoming.append(message(0x585, ANSWER))
+    assert bench.channel.receive() == RESPONSE
+    assert list(bench.channel.overheard) == foreign
+
+
+def test_only_the_latest_are_kept(bench: Bench) -> None:
+    bench.bus.incoming.extend(
+        message(0x185, number.to_bytes(2, "big")) for number in range(MOST_OVERHEARD + 1)
+    )
+    assert bench.channel.receive() is None
+    assert len(bench.channel.overheard) == MOST_OVERHEARD
+    assert bench.channel.overheard[0].data == b"\x00\x01"
+
+
+@pytest.mark.parametrize("remote", [False, True])
+def test_a_second_client(bench: Bench, remote: bool) -> None:
+    bench.bus.incoming.append(message(0x605, READ, remote=remote))
+    with pytest.raises(SecondClient, match="Another node sends SDO requests on 605h"):
+        bench.channel.receive()
+
+
+# Boot-up
+
+
+def test_boot_up(bench: Bench) -> None:
+    heard: list[str] = []
+    bench.channel.on_boot_up = lambda: heard.append("boot-up")
+    bench.bus.incoming.extend([message(0x705, b"\x00"), message(0x585, ANSWER)])
+    assert bench.channel.receive() == RESPONSE
+    assert heard == ["boot-up"]
+    assert list(bench.channel.overheard) == [CanFrame(0x705, b"\x00")]
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        CanFrame(0x705, b"\x05"),
+        CanFrame(0x705, b"\x7f"),
+        CanFrame(0x705, b""),
+        CanFrame(0x705, b"\x00\x00"),
+        CanFrame(0x706, b"\x00"),
+        CanFrame(0x705, b"\x00", extended=True),
+    ],
+    ids=["operational", "pre-operational", "empty", "two-bytes", "other-node", "29-bit"],
+)
+def test_no_boot_up(bench: Bench, frame: CanFrame) -> None:
+    heard: list[str] = []
+    bench.channel.on_boot_up = lambda: heard.append("boot-up")
+    bench.bus.incoming.append(message(frame.can_id, frame.data, extended=frame.extended))
+    assert bench.channel.receive() is None
+    assert heard == []
+
+
+# Time
+
+
+def test_silence_takes_the_response_time_out(bench: Bench) -> None:
+    assert bench.channel.receive() is None
+    assert bench.clock.now == pytest.approx(1000.5, abs=0.01)
+
+
+def test_another_time_out(bench: Bench) -> None:
+    assert bench.channel.receive(2.0) is None
+    assert bench.clock.now == pytest.approx(1002.0, abs=0.01)
+
+
+@pytest.mark.parametrize("can_id", [0x185, 0x586, 0x705])
+def test_foreign_traffic_does_not_put_the_deadline_off(bench: Bench, can_id: int) -> None:
+    bench.bus.receipt_takes = 0.0001
+    bench.bus.source = lambda: message(can_id, b"\x01")
+    assert bench.channel.receive() is None
+    assert 1000.5 <= bench.clock.now < 1001.0
+
+
+def test_foreign_traffic_that_is_filtered_does_not_put_the_deadline_off(bench: Bench) -> None:
+    bench.link.watch([5])
+    bench.bus.receipt_takes = 0.0001
+    bench.bus.source = lambda: message(0x123, b"\x01")
+    assert bench.channel.receive() is None
+    assert 1000.5 <= bench.clock.now < 1001.0
+
+
+def test_a_response_within_foreign_traffic(bench: Bench) -> None:
+    bench.bus.receipt_takes = 0.0001
+    bench.bus.incoming.extend([message(0x185, b"\x01")] * 1000)
+    bench.bus.incoming.append(message(0x585, ANSWER))
+    assert bench.channel.receive() == RESPONSE
+
+
+@pytest.mark.parametrize("can_id", [0x185, 0x123], ids=["overheard", "filtered"])
+def test_with_no_time_at_all_what_has_arrived_is_found(bench: Bench, can_id: int) -> None:
+    """Also behind other frames, and on buses whose filters python-can applies itself."""
+    bench.link.watch([5])
+    bench.bus.incoming.extend([message(can_id, b"\x01"), message(0x585, ANSWER)])
+    assert bench.channel.receive(0) == RESPONSE
+    assert bench.channel.receive(0) is None
+    assert bench.clock.now < 1000.1
