@@ -1,5 +1,6 @@
 """Opening the bus: the options, else python-can's own configuration, else SocketCAN on can0."""
 
+from configparser import Error as ConfigError
 from dataclasses import dataclass
 from typing import Any
 
@@ -42,7 +43,7 @@ class BusSettings:
             bitrate = None if found.get("bitrate") is None else int(found["bitrate"])
         except can.CanInterfaceNotImplementedError as error:
             raise BusNotOpened(_unknown_interface(str(found["interface"]))) from error
-        except (can.CanInitializationError, ValueError) as error:
+        except (can.CanInitializationError, ConfigError, ValueError) as error:
             raise BusNotOpened(f"python-can's configuration cannot be read: {error}") from error
         channel = found.get("channel")
         if channel is None and found["interface"] == DEFAULT_INTERFACE:

@@ -171,9 +171,8 @@ class LastFlagMissing(_Segments):
     """Does not mark the last segment when it is full."""
 
     def change(self, transfer: Upload, segment: UploadSegmentResponse) -> UploadSegmentResponse:
-        """Take the mark away; the transfer stays open."""
+        """Take the mark away; the transfer is over all the same."""
         if segment.last and not segment.unused:
-            self.transfer = transfer
             return UploadSegmentResponse(segment.payload, segment.toggle)
         return segment
 

@@ -34,6 +34,11 @@ def private_channel() -> str:
     return f"conformance-{os.getpid()}-{os.urandom(4).hex()}"
 
 
+def _cansend_channel(bus: BusSettings) -> str:
+    """Return the interface for lines that can be pasted; other buses have no cansend."""
+    return bus.channel if bus.interface == "socketcan" and bus.channel else "can0"
+
+
 class Bench:
     """Opened before the first case, closed after the last."""
 
@@ -72,7 +77,7 @@ class Bench:
             channel,
             device,
             seed=settings.seed,
-            cansend_channel=settings.bus.channel or "can0",
+            cansend_channel=_cansend_channel(settings.bus),
         )
 
     def close(self) -> None:

@@ -10,12 +10,16 @@ from conformance.sdo.layout import FRAME_LENGTH
 
 FIRST_LINES = 40
 LAST_LINES = 60
+ASIDE = "          -- the case ends here; is the server idle, are the values as before? --"
 
 
-def trace_lines(frames: Sequence[Captured], request_id: int, response_id: int) -> list[str]:
+def trace_lines(
+    frames: Sequence[Captured], request_id: int, response_id: int, *, own: int | None = None
+) -> list[str]:
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
-    The middle of a long trace is left out.
+    ``own`` is the number of frames after which the case was over and the suite looked after the
+    device. The middle of a long trace is left out.
     """
     decoder = Decoder()
     begin = frames[0].timestamp if frames else 0.0
@@ -32,6 +36,8 @@ def trace_lines(frames: Sequence[Captured], request_id: int, response_id: int) -
             if number == FIRST_LINES:
                 lines.append(_left_out(len(frames)))
             continue
+        if number == own:
+            lines.append(ASIDE)
         words = "not an SDO frame of this channel"
         if message is not None:
             words = describe(message)

@@ -82,17 +82,18 @@ class DeviceSession:
         )
         return CaseRun(self, sdo, result)
 
-    def frames(self) -> list[Captured]:
-        """Return the frames of the running case."""
-        return self._frames
+    def frames_so_far(self) -> int:
+        """Return how many frames the running case has seen."""
+        return len(self._frames)
 
-    def trace(self) -> list[str]:
-        """Return the decoded frames of the running case."""
-        return trace_lines(self._frames, self.channel.request_id, self.channel.response_id)
+    def trace(self, own: int) -> list[str]:
+        """Return the decoded frames of the case; behind the first ``own`` it was over."""
+        channel = self.channel
+        return trace_lines(self._frames, channel.request_id, channel.response_id, own=own)
 
-    def reproduce(self) -> list[str]:
-        """Return the commands that repeat what the running case sent."""
-        return cansend_lines(self._frames, self._cansend_channel)
+    def reproduce(self, own: int) -> list[str]:
+        """Return the commands that send what the case sent in its first ``own`` frames."""
+        return cansend_lines(self._frames[:own], self._cansend_channel)
 
 
 class CaseRun:
@@ -112,6 +113,7 @@ class CaseRun:
         ``error`` is what ended the case. A bench error makes the verdict; nothing excuses it.
         """
         result = self.result
+        own_frames = self._session.frames_so_far()
         self._judge(error)
         if not isinstance(error, BenchError):
             try:
@@ -123,8 +125,8 @@ class CaseRun:
         result.latency = self.sdo.latency
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.notes
-        result.trace = self._session.trace()
-        result.reproduce = self._session.reproduce()
+        result.trace = self._session.trace(own_frames)
+        result.reproduce = self._session.reproduce(own_frames)
         return result
 
     def _judge(self, error: BaseException | None) -> None:

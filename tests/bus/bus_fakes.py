@@ -56,7 +56,7 @@ class FakeBus(can.BusABC):
             raise item
         if item is None:
             assert timeout is not None
-            self.clock.now += timeout
+            self.clock.now += max(timeout, 1e-6)
         return item, False
 
 

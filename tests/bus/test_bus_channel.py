@@ -1,5 +1,7 @@
 """An SDO channel: which frames are responses, what becomes of the others, how long it takes."""
 
+from collections.abc import Iterator
+
 import pytest
 from bus_fakes import ANSWER, READ, Bench, message
 
@@ -13,8 +15,10 @@ RESPONSE = CanFrame(0x585, ANSWER)
 
 
 @pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
-    return Bench(monkeypatch)
+def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
+    bench = Bench(monkeypatch)
+    yield bench
+    bench.link.close()
 
 
 def test_default_identifiers(bench: Bench) -> None:

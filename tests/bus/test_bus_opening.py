@@ -122,6 +122,14 @@ def test_a_configuration_that_cannot_be_read(
         BusSettings("virtual", "x").resolve()
 
 
+def test_a_file_that_cannot_be_read(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    file = tmp_path / "can.conf"
+    file.write_text("interface = virtual\n", encoding="utf-8")
+    monkeypatch.setattr("can.util.CONFIG_FILES", [str(file)])
+    with pytest.raises(BusNotOpened, match=r"configuration cannot be read: .*no section headers"):
+        BusSettings().resolve()
+
+
 class Refusing:
     """Stands in for ``can.Bus``: keeps what it is called with, and fails."""
 

@@ -1,0 +1,123 @@
+"""The command line beside pytest: serve the reference server, list faults, decode logs."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from types import FrameType
+
+import can
+
+from conformance import __version__
+from conformance.bus.channel import REQUEST_BASE, RESPONSE_BASE
+from conformance.bus.errors import BenchError
+from conformance.bus.host import NodeHost
+from conformance.bus.opening import BusSettings, open_bus
+from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
+from conformance.options import HIGHEST_NODE_ID
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.layout import FRAME_LENGTH
+
+DONE, BROKEN_BENCH, WRONG_USE = 0, 1, 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit status: 0, 1 for a broken bench, 2 for wrong use."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.command(options))
+    except (BenchError, OSError) as error:
+        print(f"conformance: {error}", file=sys.stderr)
+        return BROKEN_BENCH
+    except (UnknownServer, ValueError) as error:
+        print(f"conformance: {error}", file=sys.stderr)
+        return WRONG_USE
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="conformance", description=__doc__)
+    parser.add_argument("--version", action="version", version=__version__)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    serve = commands.add_parser("serve", help="run the reference server on a bus until stopped")
+    serve.add_argument("--node-id", type=int, required=True, metavar="N")
+    serve.add_argument("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
+    serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
+    serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+    serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
+    serve.set_defaults(command=_serve)
+
+    listing = commands.add_parser("faults", help="list the faulty and the unusual servers")
+    listing.set_defaults(command=_faults)
+
+    decode = commands.add_parser("decode", help="show a candump log as SDO messages in words")
+    decode.add_argument("log", help="a file as 'candump -L' or a run's bus.log writes it")
+    decode.add_argument("--node-id", type=int, metavar="N", help="of this node only")
+    decode.set_defaults(command=_decode)
+    return parser
+
+
+def _serve(options: argparse.Namespace) -> int:
+    if not 1 <= options.node_id <= HIGHEST_NODE_ID:
+        raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
+    node = build_node(options.fault, options.node_id)
+    settings = BusSettings(
+        options.can_interface, options.can_channel, options.can_bitrate
+    ).resolve()
+    host = NodeHost(open_bus(settings), node)
+
+    def stop(number: int, frame: FrameType | None) -> None:
+        del number, frame
+        host.stop()
+
+    signal.signal(signal.SIGTERM, stop)
+    signal.signal(signal.SIGINT, stop)
+    print(f"serving node {options.node_id} on {settings}", flush=True)
+    host.run()
+    return DONE
+
+
+def _faults(options: argparse.Namespace) -> int:
+    del options
+    for title, deviations in (("faulty", faults()), ("unusual, but right", unusual())):
+        print(f"{title}:")
+        for deviation in deviations:
+            marks = f" [{deviation.defect_class}]" if deviation.defect_class else ""
+            soft = " (SHOULD)" if deviation.soft else ""
+            print(f"  {deviation.name}{marks}{soft}\n      {deviation.sentence}")
+    return DONE
+
+
+def _decode(options: argparse.Namespace) -> int:
+    decoders: dict[int, Decoder] = {}
+    with can.CanutilsLogReader(options.log) as reader:
+        begin: float | None = None
+        for message in reader:
+            begin = message.timestamp if begin is None else begin
+            frame = CanFrame(
+                message.arbitration_id,
+                bytes(message.data),
+                message.is_extended_id,
+                message.is_remote_frame,
+                message.dlc if message.is_remote_frame else None,
+            )
+            line = _decoded(frame, decoders, options.node_id)
+            if line is not None:
+                print(f"{(message.timestamp - begin) * 1000:10.1f} ms {frame!s:<20} {line}")
+    return DONE
+
+
+def _decoded(frame: CanFrame, decoders: dict[int, Decoder], only: int | None) -> str | None:
+    node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
+    if function not in (REQUEST_BASE, RESPONSE_BASE) or only not in (None, node_id):
+        return None
+    if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
+        return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
+    decoder = decoders.setdefault(node_id, Decoder())
+    follow = decoder.request if function == REQUEST_BASE else decoder.response
+    return f"node {node_id}: {describe(follow(frame.data))}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())
