@@ -6,7 +6,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: selftest test socketcan check clean
+OLDEST := .venv-oldest
+
+.PHONY: selftest test check oldest detection clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -15,7 +17,21 @@ test: $(VENV)/installed-for-tests
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal tests
 	PATH="$(abspath $(BIN)):$$PATH" tests/socketcan/run
 
-check: test
+# Every case against every faulty and every unusual server, as a table.
+detection: $(VENV)/installed-for-tests
+	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
+
+# The lower ends of the version ranges in pyproject.toml.
+oldest: $(OLDEST)/installed
+	cd $(OLDEST) && bin/pytest --self-test --rootdir=. --report-dir=reports
+
+$(OLDEST)/installed: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m venv $(OLDEST)
+	$(OLDEST)/bin/pip install --quiet pytest==7.4.0 python-can==4.3.0 junit-xml==1.9
+	$(OLDEST)/bin/pip install --quiet .
+	touch $@
+
+check: test detection oldest
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -36,4 +52,4 @@ $(VENV)/installed-for-tests: $(VENV)/bin/python pyproject.toml
 	touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+	rm -rf $(VENV) $(OLDEST) .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist

@@ -21,6 +21,16 @@ class Terminal(Protocol):
         """Print one line."""
 
 
+class SummaryTerminal(Protocol):
+    """The part of pytest's terminal reporter that the summary needs; old pytests export no type."""
+
+    def section(self, title: str, sep: str = "=", **markup: bool) -> None:
+        """Print a heading."""
+
+    def write_line(self, line: str, **markup: bool) -> None:
+        """Print one line."""
+
+
 @dataclass(frozen=True, slots=True)
 class Crash:
     """The one line of a failure that summaries and JUnit files show."""

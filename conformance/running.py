@@ -10,7 +10,7 @@ from conformance.bus.errors import BenchError, DeviceLost, SilentNode
 from conformance.collection import WHOLE_RUN, CaseFunction
 from conformance.faults.catalogue import UnknownServer
 from conformance.faults.hosting import virtual_host
-from conformance.outcome import CaseFailed, Evidence, attach, end_with
+from conformance.outcome import CaseFailed, Evidence, SummaryTerminal, attach, end_with
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.junit import write_junit
 from conformance.reporting.summary import run_properties, summary_lines
@@ -193,7 +193,7 @@ class Running:
             for incident in session.whole_run.late
         ]
 
-    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+    def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
         state, write = self._state, terminalreporter.write_line
         if state.results:

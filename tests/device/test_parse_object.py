@@ -4,12 +4,15 @@ import re
 from contextlib import suppress
 
 import pytest
-from hypothesis import example, given
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from conformance.device.objects import KnownObject, ObjectNameError, parse_object
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
+
+# A busy machine is no failure.
+UNHURRIED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 NAMED = [
     ("2001", 0x2001, 0, None, Access.RW),
@@ -98,6 +101,7 @@ ALMOST = st.from_regex(
 )
 
 
+@UNHURRIED
 @given(st.text() | ALMOST | st.text(alphabet="0123456789abcdefhx:=,_ \n\u017f\u212a"))
 @example("2001=UN\u017fIGNED8")
 @example("2001=\u212a")
@@ -109,6 +113,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         assert 0 <= known.mux.sub_index <= 0xFF
 
 
+@UNHURRIED
 @given(
     index=st.integers(0, 0xFFFF),
     sub_index=st.integers(0, 0xFF),

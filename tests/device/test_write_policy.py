@@ -1,13 +1,16 @@
 """Nothing is written but what the user named, and what a device has to refuse."""
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from conformance.bus.errors import WriteNotPermitted
 from conformance.device.safety import WritePolicy
 from conformance.sdo.frames import decode_request, decode_segment
 from conformance.sdo.layout import Multiplexer
+
+# A busy machine is no failure.
+UNHURRIED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def check(policy: WritePolicy, frame: bytes) -> None:
@@ -105,6 +108,7 @@ def test_what_a_device_lacks_may_be_probed() -> None:
     assert not WritePolicy([]).permits(missing)
 
 
+@UNHURRIED
 @given(st.binary(max_size=8))
 def test_exactly_initiates_of_downloads_are_held_back(frame: bytes) -> None:
     """Bits 7 to 5 are 1, or 6 with bit 0 clear (CiA 301, 7.2.4.3.3 and 7.2.4.3.9)."""

@@ -6,6 +6,7 @@ import can
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from reporting_results import UNHURRIED
 
 from conformance.bus.link import Captured, Direction
 from conformance.reporting.bus_log import BusLog
@@ -44,6 +45,7 @@ def seen(message: can.Message) -> CanFrame:
     )
 
 
+@UNHURRIED
 @given(st.lists(CAPTURED, max_size=20))
 def test_frames_are_read_back(
     tmp_path_factory: pytest.TempPathFactory, captured: list[Captured]

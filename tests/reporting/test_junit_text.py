@@ -5,7 +5,7 @@ import importlib
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from reporting_results import found, original, result, written
+from reporting_results import UNHURRIED, found, original, result, written
 
 from conformance.reporting.text import xml_text
 from conformance.run.verdict import Verdict
@@ -28,6 +28,7 @@ def test_text_strategy_reaches_surrogates_and_controls() -> None:
     """The properties below would prove little without them."""
     drawn: set[str] = set()
 
+    @UNHURRIED
     @given(TEXT)
     def collect(text: str) -> None:
         drawn.update(text)
@@ -37,6 +38,7 @@ def test_text_strategy_reaches_surrogates_and_controls() -> None:
     assert any(character < " " for character in drawn)
 
 
+@UNHURRIED
 @given(TEXT)
 @example(NASTY)
 def test_every_character_stands_in_failure_and_output(
@@ -62,6 +64,7 @@ def test_every_character_stands_in_failure_and_output(
             assert f"{word} {text}." in shown
 
 
+@UNHURRIED
 @given(TEXT)
 @example(NASTY)
 def test_every_character_stands_in_names_and_properties(
@@ -86,6 +89,7 @@ def test_every_character_stands_in_names_and_properties(
 @pytest.mark.parametrize(
     ("verdict", "child"), [(Verdict.BENCH_ERROR, "error"), (Verdict.UNIMPLEMENTED, "skipped")]
 )
+@UNHURRIED
 @given(text=TEXT)
 @example(text=NASTY)
 def test_every_character_stands_in_errors_and_skips(
@@ -96,6 +100,7 @@ def test_every_character_stands_in_errors_and_skips(
     assert original(found(case, child).attrib["message"]).endswith(f"<{text}>")
 
 
+@UNHURRIED
 @given(TEXT)
 @example(NASTY)
 def test_a_strict_parser_reads_it_too(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:

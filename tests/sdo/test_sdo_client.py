@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sdo_conversation import Ended, drive, frames, served
+from sdo_strategies import UNHURRIED
 from sdo_vectors import mux
 
 from conformance.sdo.checks import ResponseChecks, ServerAborted
@@ -189,6 +190,7 @@ def test_data_that_cannot_go_expedited(data: bytes) -> None:
         next(Client().download(MUX, data, segmented=False))
 
 
+@UNHURRIED
 @given(
     data=st.binary(max_size=60),
     segmented=st.booleans(),

@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sdo_strategies import UNHURRIED
 
 from conformance.sdo.crc import crc16
 
@@ -37,11 +38,13 @@ def test_check_value(data: bytes, crc: int) -> None:
     assert crc16(data) == crc
 
 
+@UNHURRIED
 @given(st.binary(max_size=300))
 def test_definition(data: bytes) -> None:
     assert crc16(data) == by_definition(data)
 
 
+@UNHURRIED
 @given(st.binary(), st.binary())
 def test_piece_by_piece(first: bytes, second: bytes) -> None:
     assert crc16(second, crc16(first)) == crc16(first + second)

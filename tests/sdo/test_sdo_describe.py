@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sdo_strategies import FRAMES, REQUESTS, RESPONSES
+from sdo_strategies import FRAMES, REQUESTS, RESPONSES, UNHURRIED
 
 from conformance.sdo.describe import Decoder, describe, describe_response, hex_bytes
 from conformance.sdo.frames import Unknown, decode_request, decode_response
@@ -65,6 +65,7 @@ def test_bytes_as_the_field_writes_them() -> None:
     assert hex_bytes(b"") == "no data"
 
 
+@UNHURRIED
 @given(st.one_of(*REQUESTS.values(), *RESPONSES.values()))
 def test_one_line_that_names_reserved_fields(message: Message) -> None:
     words = describe(message)
@@ -73,6 +74,7 @@ def test_one_line_that_names_reserved_fields(message: Message) -> None:
     assert ("reserved" in words) == bool(message.reserved_fields())
 
 
+@UNHURRIED
 @given(st.lists(st.tuples(st.booleans(), st.one_of(FRAMES, st.binary(max_size=8)))))
 def test_any_conversation_can_be_read(conversation: list[tuple[bool, bytes]]) -> None:
     decoder = Decoder()

@@ -5,7 +5,7 @@ from typing import get_args
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sdo_strategies import FRAMES, OTHER_LENGTHS, REQUESTS, RESPONSES, SEGMENTS
+from sdo_strategies import FRAMES, OTHER_LENGTHS, REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 
 from conformance.sdo.frames import (
     Abort,
@@ -28,6 +28,7 @@ MUX = Multiplexer(0x2000)
 
 
 @pytest.mark.parametrize("kind", REQUESTS, ids=lambda kind: kind.__name__)
+@UNHURRIED
 @given(data=st.data())
 def test_request_survives_its_encoding(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(REQUESTS[kind])
@@ -35,6 +36,7 @@ def test_request_survives_its_encoding(kind: type[Message], data: st.DataObject)
 
 
 @pytest.mark.parametrize("kind", RESPONSES, ids=lambda kind: kind.__name__)
+@UNHURRIED
 @given(data=st.data())
 def test_response_survives_its_encoding(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(RESPONSES[kind])
@@ -42,6 +44,7 @@ def test_response_survives_its_encoding(kind: type[Message], data: st.DataObject
 
 
 @pytest.mark.parametrize("kind", SEGMENTS, ids=lambda kind: kind.__name__)
+@UNHURRIED
 @given(data=st.data())
 def test_block_segment_survives_its_encoding(kind: type[Message], data: st.DataObject) -> None:
     message = data.draw(SEGMENTS[kind])
@@ -53,21 +56,25 @@ def test_no_message_was_forgotten() -> None:
     assert {*RESPONSES, BlockSegment, Unknown} == set(get_args(Response))
 
 
+@UNHURRIED
 @given(FRAMES)
 def test_any_request_frame_encodes_to_the_same_bytes(frame: bytes) -> None:
     assert decode_request(frame).encode() == frame
 
 
+@UNHURRIED
 @given(FRAMES)
 def test_any_response_frame_encodes_to_the_same_bytes(frame: bytes) -> None:
     assert decode_response(frame).encode() == frame
 
 
+@UNHURRIED
 @given(FRAMES)
 def test_any_segment_frame_encodes_to_the_same_bytes(frame: bytes) -> None:
     assert decode_segment(frame).encode() == frame
 
 
+@UNHURRIED
 @given(OTHER_LENGTHS)
 def test_other_lengths_are_kept_as_unknown(frame: bytes) -> None:
     for decode in (decode_request, decode_response, decode_segment):

@@ -2,7 +2,7 @@
 
 import pytest
 from hypothesis import given
-from sdo_strategies import FRAMES
+from sdo_strategies import FRAMES, UNHURRIED
 
 from conformance.sdo.frames import Unknown, decode_request, decode_response
 from conformance.sdo.layout import Message
@@ -75,6 +75,7 @@ def test_set_in_a_request(frame: str, fields: list[str]) -> None:
     assert message(decode_request(bytes.fromhex(frame))).reserved_fields() == fields
 
 
+@UNHURRIED
 @given(FRAMES)
 def test_what_is_named_is_all_that_differs_from_the_clean_message(frame: bytes) -> None:
     """Clearing the reserved fields changes a frame exactly if one is named."""

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from sdo_server_bench import ANSWER_1000, READ_1000, Bench
-from sdo_strategies import FRAMES, MUX, REQUESTS
+from sdo_strategies import FRAMES, MUX, REQUESTS, UNHURRIED
 from sdo_vectors import mux
 
 from conformance.sdo.abort_codes import AbortCode
@@ -37,6 +37,7 @@ def is_known_mux(found: Multiplexer) -> bool:
     return found in [mux(name) for name in NAMES]
 
 
+@UNHURRIED
 @given(SOUP)
 def test_answers_are_well_formed(soup: list[bytes]) -> None:
     bench = Bench()
@@ -52,6 +53,7 @@ def test_answers_are_well_formed(soup: list[bytes]) -> None:
                 assert is_known_mux(message.mux)
 
 
+@UNHURRIED
 @given(SOUP)
 def test_aborts_and_short_frames_are_not_answered(soup: list[bytes]) -> None:
     bench = Bench()
@@ -61,6 +63,7 @@ def test_aborts_and_short_frames_are_not_answered(soup: list[bytes]) -> None:
         assert not answers or request[0] != 0x80
 
 
+@UNHURRIED
 @given(SOUP)
 def test_the_next_read_is_always_served(soup: list[bytes]) -> None:
     bench = Bench()
@@ -69,6 +72,7 @@ def test_the_next_read_is_always_served(soup: list[bytes]) -> None:
     assert bench.ask(READ_1000) == [ANSWER_1000]
 
 
+@UNHURRIED
 @given(SOUP)
 def test_read_only_values_stay_and_lengths_fit_the_types(soup: list[bytes]) -> None:
     bench = Bench()

@@ -1,0 +1,166 @@
+"""Runs the cases against every faulty and every unusual server, and prints who caught whom.
+
+    python tests/faults/detection.py [--workers N] [NAME ...]
+
+Fails when a fault is not caught by a case whose id says why, when an unusual server is failed, or
+when a case fails against no faulty server at all: a case like that proves nothing.
+"""
+
+import argparse
+import contextlib
+import io
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+
+import pytest
+
+from conformance.faults.catalogue import all_deviations
+from conformance.faults.registry import Deviation
+from conformance.run.verdict import Verdict
+
+# A faulty server may keep silent a hundred times; a right one never does.
+TIMEOUT_OF_FAULTS = "0.25"
+# Long transfers are slow and seldom tell more than short ones: these faults need or have them.
+NEEDS_LONG = (
+    "upload-offset",
+    "upload-drops-last-byte",
+    "upload-size-8-bit",
+    "download-buffer-wraps",
+    "announced-size-8-bit",
+    "download-not-stored",
+)
+LONG = "not (888] or 889] or 890] or 4095] or 4096] or 4097])"
+FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
+
+
+@dataclass(slots=True)
+class Run:
+    """What the cases said of one server."""
+
+    name: str
+    exit_code: int = 0
+    verdicts: dict[str, Verdict] = field(default_factory=dict)
+    seconds: float = 0.0
+    output: str = ""
+
+    def failed(self, *, strict: bool = False) -> list[str]:
+        """Return the ids of the cases that failed, in the order of the run."""
+        counts = (*FAILED, Verdict.NON_STRICT) if strict else FAILED
+        return [case_id for case_id, verdict in self.verdicts.items() if verdict in counts]
+
+
+class _Collector:
+    """A pytest plugin that keeps verdicts."""
+
+    def __init__(self, run: Run) -> None:
+        self._run = run
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Take the result that the suite puts into its reports."""
+        values = getattr(report, "conformance", None)
+        if values is not None:
+            self._run.verdicts[values["case_id"]] = Verdict(values["verdict"])
+
+
+def run_cases(name: str | None, *arguments: str) -> Run:
+    """Run the cases against a server in this process; for None the reference server."""
+    run = Run(name or "reference server")
+    begin = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as out:
+        command = [
+            *("--self-test", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
+            *(f"--rootdir={folder}", f"--report-dir={folder}"),
+            *([f"--fault={name}"] if name else []),
+            *arguments,
+        ]
+        here = os.getcwd()
+        os.chdir(folder)  # neither the options nor the tests of the checkout
+        try:
+            run.exit_code = int(pytest.main(command, plugins=[_Collector(run)]))
+        finally:
+            os.chdir(here)
+    run.seconds = time.monotonic() - begin
+    run.output = out.getvalue()
+    return run
+
+
+def run_deviation(deviation: Deviation) -> Run:
+    """Run the cases against a faulty or an unusual server."""
+    arguments = []
+    if deviation.is_fault:
+        arguments.append(f"--response-timeout={TIMEOUT_OF_FAULTS}")
+        if not deviation.name.startswith(NEEDS_LONG):
+            arguments += ["-k", LONG]
+    return run_cases(deviation.name, *arguments)
+
+
+def problem_with(deviation: Deviation, run: Run) -> str:
+    """Say in what the run is not what it should be; empty when it is."""
+    if not deviation.is_fault:
+        failed = run.failed(strict=not deviation.soft)
+        return f"FALSE ALARM: {', '.join(failed[:5])}" if failed else ""
+    failed = run.failed(strict=deviation.soft)
+    if not failed:
+        return "NOT CAUGHT"
+    if not any(case_id.startswith(deviation.caught_by) for case_id in failed):
+        return f"caught, but by no case called {deviation.caught_by}: {', '.join(failed[:5])}"
+    return ""
+
+
+def table(deviations: Sequence[Deviation], runs: Sequence[Run]) -> Iterator[str]:
+    """Return a line for each server."""
+    for deviation, run in zip(deviations, runs, strict=True):
+        failed = run.failed(strict=deviation.soft and deviation.is_fault)
+        by = next((case for case in failed if case.startswith(deviation.caught_by)), "-")
+        result = problem_with(deviation, run) or "ok"
+        yield f"{deviation.name:46} {len(failed):4} {run.seconds:6.1f} s  {by:60} {result}"
+
+
+def idle_cases(runs: Sequence[Run], clean: Run) -> list[str]:
+    """Return the ids of the cases that no server failed."""
+    caught = {case_id for run in runs for case_id in run.failed(strict=True)}
+    return [case_id for case_id in clean.verdicts if case_id not in caught]
+
+
+def main() -> int:
+    """Print the table; returns 1 when anything is not as it should be."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    options = parser.parse_args()
+    deviations = [
+        deviation
+        for deviation in all_deviations()
+        if not options.names or deviation.name in options.names
+    ]
+    with ProcessPoolExecutor(options.workers) as pool:
+        runs = list(pool.map(run_deviation, deviations))
+    print(*table(deviations, runs), sep="\n")
+    problems = [
+        f"{deviation.name}: {problem}"
+        for deviation, run in zip(deviations, runs, strict=True)
+        if (problem := problem_with(deviation, run))
+    ]
+    clean = run_cases(None)
+    problems += [f"the reference server fails {case_id}" for case_id in clean.failed(strict=True)]
+    if not options.names:
+        faulty = [
+            run for deviation, run in zip(deviations, runs, strict=True) if deviation.is_fault
+        ]
+        problems += [f"no faulty server fails {case}" for case in idle_cases(faulty, clean)]
+    faults = sum(deviation.is_fault for deviation in deviations)
+    print(
+        f"{faults} faults, {len(deviations) - faults} unusual servers, "
+        f"{len(clean.verdicts)} cases, {len(problems)} problems"
+    )
+    print(*problems, sep="\n")
+    return bool(problems)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
