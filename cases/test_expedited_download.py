@@ -237,7 +237,7 @@ def test_neighbours(sdo: Dialogue, device: Device, number: KnownObject) -> None:
     others = [
         known
         for known in device.objects
-        if known.mux != number.mux and known.mux in device.values and known.access.readable
+        if known.mux != number.mux and known.mux in device.values and known.is_steady
     ]
     before = {known: sdo.upload(known) for known in others}
     sdo.write_number(number)

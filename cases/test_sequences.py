@@ -45,7 +45,7 @@ def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind
 @must("sequence.uploads", clause=SERVICE)
 def test_uploads(sdo: Dialogue, device: Device) -> None:
     """Uploads of all known objects in turn, long and short: each reads as at the beginning."""
-    due = {mux: sdo.upload(mux) for mux in sorted(device.values)}
+    due = {mux: sdo.upload(mux) for mux in device.steady()}
     for mux in reversed(due):
         for other in (mux, IDENTITY_COUNT, mux):
             found = sdo.upload(other)

@@ -101,6 +101,11 @@ class Device:
             "one, for example --object=2021=visible_string,ro"
         )
 
+    def steady(self) -> list[Multiplexer]:
+        """Return what reads the same until the suite writes it, the identity included."""
+        moving = {known.mux for known in self.objects if not known.is_steady}
+        return sorted(self.values.keys() - moving)
+
     def shortest_readable(self) -> Multiplexer:
         """Return what reads with the fewest bytes: where leaks of longer answers would show."""
         return min(self.values, key=lambda mux: (len(self.values[mux]), mux))

@@ -35,6 +35,11 @@ class KnownObject:
         return self.data_type.length if self.data_type is not None else None
 
     @property
+    def is_steady(self) -> bool:
+        """Whether the value stays as it is until the suite writes it; a ro value may be measured."""
+        return self.access in (Access.RW, Access.CONST)
+
+    @property
     def varies(self) -> bool:
         """Whether values of different lengths can be written: strings and domains."""
         return self.data_type is not None and self.data_type.length is None

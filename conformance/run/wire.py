@@ -103,7 +103,7 @@ class Wire:
             if frame is None:
                 # One request right behind another may get lost in a small device (a read is
                 # harmless to repeat); one that follows silence may not.
-                if retried or stray:
+                if retried:
                     raise Violation(
                         ANSWERED,
                         expected="an answer to the read of 1000h that follows",

@@ -79,6 +79,16 @@ def test_options_count_more_than_the_environment(monkeypatch: pytest.MonkeyPatch
     assert resolved(channel="PCAN_USBBUS1") == ("pcan", "PCAN_USBBUS1", None)
 
 
+def test_python_cans_own_variable_counts_more_than_the_environment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("CAN_INTERFACE", "pcan")
+    monkeypatch.setenv("CAN_CHANNEL", "PCAN_USBBUS2")
+    monkeypatch.setattr("can.rc", {"channel": "PCAN_USBBUS3"})
+    assert resolved() == ("pcan", "PCAN_USBBUS3", None)
+    assert resolved(channel="PCAN_USBBUS1") == ("pcan", "PCAN_USBBUS1", None)
+
+
 def test_environment_counts_more_than_a_file(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
