@@ -49,7 +49,7 @@ def test_after_a_transfer(sdo: Dialogue, number: KnownObject) -> None:
 @may("abort.reserved-bits", clause=ABORT, bits=[0x01, 0x10, 0x1F])
 def test_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """81h to 9Fh without a transfer is never answered positively."""
-    sdo.send(Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR, bits))
+    sdo.send(Abort(VENDOR_ID.mux, AbortCode.GENERAL_ERROR, bits))
     sdo.expect_silence_or_abort()
 
 

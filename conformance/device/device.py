@@ -106,6 +106,10 @@ class Device:
         moving = {known.mux for known in self.objects if not known.is_steady}
         return sorted(self.values.keys() - moving)
 
+    def is_constant(self, mux: Multiplexer) -> bool:
+        """Whether an entry that was read must read the same for ever."""
+        return any(known.mux == mux and known.access is Access.CONST for known in self.objects)
+
     def shortest_readable(self) -> Multiplexer:
         """Return what reads with the fewest bytes: where leaks of longer answers would show."""
         return min(self.values, key=lambda mux: (len(self.values[mux]), mux))

@@ -36,7 +36,7 @@ class KnownObject:
 
     @property
     def is_steady(self) -> bool:
-        """Whether the value stays as it is until the suite writes it; a ro value may be measured."""
+        """Whether the value stays until the suite writes it; a ro value may be measured."""
         return self.access in (Access.RW, Access.CONST)
 
     @property

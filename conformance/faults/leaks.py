@@ -54,14 +54,16 @@ class SecondUploadWrong(Server):
 
 @fault("constant-text-consumed", LEAK, "segmented-upload.read-only-text")
 class ConstantConsumed(Server):
-    """Shortens a constant text by a byte whenever it was read."""
+    """Leaves out the last byte of a long constant text at every second reading."""
+
+    odd = False
 
     def value_to_read(self, entry: Entry) -> bytes:
-        """Eat from the end."""
-        value = entry.value
-        if not entry.access.writable and len(value) > 16:
-            entry.value = value[:-1]
-        return value
+        """Cut every other time."""
+        if entry.access.writable or len(entry.value) <= 7:
+            return entry.value
+        self.odd = not self.odd
+        return entry.value if self.odd else entry.value[:-1]
 
 
 @fault("abandoned-upload-goes-on", LEAK, "sequence.abandoned-upload")

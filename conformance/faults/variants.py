@@ -226,8 +226,8 @@ class StaleMultiplexer(Server):
     last = Multiplexer(0)
 
     def refused_multiplexer(self, request: Request) -> Multiplexer:
-        """Remember initiates; use the last one when idle."""
-        if self.transfer is None and not isinstance(request, UploadInitiate | DownloadInitiate):
+        """Use the last one for what is no initiate, when idle."""
+        if self.transfer is None and getattr(request, "mux", None) is None:
             return self.last
         return super().refused_multiplexer(request)
 

@@ -35,7 +35,9 @@ def discover(channel: Channel, device: Device) -> None:
     for sub_index in (0, *IDENTITY_NAMES):
         data_type = DataType.UNSIGNED32 if sub_index else DataType.UNSIGNED8
         mux = Multiplexer(IDENTITY_COUNT.index, sub_index)
-        _learn(sdo, KnownObject(mux, data_type, Access.CONST))
+        entry = KnownObject(mux, data_type, Access.CONST)
+        if _learn(sdo, entry):
+            device.objects.append(entry)
     known = {entry.mux for entry in device.objects}
     for mux in TEXTS:
         if mux not in known:

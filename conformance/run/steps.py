@@ -31,7 +31,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.objects import DataType
-from conformance.sdo.rules import MISSING_REFUSED, NOT_REFUSED, Rule, Violation
+from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation
 
 Result = TypeVar("Result")
 Target = Multiplexer | KnownObject
@@ -134,7 +134,19 @@ class Steps(Wire):
         with self._served():
             uploaded = self._run(self.client.upload(mux_of(target)))
         length = target.length if isinstance(target, KnownObject) else None
-        return uploaded.data if uploaded.counted else uploaded.data[:length]
+        data = uploaded.data if uploaded.counted else uploaded.data[:length]
+        self._check_constant(mux_of(target), data)
+        return data
+
+    def _check_constant(self, mux: Multiplexer, data: bytes) -> None:
+        due = self.device.values.get(mux)
+        # Without its type, an answer that does not count its bytes may be longer than the value.
+        if due is not None and self.device.is_constant(mux) and not data.startswith(due):
+            raise Violation(
+                CONSTANT,
+                expected=f"{mux} reads {shown(due)}, as at the beginning",
+                actual=f"{mux} reads {shown(data)}",
+            )
 
     def read(self, mux: Multiplexer) -> bytes:
         """Read an object that the server may refuse; raises ServerAborted then."""

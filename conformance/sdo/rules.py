@@ -82,6 +82,9 @@ ABORT_CODE = _must(
 MISSING_REFUSED = _must(
     "object.missing-refused", "7.2.4.3.17", "What does not exist in the device is not served."
 )
+CONSTANT = _must(
+    "object.constant", "7.4.7", "A constant reads the same from the beginning of a run to its end."
+)
 IDLE_AFTERWARDS = _must(
     "server.idle-afterwards",
     "7.2.4.2",
@@ -103,5 +106,6 @@ RESPONSE_RULES = (
     UPLOAD_ENDS,
     ABORT_CODE,
     MISSING_REFUSED,
+    CONSTANT,
     IDLE_AFTERWARDS,
 )

@@ -44,7 +44,9 @@ def test_there_are_31() -> None:
     assert set(AbortCode) == set(TABLE_22)
 
 
-@pytest.mark.parametrize(("code", "text"), TABLE_22.items(), ids=lambda value: f"{value}")
+@pytest.mark.parametrize(
+    ("code", "text"), TABLE_22.items(), ids=[f"{code:08X}h" for code in TABLE_22]
+)
 def test_text(code: int, text: str) -> None:
     assert describe_code(code) == text
 

@@ -31,7 +31,7 @@ MUX = Multiplexer(0x1234, 0x56)
 D4 = bytes.fromhex("A1A2A3A4")
 D7 = bytes.fromhex("B1B2B3B4B5B6B7")
 
-# 2.1 and 2.3 share n, e, s and d: command without its specifier, expedited, sized, unused.
+# Both initiates (7.2.4.3.3, 7.2.4.3.6): byte 0 without its specifier, e, s and n.
 INITIATE_BITS = [
     (0x0, False, False, 0),
     (0x1, False, True, 0),
@@ -51,7 +51,7 @@ def test_initiate_bits(low: int, expedited: bool, sized: bool, unused: int) -> N
     assert decode_response(response) == UploadInitiateResponse(MUX, expedited, sized, unused, D4)
 
 
-# 2.2 and 2.4 share t, n and c: command, toggle, unused, last.
+# Segments in both directions (7.2.4.3.4, 7.2.4.3.7): byte 0, t, n and c.
 SEGMENT_BITS = [
     (0x00, 0, 0, False),
     (0x01, 0, 0, True),
@@ -145,7 +145,7 @@ def test_block_segment(frame: str, message: Message) -> None:
     assert message.encode() == bytes.fromhex(frame)
 
 
-# Bits 7..5 as in 2.12; where there are sub-commands, by bits 1..0.
+# A row for each value of bits 7..5; within it, by bits 1..0 where there are sub-commands.
 REQUEST_KINDS: list[list[type[Message]]] = [
     [DownloadSegment] * 4,
     [DownloadInitiate] * 4,

@@ -1,9 +1,13 @@
-"""The idle reference server: each row of the reaction matrix that needs no transfer."""
+"""The idle reference server: how it reacts to each kind of frame.
+
+I1 to I34 are the rows of a matrix, state by input; the transfers' own are D1 to D20 for downloads
+and U1 to U12 for uploads.
+"""
 
 import pytest
 from sdo_server_bench import Bench, objects
 
-# Each row of the matrix: the request, and the answers.
+# The request, and the answers.
 ROWS = [
     pytest.param("40 00 10 00 00 00 00 00", ["43 00 10 00 91 01 0F 00"], id="I1-upload-4"),
     pytest.param("40 18 10 00 00 00 00 00", ["4F 18 10 00 04 00 00 00"], id="I1-upload-1"),

@@ -1,4 +1,4 @@
-"""Segmented transfers of the reference server: each row of the matrix for DSEG and USEG."""
+"""Segmented transfers of the reference server: how it reacts in the middle of them."""
 
 import pytest
 from sdo_server_bench import Bench

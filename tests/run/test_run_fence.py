@@ -1,0 +1,162 @@
+"""That a frame was not answered is proven by a fence: only the answer to the next read may come."""
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from run_bench import (
+    BASELINE,
+    HASTY,
+    NODE_ID,
+    READ,
+    TEXT,
+    Scripted,
+    Workbench,
+    discovered,
+    recording,
+    undiscovered,
+)
+
+from conformance.faults.catalogue import build_node
+from conformance.run.wire import MOST_STRAY
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import ANSWERED, UNSOLICITED, Violation
+
+ABORT = Abort(Multiplexer(0x1018, 1), AbortCode.GENERAL_ERROR).encode()
+PROBE = b"\x80" + bytes(7)
+
+
+def after_probe(*answers: bytes) -> Scripted:
+    """Return a device that answers one frame with ``answers``, and reads of 1000h as it should."""
+    return Scripted(lambda data: answers if data == PROBE else [BASELINE])
+
+
+@pytest.fixture
+def idle() -> Iterator[Workbench]:
+    with discovered(recording()) as bench:
+        yield bench
+
+
+def test_nothing_came_before_the_answer_to_the_fence(idle: Workbench) -> None:
+    sdo = idle.dialogue()
+    sdo.send(PROBE)
+    assert sdo.fence() == []
+    assert sdo.reaction() is None
+    assert sdo.waited == 0
+
+
+@pytest.mark.parametrize("count", [1, 2, MOST_STRAY])
+def test_what_came_before_it_is_returned(count: int) -> None:
+    stray = [bytes([0x80, 0, 0, 0, 0, 0, 0, number]) for number in range(count)]
+    with undiscovered(after_probe(*stray)) as bench:
+        sdo = bench.dialogue()
+        sdo.send(PROBE)
+        assert sdo.fence() == stray
+    assert sdo.waited == 0
+
+
+def test_a_babbler_is_not_listened_to_for_ever() -> None:
+    with undiscovered(after_probe(*[ABORT] * (MOST_STRAY + 5))) as bench:
+        sdo = bench.dialogue()
+        sdo.send(PROBE)
+        with pytest.raises(Violation) as raised:
+            sdo.fence()
+    assert raised.value.rule is UNSOLICITED
+
+
+def test_a_fence_in_segments() -> None:
+    """The device type may come in segments: the whole exchange is the fence."""
+    node = build_node("short-uploads-in-segments", NODE_ID)
+    with discovered(node) as bench:
+        assert [request.hex()[:2] for request, _ in bench.device.baseline] == ["40", "60"]
+        sdo = bench.dialogue()
+        sdo.send(PROBE)
+        assert sdo.fence() == []
+        assert sdo.fence() == []
+
+
+def test_a_fence_in_segments_that_goes_wrong() -> None:
+    node = Scripted(lambda data: [BASELINE if data == READ else ABORT])
+    with undiscovered(node) as bench:
+        bench.device.baseline.append((b"\x60" + bytes(7), b"\x01" + bytes(7)))
+        with pytest.raises(Violation) as raised:
+            bench.dialogue().fence()
+    assert raised.value.rule is UNSOLICITED
+    assert "abort 1018h:01" in raised.value.actual
+
+
+def test_a_request_lost_behind_another_is_repeated_once() -> None:
+    """A small device may lose a frame that follows another without a pause."""
+    lost = [READ]
+    node = Scripted(lambda data: [] if data == PROBE or (lost and lost.pop()) else [BASELINE])
+    with undiscovered(node, timeout=0.5) as bench:
+        sdo = bench.dialogue()
+        sdo.send(PROBE)
+        assert sdo.fence() == []
+    assert node.requests == [PROBE, READ, READ]
+    assert sdo.waited >= 0.5
+
+
+def test_a_silent_device_is_asked_twice() -> None:
+    node = Scripted(lambda data: [])
+    with undiscovered(node, timeout=HASTY) as bench, pytest.raises(Violation) as raised:
+        bench.dialogue().fence()
+    assert raised.value.rule is ANSWERED
+    assert raised.value.actual == "no answer"
+    assert node.requests == [READ, READ]
+
+
+def test_the_only_answer_is_the_reaction() -> None:
+    with undiscovered(after_probe(ABORT)) as bench:
+        sdo = bench.dialogue()
+        sdo.send(PROBE)
+        assert sdo.reaction() == ABORT
+
+
+def test_two_answers_are_no_reaction() -> None:
+    with undiscovered(after_probe(ABORT, ABORT)) as bench:
+        sdo = bench.dialogue()
+        sdo.send(PROBE)
+        with pytest.raises(Violation) as raised:
+            sdo.reaction()
+    assert raised.value.rule is UNSOLICITED
+    assert raised.value.expected == "one answer at most"
+
+
+def test_the_reaction_ends_the_open_transfer_first() -> None:
+    """The fence has to find the server idle; it is told so before, not after."""
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.initiate_download(TEXT, 14)
+        assert sdo.tracker.open == TEXT.mux
+        server.requests.clear()
+        sdo.send(b"\x00ABCDEFG")
+        assert sdo.reaction() == b"\x20" + bytes(7)
+        assert sdo.tracker.open is None
+    abort = Abort(TEXT.mux, AbortCode.GENERAL_ERROR).encode()
+    assert server.requests == [b"\x00ABCDEFG", abort, READ]
+    assert server.stored == []
+
+
+@pytest.mark.parametrize(
+    ("start", "aborted"),
+    [
+        (lambda: DownloadInitiate.with_size(TEXT.mux, 14), True),
+        (lambda: UploadInitiate(Multiplexer(0x1008)), True),
+        (lambda: UploadInitiate(Multiplexer(0x1000)), False),
+    ],
+    ids=["download", "upload", "expedited"],
+)
+def test_only_an_open_transfer_is_ended(
+    idle: Workbench, start: Callable[[], DownloadInitiate | UploadInitiate], aborted: bool
+) -> None:
+    sdo = idle.dialogue()
+    sdo.send(start())
+    sdo.receive()
+    assert (sdo.tracker.open is not None) is aborted
+    sdo.end_transfer()
+    sdo.end_transfer()
+    assert sdo.tracker.open is None
+    assert sdo.fence() == []

@@ -1,0 +1,152 @@
+"""How a case left the server: idle, in need of an abort, answering wrongly, or lost."""
+
+import pytest
+from run_bench import (
+    BASELINE,
+    HASTY,
+    READ,
+    TEXT,
+    Recording,
+    Scripted,
+    discovered,
+    recording,
+    undiscovered,
+)
+
+from conformance.run.afterwards import leave
+from conformance.run.verdict import Afterwards
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Abort, DownloadSegment, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import IDLE_AFTERWARDS, UNSOLICITED
+
+ABORTED_1000H = Abort(Multiplexer(0x1000), AbortCode.GENERAL_ERROR).encode()
+OTHER_VALUE = BASELINE[:4] + b"\xff\xff\xff\xff"
+
+
+def is_abort(data: bytes) -> bool:
+    return data[0] == 0x80
+
+
+def test_idle() -> None:
+    with discovered(recording()) as bench:
+        leaving = leave(bench.dialogue(), failed=False)
+    assert (leaving.afterwards, leaving.violation) == (Afterwards.IDLE, None)
+
+
+def test_the_open_transfer_is_ended() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.initiate_download(TEXT, 14)
+        sdo.download_segment(b"ABCDEFG", toggle=0)
+        server.requests.clear()
+        assert leave(sdo, failed=False).afterwards is Afterwards.IDLE
+        abort = Abort(TEXT.mux, AbortCode.GENERAL_ERROR).encode()
+        assert server.requests == [abort, READ]
+        assert server.transfer is None
+
+
+@pytest.mark.parametrize("failed", [False, True])
+def test_a_server_that_failed_is_told_to_end_what_it_may_think_is_open(failed: bool) -> None:
+    """Such a server may have a transfer that it should not have; an idle one is left alone."""
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.upload(Multiplexer(0x1008))
+        server.requests.clear()
+        assert leave(sdo, failed=failed).afterwards is Afterwards.IDLE
+        assert sdo.fence() == []
+    abort = Abort(Multiplexer(0x1008), AbortCode.GENERAL_ERROR).encode()
+    assert server.requests == ([READ, abort, READ] if failed else [READ, READ])
+
+
+def test_an_answer_that_nobody_asked_for() -> None:
+    """The server is idle all the same, and the case has failed."""
+    node = Scripted(lambda data: [OTHER_VALUE, BASELINE] if data == READ else [])
+    with undiscovered(node) as bench:
+        leaving = leave(bench.dialogue(), failed=False)
+    assert leaving.afterwards is Afterwards.IDLE
+    assert leaving.violation is not None
+    assert leaving.violation.rule is UNSOLICITED
+    assert "FF FF FF FF" in leaving.violation.actual
+
+
+class _Stuck(Recording):
+    """Answers nothing after a segment without a transfer, until it is told to abort."""
+
+    stuck = False
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        answers = super().receive(frame)
+        if is_abort(frame):
+            self.stuck = False
+        elif frame == DownloadSegment.with_data(b"", toggle=0).encode():
+            self.stuck = True
+        return [] if self.stuck else answers
+
+
+def test_needed_an_abort() -> None:
+    server = recording(_Stuck)
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        bench.channel.response_timeout = HASTY
+        sdo.send(DownloadSegment.with_data(b"", toggle=0))
+        server.requests.clear()
+        leaving = leave(sdo, failed=False)
+    assert leaving.afterwards is Afterwards.NEEDED_ABORT
+    assert leaving.violation is not None
+    assert leaving.violation.rule is IDLE_AFTERWARDS
+    assert leaving.violation.actual == "no answer"
+
+
+def test_a_server_that_refuses_once_needed_an_abort() -> None:
+    """It answers, so it is not lost; the read is served only after an abort."""
+    aborted: list[bytes] = []
+
+    def answers(data: bytes) -> list[bytes]:
+        if is_abort(data):
+            aborted.append(data)
+            return []
+        return [BASELINE if aborted else ABORTED_1000H]
+
+    with undiscovered(Scripted(answers), timeout=HASTY) as bench:
+        leaving = leave(bench.dialogue(), failed=False)
+    assert leaving.afterwards is Afterwards.NEEDED_ABORT
+    assert leaving.violation is not None
+    assert "abort 1000h:00" in leaving.violation.actual
+
+
+@pytest.mark.parametrize("answer", [OTHER_VALUE, ABORTED_1000H, BASELINE[:7]], ids=bytes.hex)
+def test_answers_wrongly(answer: bytes) -> None:
+    """A device that answers, whatever it says, is not lost: the run goes on."""
+    node = Scripted(lambda data: [] if is_abort(data) else [answer])
+    with undiscovered(node, timeout=HASTY) as bench:
+        leaving = leave(bench.dialogue(), failed=False)
+    assert leaving.afterwards is Afterwards.ANSWERS_WRONGLY
+    assert leaving.violation is not None
+    assert leaving.violation.rule is IDLE_AFTERWARDS
+
+
+def test_lost() -> None:
+    """An abort and two more reads were tried before the device is given up."""
+    node = Scripted(lambda data: [])
+    with undiscovered(node, timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        leaving = leave(sdo, failed=False)
+    assert leaving.afterwards is Afterwards.LOST
+    assert leaving.violation is not None
+    assert leaving.violation.rule is IDLE_AFTERWARDS
+    assert node.requests == [READ, READ, ABORTED_1000H, READ, READ]
+    assert sdo.waited >= 4 * HASTY
+
+
+def test_an_upload_that_a_case_leaves_open_is_ended_also_when_another_was_refused() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.initiate_upload(Multiplexer(0x1008))
+        sdo.send(UploadInitiate(Multiplexer(0x1FFF)))
+        sdo.receive()
+        assert leave(sdo, failed=False).afterwards is Afterwards.IDLE
+        assert server.transfer is None

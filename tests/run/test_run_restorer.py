@@ -1,0 +1,183 @@
+"""Values are put back after a case, whatever way they were written, and it is said if they are not."""
+
+import pytest
+from run_bench import (
+    DOMAIN,
+    NODE_ID,
+    NUMBER,
+    TEXT,
+    Recording,
+    discovered,
+    recording,
+)
+
+from conformance.device.objects import KnownObject
+from conformance.faults.device import reference_entries
+from conformance.faults.variants import ShortFramesServed
+from conformance.run.afterwards import Restorer
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import DownloadInitiate, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType, Refusal
+
+WRITE_ONLY = Multiplexer(0x2020)
+
+
+@pytest.mark.parametrize(
+    ("known", "value"),
+    [(NUMBER, b"\1\2\3\4"), (TEXT, b"another text of 25 bytes."), (DOMAIN, bytes(300)), (TEXT, b"")],
+    ids=["number", "text", "domain", "empty"],
+)
+def test_what_was_written_is_put_back(known: KnownObject, value: bytes) -> None:
+    server = recording()
+    begin = server.values()
+    with discovered(server) as bench:
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        sdo.download(known, value)
+        assert server.values() != begin
+        restorer.restore(sdo)
+    assert server.values() == begin
+    assert server.stored == [(known.mux, value), (known.mux, begin[known.mux])]
+    assert restorer.unrestored == {}
+
+
+def test_several_objects() -> None:
+    server = recording()
+    begin = server.values()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        for known, value in ((NUMBER, b"\1\2\3\4"), (TEXT, b"abc"), (DOMAIN, b"def")):
+            sdo.download(known, value)
+        Restorer(bench.device).restore(sdo)
+    assert server.values() == begin
+
+
+def test_nothing_is_written_that_reads_as_it_should() -> None:
+    """Neither what no case wrote, nor what a device refused, nor what has its value already."""
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        Restorer(bench.device).restore(sdo)
+        assert sdo.try_download(NUMBER, b"\1\2") is not None
+        sdo.download(TEXT, bench.device.values[TEXT.mux])
+        server.stored.clear()
+        Restorer(bench.device).restore(sdo)
+    assert server.stored == []
+
+
+def test_the_zero_behind_a_string_does_not_count() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.download(TEXT, b"text\0")
+        server.stored.clear()
+        Restorer(bench.device).restore(sdo)
+    assert server.stored == []
+
+
+class _Refusing(Recording):
+    """Refuses so many uploads and downloads of the number as it is told."""
+
+    uploads = downloads = 0
+
+    def on_upload_initiate(self, request: UploadInitiate) -> list[object]:  # type: ignore[override]
+        if self.uploads and request.mux == NUMBER.mux:
+            self.uploads -= 1
+            raise Refusal(AbortCode.LOCAL_CONTROL)
+        return list(super().on_upload_initiate(request))
+
+    def on_download_initiate(self, request: DownloadInitiate) -> list[object]:  # type: ignore[override]
+        if self.downloads and request.mux == NUMBER.mux:
+            self.downloads -= 1
+            raise Refusal(AbortCode.LOCAL_CONTROL)
+        return list(super().on_download_initiate(request))
+
+
+def test_put_back_also_when_it_cannot_be_read_at_first() -> None:
+    server = _Refusing(reference_entries(NODE_ID))
+    begin = server.values()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.download(NUMBER, b"\1\2\3\4")
+        server.uploads = 1
+        restorer = Restorer(bench.device)
+        restorer.restore(sdo)
+    assert server.values() == begin
+    assert restorer.unrestored == {}
+
+
+def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:
+    server = _Refusing(reference_entries(NODE_ID))
+    begin = server.values()
+    with discovered(server) as bench:
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        sdo.download(NUMBER, b"\1\2\3\4")
+        sdo.download(TEXT, b"also written")
+        server.downloads = 1
+        restorer.restore(sdo)
+        assert list(restorer.unrestored) == [NUMBER.mux]
+        text = restorer.unrestored[NUMBER.mux]
+        assert text.startswith("4 bytes: 11 22 33 44")
+        assert "08000021h" in text
+        assert server.values()[TEXT.mux] == begin[TEXT.mux], "the others are put back all the same"
+        restorer.restore(sdo)
+    assert restorer.unrestored == {}
+    assert server.values() == begin
+
+
+def test_what_is_confirmed_and_not_stored_is_listed() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        sdo.download(NUMBER, b"\1\2\3\4")
+        server.entries[NUMBER.mux].access = Access.CONST
+        restorer.restore(sdo)
+        assert "06010002h" in restorer.unrestored[NUMBER.mux]
+        server.entries[NUMBER.mux].access = Access.WO
+        restorer.restore(sdo)
+    assert restorer.unrestored == {NUMBER.mux: "4 bytes: 11 22 33 44"}
+
+
+def test_a_write_only_object_is_left() -> None:
+    """What it held cannot be known."""
+    server = recording()
+    known = KnownObject(WRITE_ONLY, DataType.UNSIGNED32, Access.WO)
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.download(known, b"\1\2\3\4")
+        server.requests.clear()
+        Restorer(bench.device).restore(sdo)
+    assert server.requests == []
+
+
+@pytest.mark.parametrize("extended", [False, True])
+def test_a_frame_of_the_cases_own_counts_as_written(extended: bool) -> None:
+    """Also one that the device should not have taken."""
+    server = recording()
+    begin = server.values()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        data = DownloadInitiate.with_data(NUMBER.mux, b"\1\2\3\4").encode()
+        sdo.send_frame(CanFrame(0x605, data, extended))
+        sdo.fence()
+        server.entries[NUMBER.mux].value = b"\1\2\3\4"
+        Restorer(bench.device).restore(sdo)
+    assert server.values() == begin
+
+
+def test_a_short_frame_counts_as_written() -> None:
+    """A careless device completes it and writes."""
+    server = recording()
+    begin = server.values()
+    careless = ShortFramesServed(NODE_ID, server)
+    with discovered(careless) as bench:
+        sdo = bench.dialogue()
+        sdo.send(DownloadInitiate.with_data(Multiplexer(0x2002), b"\1\2").encode()[:6])
+        assert sdo.reaction() is not None
+        assert server.values() != begin
+        Restorer(bench.device).restore(sdo)
+    assert server.values() == begin

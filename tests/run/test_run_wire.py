@@ -1,0 +1,168 @@
+"""One request out, one response in: what is a response, what is none, and who may not be written."""
+
+import pytest
+from run_bench import (
+    BASELINE,
+    HASTY,
+    NUMBER,
+    READ,
+    Scripted,
+    discovered,
+    recording,
+    undiscovered,
+)
+
+from conformance.bus.errors import SecondClient, WriteNotPermitted
+from conformance.run.wire import check_shape
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import (
+    BlockDownloadInitiate,
+    DownloadInitiate,
+    UploadInitiate,
+)
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, Violation
+
+NOT_NAMED = Multiplexer(0x2003)
+
+
+def test_request_and_response() -> None:
+    server = recording()
+    with undiscovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.send(UploadInitiate(Multiplexer(0x1000)))
+        assert sdo.receive() == BASELINE
+    assert server.requests == [READ]
+    assert 0 < sdo.latency < 10
+    assert sdo.waited == 0
+
+
+def test_bytes_go_out_as_they_are() -> None:
+    node = Scripted(lambda data: [])
+    with undiscovered(node, timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        for data in (b"", b"\x40", READ[:7], READ):
+            sdo.send(data)
+        assert sdo.channel.receive() is None
+    assert node.requests == [b"", b"\x40", READ[:7], READ]
+
+
+def test_silence_is_a_violation_and_the_wait_is_counted() -> None:
+    with undiscovered(Scripted(lambda data: []), timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        sdo.send(READ)
+        with pytest.raises(Violation) as raised:
+            sdo.receive()
+    assert raised.value.rule is ANSWERED
+    assert raised.value.expected == "an answer to: upload initiate 1000h:00"
+    assert raised.value.actual == "nothing within 50 ms"
+    assert HASTY <= sdo.waited < 10
+    assert sdo.latency == 0
+
+
+def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -> None:
+    node = Scripted(lambda data: [CanFrame(0x586, BASELINE), CanFrame(0x585, BASELINE, True)])
+    with undiscovered(node, timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        sdo.channel.response_id = 0x584
+        sdo.send(READ)
+        with pytest.raises(Violation) as raised:
+            sdo.receive()
+    heard = "heard on other identifiers: 586#4300100091010F00, 00000585#4300100091010F00"
+    assert raised.value.actual == f"nothing within 50 ms; {heard}"
+
+
+@pytest.mark.parametrize(
+    ("answer", "wrong"),
+    [
+        (CanFrame(0x585, BASELINE[:7]), "DLC 7"),
+        (CanFrame(0x585, b""), "DLC 0"),
+        (CanFrame(0x585, BASELINE, extended=True), "a 29-bit identifier"),
+        (CanFrame(0x585, BASELINE[:4], extended=True), "a 29-bit identifier, DLC 4"),
+    ],
+    ids=str,
+)
+def test_a_response_has_the_shape_of_one(answer: CanFrame, wrong: str) -> None:
+    with undiscovered(Scripted(lambda data: [answer])) as bench:
+        sdo = bench.dialogue()
+        sdo.send(READ)
+        with pytest.raises(Violation) as raised:
+            sdo.receive()
+    assert raised.value.rule is FRAME_SHAPE
+    assert raised.value.actual == f"{answer} ({wrong})"
+    assert raised.value.expected == "a data frame of 8 bytes on 585h with an 11-bit identifier"
+
+
+def test_a_remote_frame_is_no_response() -> None:
+    with pytest.raises(Violation, match=r"585#R8 \(a remote frame\)"):
+        check_shape(CanFrame(0x585, remote=True, length=8))
+
+
+WRITES: dict[str, Message | bytes] = {
+    "expedited": DownloadInitiate.with_data(NOT_NAMED, b"\1\2\3"),
+    "not-counted": DownloadInitiate.with_uncounted_data(NOT_NAMED, b"\1\2\3\4"),
+    "segmented": DownloadInitiate.with_size(NOT_NAMED, 3),
+    "without-size": DownloadInitiate.with_size(NOT_NAMED, None),
+    "reserved-bit": DownloadInitiate(NOT_NAMED, True, True, 1, b"\1\2\3\0", 1),
+    "block": BlockDownloadInitiate.with_size(NOT_NAMED, 3),
+    "7-bytes": DownloadInitiate.with_data(NOT_NAMED, b"\1\2\3").encode()[:7],
+    "4-bytes": DownloadInitiate.with_data(NOT_NAMED, b"\1\2\3").encode()[:4],
+    "other-sub-index": DownloadInitiate.with_data(Multiplexer(0x2004, 1), b"\1\2\3\4"),
+    "store-parameters": DownloadInitiate.with_data(Multiplexer(0x1010, 1), b"save"),
+}
+
+
+@pytest.mark.parametrize("request_", WRITES.values(), ids=WRITES)
+def test_nothing_is_sent_that_would_write_elsewhere(request_: Message | bytes) -> None:
+    """Neither as a request nor as a frame of the case's own; the message says what to do."""
+    server = recording()
+    data = request_ if isinstance(request_, bytes) else request_.encode()
+    with undiscovered(server, objects=[NUMBER]) as bench:
+        sdo = bench.dialogue()
+        with pytest.raises(WriteNotPermitted, match="--object=") as raised:
+            sdo.send(request_)
+        for frame in (CanFrame(0x605, data), CanFrame(0x605, data, extended=True)):
+            with pytest.raises(WriteNotPermitted):
+                sdo.send_frame(frame)
+        assert sdo.fence() == []
+    assert server.requests == [READ]
+    assert "which nobody allowed" in str(raised.value)
+    assert sdo.written == set()
+
+
+def test_what_others_say_is_kept_apart() -> None:
+    with discovered(recording()) as bench:
+        sdo = bench.dialogue()
+        bench.send_from_elsewhere(
+            CanFrame(0x609, READ), CanFrame(0x709, b"\x05"), CanFrame(0x605, READ, extended=True)
+        )
+        assert sdo.fence() == []
+        assert sdo.overheard_of_others() == {9}
+        overheard = [str(frame) for frame in sdo.channel.overheard]
+        assert overheard == ["609#4000100000000000", "709#05", "00000605#4000100000000000"]
+        assert bench.dialogue().overheard_of_others() == set()
+
+
+def test_a_second_client_breaks_the_bench() -> None:
+    with discovered(recording()) as bench:
+        sdo = bench.dialogue()
+        bench.send_from_elsewhere(CanFrame(0x605, READ))
+        with pytest.raises(SecondClient, match="605h"):
+            sdo.fence()
+
+
+def test_drain_takes_what_is_there_and_does_not_wait() -> None:
+    with discovered(recording(), timeout=10.0) as bench:
+        sdo = bench.dialogue()
+        late = [CanFrame(0x585, BASELINE), CanFrame(0x585, b"\x80")]
+        bench.send_from_elsewhere(*late)
+        assert sdo.drain() == late
+        assert sdo.drain() == []
+    assert sdo.waited == 0
+
+
+def test_a_lost_device_is_described() -> None:
+    with undiscovered(recording()) as bench:
+        error = bench.dialogue().lost()
+    assert str(error).startswith("Node 5 answered before and does not any more")
+    assert "power-cycle" in str(error)
