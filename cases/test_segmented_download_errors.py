@@ -212,26 +212,20 @@ def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> Non
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.after-the-last", clause=SEGMENT, toggle=[0, 1])
-def test_after_the_last(sdo: Dialogue, text: KnownObject, toggle: int) -> None:
+@may("segmented-download.after-the-last", clause=SEGMENT)
+def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
     """After the last segment another one is refused or ignored, and changes nothing."""
-    data = sdo.payload(SIZE)
-    sdo.store(text, data)
-    sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=toggle, last=True))
-    sdo.expect_value(text, data)
+    for toggle in (0, 1):
+        data = sdo.payload(SIZE)
+        sdo.store(text, data)
+        sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=toggle, last=True))
+        sdo.expect_value(text, data)
 
 
-@may(
-    "segmented-download.without-initiate",
-    clause=SEGMENT,
-    request={
-        "00h": DownloadSegment.with_data(b"ABCDEFG", toggle=0),
-        "01h": DownloadSegment.with_data(b"ABCDEFG", toggle=0, last=True),
-        "10h": DownloadSegment.with_data(b"ABCDEFG", toggle=1),
-        "0Fh": DownloadSegment.with_data(b"", toggle=0, last=True),
-    },
-)
-def test_without_initiate(sdo: Dialogue, request: DownloadSegment) -> None:
+@may("segmented-download.without-initiate", clause=SEGMENT, last={"middle": False, "last": True})
+def test_without_initiate(sdo: Dialogue, last: bool) -> None:
     """A segment without a download is refused or ignored."""
-    sdo.upload(IDENTITY_COUNT)
-    sdo.expect_dead(request)
+    for toggle in (0, 1):
+        for data in (b"ABCDEFG", b""):
+            sdo.upload(IDENTITY_COUNT)
+            sdo.expect_dead(DownloadSegment.with_data(data, toggle=toggle, last=last))

@@ -17,7 +17,7 @@ from conformance.faults.variants import ShortFramesServed
 from conformance.run.afterwards import Restorer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import DownloadInitiate, UploadInitiate
+from conformance.sdo.frames import DownloadInitiate, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Refusal
 
@@ -26,7 +26,12 @@ WRITE_ONLY = Multiplexer(0x2020)
 
 @pytest.mark.parametrize(
     ("known", "value"),
-    [(NUMBER, b"\1\2\3\4"), (TEXT, b"another text of 25 bytes."), (DOMAIN, bytes(300)), (TEXT, b"")],
+    [
+        (NUMBER, b"\1\2\3\4"),
+        (TEXT, b"another text of 25 bytes."),
+        (DOMAIN, bytes(300)),
+        (TEXT, b""),
+    ],
     ids=["number", "text", "domain", "empty"],
 )
 def test_what_was_written_is_put_back(known: KnownObject, value: bytes) -> None:
@@ -82,17 +87,17 @@ class _Refusing(Recording):
 
     uploads = downloads = 0
 
-    def on_upload_initiate(self, request: UploadInitiate) -> list[object]:  # type: ignore[override]
+    def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
         if self.uploads and request.mux == NUMBER.mux:
             self.uploads -= 1
             raise Refusal(AbortCode.LOCAL_CONTROL)
-        return list(super().on_upload_initiate(request))
+        return super().on_upload_initiate(request)
 
-    def on_download_initiate(self, request: DownloadInitiate) -> list[object]:  # type: ignore[override]
+    def on_download_initiate(self, request: DownloadInitiate) -> list[Response]:
         if self.downloads and request.mux == NUMBER.mux:
             self.downloads -= 1
             raise Refusal(AbortCode.LOCAL_CONTROL)
-        return list(super().on_download_initiate(request))
+        return super().on_download_initiate(request)
 
 
 def test_put_back_also_when_it_cannot_be_read_at_first() -> None:
@@ -128,7 +133,7 @@ def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:
     assert server.values() == begin
 
 
-def test_what_is_confirmed_and_not_stored_is_listed() -> None:
+def test_what_is_put_back_and_cannot_be_read_is_listed() -> None:
     server = recording()
     with discovered(server) as bench:
         restorer = Restorer(bench.device)

@@ -1,0 +1,91 @@
+"""How a function becomes a case: its id, its level, its sentence, and the values it is run for."""
+
+import pytest
+
+from conformance.run.case import CaseInfo, case_info, may, must, should
+from conformance.sdo.rules import Level, Rule
+
+CLAUSE = "7.2.4.3.6"
+
+
+def info(function: object) -> CaseInfo:
+    found = case_info(function)
+    assert found is not None
+    return found
+
+
+@must("upload.a", clause=CLAUSE)
+def of_a_must() -> None:
+    """One sentence
+    over two lines.
+    """
+
+
+@should("upload.b", clause=CLAUSE)
+def of_a_should() -> None:
+    """A sentence."""
+
+
+@may("upload.c", clause="")
+def of_a_may() -> None:
+    pass
+
+
+@pytest.mark.parametrize(
+    ("function", "rule"),
+    [
+        (of_a_must, Rule("upload.a", CLAUSE, Level.MUST, "One sentence over two lines.")),
+        (of_a_should, Rule("upload.b", CLAUSE, Level.SHOULD, "A sentence.")),
+        (of_a_may, Rule("upload.c", "", Level.MAY, "")),
+    ],
+)
+def test_the_decorator_says_what_reports_need(function: object, rule: Rule) -> None:
+    assert info(function).rule == rule
+    assert info(function).variations() == [(rule.id, {})]
+
+
+def test_each_value_of_a_sequence_is_a_case() -> None:
+    @must("upload.size", clause=CLAUSE, size=(8, 14))
+    def case(size: int) -> None:
+        """A sentence."""
+
+    assert info(case).variations() == [
+        ("upload.size[8]", {"size": 8}),
+        ("upload.size[14]", {"size": 14}),
+    ]
+
+
+def test_the_label_of_a_value_stands_in_the_id() -> None:
+    @may("upload.size", clause=CLAUSE, size={"short": 8, "long": 14})
+    def case(size: int) -> None:
+        """A sentence."""
+
+    assert info(case).variations() == [
+        ("upload.size[short]", {"size": 8}),
+        ("upload.size[long]", {"size": 14}),
+    ]
+
+
+def test_the_function_itself_is_left_as_it_was() -> None:
+    def case(size: int) -> int:
+        return size
+
+    assert must("upload.x", clause=CLAUSE, size=[1])(case) is case  # type: ignore[type-var]
+    assert case(3) == 3
+
+
+@pytest.mark.parametrize("thing", [None, 5, print, test_the_function_itself_is_left_as_it_was])
+def test_other_things_are_no_cases(thing: object) -> None:
+    assert case_info(thing) is None
+
+
+def test_one_argument_at_most() -> None:
+    """A second one would be dropped in silence."""
+    with pytest.raises((TypeError, ValueError)):
+        must("upload.x", clause=CLAUSE, size=[1], toggle=[0])(of_a_must)
+
+
+def test_labels_do_not_collide() -> None:
+    """Values that read the same would be one case instead of two."""
+    with pytest.raises((TypeError, ValueError)):
+        must("upload.x", clause=CLAUSE, size=[1, "1"])(of_a_must)

@@ -1,0 +1,81 @@
+"""Whether a transfer is open, by what went over the wire."""
+
+import pytest
+
+from conformance.run.tracker import TransferTracker
+from conformance.sdo.frames import decode_request
+from conformance.sdo.layout import Multiplexer
+
+TEXT, NAME = Multiplexer(0x2010), Multiplexer(0x1008)
+DOWNLOAD = [">21 10 20 00 0E 00 00 00", "<60 10 20 00 00 00 00 00"]
+UPLOAD = [">40 08 10 00 00 00 00 00", "<41 08 10 00 0E 00 00 00"]
+BLOCK_DOWNLOAD = [">C6 10 20 00 0E 00 00 00", "<A4 10 20 00 7F 00 00 00"]
+BLOCK_UPLOAD = [">A4 08 10 00 7F 00 00 00", "<C6 08 10 00 0E 00 00 00"]
+SEGMENT, SEGMENT_CONFIRMED = ">00 41 42 43 44 45 46 47", "<20 00 00 00 00 00 00 00"
+LAST, LAST_CONFIRMED = ">11 41 42 43 44 45 46 47", "<30 00 00 00 00 00 00 00"
+ABORT, ABORTED = ">80 10 20 00 00 00 00 08", "<80 10 20 00 00 00 00 08"
+
+OPEN = {
+    "download": (DOWNLOAD, TEXT),
+    "download-in-the-middle": ([*DOWNLOAD, SEGMENT, SEGMENT_CONFIRMED], TEXT),
+    "download-last-not-confirmed": ([*DOWNLOAD, LAST], TEXT),
+    "download-confirmed-without-size": ([">20 10 20 00 00 00 00 00", DOWNLOAD[1]], TEXT),
+    "upload": (UPLOAD, NAME),
+    "upload-in-the-middle": ([*UPLOAD, ">60" + " 00" * 7, "<00 41 42 43 44 45 46 47"], NAME),
+    "upload-without-size": ([UPLOAD[0], "<40 08 10 00 00 00 00 00"], NAME),
+    "block-download": (BLOCK_DOWNLOAD, TEXT),
+    "block-upload": (BLOCK_UPLOAD, NAME),
+    "upload-within-download": ([*DOWNLOAD, *UPLOAD], NAME),
+    "download-within-upload": ([*UPLOAD, *DOWNLOAD], TEXT),
+    "nothing-answered-yet": ([*UPLOAD, DOWNLOAD[0]], NAME),
+    "unknown-answer": ([*UPLOAD, "<E0" + " 00" * 7], NAME),
+    "short-answer": ([*UPLOAD, "<43 08 10"], NAME),
+}
+CLOSED = {
+    "nothing": [],
+    "initiate-only": DOWNLOAD[:1],
+    "expedited-download": [">23 10 20 00 41 42 43 44", DOWNLOAD[1]],
+    "expedited-upload": [UPLOAD[0], "<43 08 10 00 41 42 43 44"],
+    "expedited-upload-within-download": [*DOWNLOAD, UPLOAD[0], "<43 08 10 00 41 42 43 44"],
+    "download-at-its-end": [*DOWNLOAD, SEGMENT, SEGMENT_CONFIRMED, LAST, LAST_CONFIRMED],
+    "upload-at-its-end": [*UPLOAD, ">60" + " 00" * 7, "<01 41 42 43 44 45 46 47"],
+    "download-aborted-by-client": [*DOWNLOAD, ABORT],
+    "download-aborted-by-server": [*DOWNLOAD, SEGMENT, ABORTED],
+    "upload-aborted-by-server": [*UPLOAD, ABORTED],
+    "block-upload-ended-by-client": [*BLOCK_UPLOAD, ">A1" + " 00" * 7],
+    "block-download-at-its-end": [*BLOCK_DOWNLOAD, ">C1" + " 00" * 7, "<A1" + " 00" * 7],
+    "refused": [DOWNLOAD[0], ABORTED],
+    "answer-without-request": [DOWNLOAD[1]],
+    "upload-answered-as-download": [">60" + " 00" * 7, DOWNLOAD[1]],
+}
+
+
+def follow(frames: list[str]) -> TransferTracker:
+    """Return a tracker that has seen the frames; > is a request and < a response."""
+    tracker = TransferTracker()
+    for frame in frames:
+        data = bytes.fromhex(frame[1:])
+        if frame[0] == ">":
+            tracker.request(decode_request(data))
+        else:
+            tracker.response(data)
+    return tracker
+
+
+@pytest.mark.parametrize(("frames", "mux"), OPEN.values(), ids=OPEN)
+def test_open(frames: list[str], mux: Multiplexer) -> None:
+    tracker = follow(frames)
+    assert tracker.open == mux
+    assert tracker.latest == mux
+
+
+@pytest.mark.parametrize("frames", CLOSED.values(), ids=CLOSED)
+def test_closed(frames: list[str]) -> None:
+    assert follow(frames).open is None
+
+
+def test_the_latest_transfer_is_remembered() -> None:
+    assert follow(CLOSED["download-at-its-end"]).latest == TEXT
+    assert follow([*UPLOAD, ABORTED]).latest == NAME
+    assert follow([*UPLOAD, *DOWNLOAD, ABORT]).latest == TEXT
+    assert follow(CLOSED["expedited-upload"]).latest is None

@@ -1,0 +1,141 @@
+"""The programs of these tests: devices that serve on vcan0, the suite, and ip."""
+
+import os
+import runpy
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO
+
+from conformance.device.objects import KnownObject
+from conformance.run.stimuli import LONG_SIZES
+
+ROOT = Path(__file__).parents[2]
+FLEET = ROOT / "tests" / "fleet"
+CHANNEL = "vcan0"
+NODE_ID = 5
+REFERENCE = ("-m", "conformance", "serve")
+# Seconds; far more than anything takes where the processor is emulated.
+LIMIT = 300
+RESPONSE_TIMEOUT = 2
+# Importing other plugins takes longer there than most runs.
+ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+SUITE = ("-m", "pytest", "-p", "conformance.plugin", "-p", "no:cacheprovider", "-v")
+# Leaves out transfers of hundreds of frames, which show nothing that shorter ones do not.
+SHORT_TRANSFERS = "not ({})".format(" or ".join(str(size) for size in LONG_SIZES if size > 800))
+
+
+def start(*arguments: str, errors: IO[str] | int = subprocess.STDOUT) -> subprocess.Popen[str]:
+    """Start Python in the project's folder with a pipe for what it prints."""
+    return subprocess.Popen(  # noqa: S603 - it is our own
+        [sys.executable, *arguments],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=errors,
+        text=True,
+        cwd=ROOT,
+        env=ENVIRONMENT,
+    )
+
+
+def lines(process: subprocess.Popen[str]) -> IO[str]:
+    """Return what a process prints."""
+    assert process.stdout is not None
+    return process.stdout
+
+
+@dataclass(frozen=True, slots=True)
+class Served:
+    """A device on vcan0, and the file with what it has to say on standard error."""
+
+    process: subprocess.Popen[str]
+    errors: Path
+
+    def stop(self) -> None:
+        """End the device, if it has not ended by itself."""
+        self.process.terminate()
+        self.process.wait(LIMIT)
+
+
+@contextmanager
+def serving(*program: str, errors: Path) -> Iterator[Served]:
+    """Run a device until the end of the block; when that begins, it serves."""
+    options = (f"--node-id={NODE_ID}", "--can-interface=socketcan", f"--can-channel={CHANNEL}")
+    with errors.open("w") as written, start(*program, *options, errors=written) as process:
+        served = Served(process, errors)
+        try:
+            first = lines(process).readline()
+            assert first == f"serving node {NODE_ID} on socketcan {CHANNEL}\n", errors.read_text()
+            yield served
+        finally:
+            served.stop()
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A run of the suite that has ended, and the folder in which it leaves its reports."""
+
+    status: int
+    output: str
+    folder: Path
+
+    def report(self, name: str) -> Path:
+        """Return one of the reports."""
+        (found,) = self.folder.glob(f"*/{name}")
+        return found
+
+    def failed(self) -> Counter[str]:
+        """Return the ids of the cases that failed, as junit.xml has them."""
+        cases = ElementTree.parse(self.report("junit.xml")).iter("testcase")  # noqa: S314
+        return Counter(case.attrib["name"] for case in cases if case.find("failure") is not None)
+
+
+def start_suite(
+    folder: Path, *options: str, node_id: int = NODE_ID, channel: str = CHANNEL
+) -> subprocess.Popen[str]:
+    """Start a run of the suite."""
+    return start(
+        *SUITE,
+        f"--node-id={node_id}",
+        "--can-interface=socketcan",
+        f"--can-channel={channel}",
+        f"--response-timeout={RESPONSE_TIMEOUT}",
+        f"--report-dir={folder}",
+        *options,
+    )
+
+
+def suite(folder: Path, *options: str, node_id: int = NODE_ID, channel: str = CHANNEL) -> Run:
+    """Run the suite."""
+    with start_suite(folder, *options, node_id=node_id, channel=channel) as process:
+        output, _ = process.communicate(timeout=LIMIT)
+        return Run(process.returncode, output, folder)
+
+
+def named(objects: Iterable[KnownObject]) -> list[str]:
+    """Write objects as --object takes them."""
+    return [
+        f"--object={known.mux.index:04X}:{known.mux.sub_index:02X}="
+        f"{known.data_type.name.lower()},{known.access}"
+        for known in objects
+        if known.data_type is not None
+    ]
+
+
+def findings(server: str) -> Counter[str]:
+    """Return the ids of the cases that a foreign server fails, from the table of the fleet."""
+    table = runpy.run_path(str(FLEET / "findings.py"))
+    return Counter(case for finding in table[server] for case in finding.cases)
+
+
+def set_interface(state: str) -> None:
+    """Set vcan0 up or down."""
+    privilege = [] if os.geteuid() == 0 else ["sudo", "--non-interactive"]
+    subprocess.run(  # noqa: S603 - nothing but these two words comes from outside
+        [*privilege, "ip", "link", "set", "dev", CHANNEL, state], check=True, timeout=LIMIT
+    )
