@@ -12,6 +12,7 @@ from conformance import __version__
 from conformance.bus.channel import REQUEST_BASE, RESPONSE_BASE
 from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
+from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.options import HIGHEST_NODE_ID
@@ -95,13 +96,7 @@ def _decode(options: argparse.Namespace) -> int:
         begin: float | None = None
         for message in reader:
             begin = message.timestamp if begin is None else begin
-            frame = CanFrame(
-                message.arbitration_id,
-                bytes(message.data),
-                message.is_extended_id,
-                message.is_remote_frame,
-                message.dlc if message.is_remote_frame else None,
-            )
+            frame = to_frame(message)
             line = _decoded(frame, decoders, options.node_id)
             if line is not None:
                 print(f"{(message.timestamp - begin) * 1000:10.1f} ms {frame!s:<20} {line}")

@@ -6,6 +6,7 @@ from typing import Protocol, Self
 
 import can
 
+from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
 POLL = 0.05
@@ -55,26 +56,10 @@ class NodeHost:
             while not self._stopping.is_set():
                 message = self._bus.recv(POLL)
                 if message is not None and not message.is_error_frame:
-                    self._send(self._node.receive(_to_frame(message)))
+                    self._send(self._node.receive(to_frame(message)))
         finally:
             self._bus.shutdown()
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:
-            self._bus.send(
-                can.Message(
-                    arbitration_id=frame.can_id,
-                    data=frame.data,
-                    is_extended_id=frame.extended,
-                )
-            )
-
-
-def _to_frame(message: can.Message) -> CanFrame:
-    return CanFrame(
-        message.arbitration_id,
-        bytes(message.data),
-        message.is_extended_id,
-        message.is_remote_frame,
-        message.dlc if message.is_remote_frame else None,
-    )
+            self._bus.send(to_message(frame))

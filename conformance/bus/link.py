@@ -14,6 +14,7 @@ from conformance.bus.errors import (
     check_error_frame,
     lost,
 )
+from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
 SEND_LIMIT = 1.0
@@ -55,13 +56,7 @@ class Link:
 
     def send(self, frame: CanFrame) -> None:
         """Send one frame; raises TransmitBufferFull or InterfaceLost."""
-        message = can.Message(
-            arbitration_id=frame.can_id,
-            data=None if frame.remote else frame.data,
-            dlc=frame.dlc,
-            is_extended_id=frame.extended,
-            is_remote_frame=frame.remote,
-        )
+        message = to_message(frame)
         deadline = time.monotonic() + SEND_LIMIT
         while True:
             try:
@@ -100,13 +95,7 @@ class Link:
             if message.is_error_frame:
                 check_error_frame(self.name, message)
             elif message.is_rx:
-                frame = CanFrame(
-                    message.arbitration_id,
-                    bytes(message.data),
-                    message.is_extended_id,
-                    message.is_remote_frame,
-                    message.dlc if message.is_remote_frame else None,
-                )
+                frame = to_frame(message)
                 self._publish(Captured(time.time(), Direction.RECEIVED, frame))
                 return frame
 

@@ -2,13 +2,22 @@
 
 import difflib
 
-from conformance.faults import aborts, downloads, frames, leaks, states, uploads, variants
+from conformance.faults import (
+    aborts,
+    download_segments,
+    downloads,
+    frames,
+    leaks,
+    states,
+    uploads,
+    variants,
+)
 from conformance.faults.device import reference_device
 from conformance.faults.registry import Deviation, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
-_MODULES = (frames, uploads, downloads, states, leaks, aborts, variants)
+_MODULES = (frames, uploads, downloads, download_segments, states, leaks, aborts, variants)
 
 
 class UnknownServer(LookupError):
