@@ -127,8 +127,12 @@ def undiscovered(
     device = Device(NODE_ID, known, baseline=[(READ, BASELINE)], policy=WritePolicy(writable))
     link = Link(open_bus(BusSettings("virtual", name)), name)
     try:
-        with NodeHost(open_bus(BusSettings("virtual", name)), hosted):
-            yield Workbench(Channel(link, NODE_ID, timeout), device, name)
+        with NodeHost(open_bus(BusSettings("virtual", name)), hosted) as host:
+            try:
+                yield Workbench(Channel(link, NODE_ID, timeout), device, name)
+            finally:
+                host.stop()
+                link.send(CanFrame(0x7FF))  # it need not poll once more to see that
     finally:
         link.close()
 

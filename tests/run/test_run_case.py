@@ -81,11 +81,5 @@ def test_other_things_are_no_cases(thing: object) -> None:
 
 def test_one_argument_at_most() -> None:
     """A second one would be dropped in silence."""
-    with pytest.raises((TypeError, ValueError)):
+    with pytest.raises(ValueError, match="one"):
         must("upload.x", clause=CLAUSE, size=[1], toggle=[0])(of_a_must)
-
-
-def test_labels_do_not_collide() -> None:
-    """Values that read the same would be one case instead of two."""
-    with pytest.raises((TypeError, ValueError)):
-        must("upload.x", clause=CLAUSE, size=[1, "1"])(of_a_must)

@@ -1,4 +1,4 @@
-"""Values are put back after a case, whatever way they were written, and it is said if they are not."""
+"""What cases wrote is put back, whatever way it was written; what cannot be is told."""
 
 import pytest
 from run_bench import (

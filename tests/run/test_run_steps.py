@@ -122,17 +122,21 @@ def test_a_refusal_that_is_asked_for(bench: Workbench) -> None:
     ],
 )
 def test_a_step_that_is_answered_wrongly(answer: str, rule: Rule) -> None:
-    with undiscovered(Scripted(lambda data: [bytes.fromhex(answer)])) as opened:
-        with pytest.raises(Violation) as raised:
-            opened.dialogue().upload(VENDOR)
+    with (
+        undiscovered(Scripted(lambda data: [bytes.fromhex(answer)])) as opened,
+        pytest.raises(Violation) as raised,
+    ):
+        opened.dialogue().upload(VENDOR)
     assert raised.value.rule is rule
 
 
 def test_a_segment_with_a_wrong_toggle_bit() -> None:
     answers = iter([bytes.fromhex("4108100008000000"), bytes.fromhex("1041424344454647")])
-    with undiscovered(Scripted(lambda data: [next(answers)])) as opened:
-        with pytest.raises(Violation) as raised:
-            opened.dialogue().upload(NAME)
+    with (
+        undiscovered(Scripted(lambda data: [next(answers)])) as opened,
+        pytest.raises(Violation) as raised,
+    ):
+        opened.dialogue().upload(NAME)
     assert raised.value.rule is TOGGLE
 
 
@@ -186,17 +190,18 @@ def test_a_number_with_limits() -> None:
 
 
 def test_a_number_that_takes_one_value_only() -> None:
-    with discovered(recording(entries=number(0x44332211, 0x44332211))) as opened:
-        with pytest.raises(NotTestable, match="2004h:00 takes no value near its present one"):
-            opened.dialogue().write_number(NUMBER)
+    with (
+        discovered(recording(entries=number(0x44332211, 0x44332211))) as opened,
+        pytest.raises(NotTestable, match="2004h:00 takes no value near its present one"),
+    ):
+        opened.dialogue().write_number(NUMBER)
 
 
 def test_a_number_that_is_refused_for_another_reason() -> None:
     entries = reference_entries(NODE_ID)
     entries[NUMBER.mux].access = Access.CONST
-    with discovered(recording(entries=entries)) as opened:
-        with pytest.raises(Violation) as raised:
-            opened.dialogue().write_number(NUMBER)
+    with discovered(recording(entries=entries)) as opened, pytest.raises(Violation) as raised:
+        opened.dialogue().write_number(NUMBER)
     assert raised.value.rule is NOT_REFUSED
 
 
@@ -209,9 +214,11 @@ def test_a_string_that_is_too_small() -> None:
 
 
 def test_a_string_that_refuses_one_length_and_takes_a_longer_one() -> None:
-    with discovered(build_node("segmented-short-object-refused", NODE_ID)) as opened:
-        with pytest.raises(Violation) as raised:
-            opened.dialogue().store(TEXT, b"abc", segmented=True)
+    with (
+        discovered(build_node("segmented-short-object-refused", NODE_ID)) as opened,
+        pytest.raises(Violation) as raised,
+    ):
+        opened.dialogue().store(TEXT, b"abc", segmented=True)
     assert raised.value.rule is NOT_REFUSED
 
 
@@ -265,17 +272,18 @@ def test_a_device_that_serves_everything() -> None:
         sdo = opened.dialogue()
         with pytest.raises(NotTestable, match="2004h serves the sub-indices FEh, FDh, 7Fh"):
             sdo.missing_sub_index(0x2004)
-        for probe in (lambda: sdo.missing_sub_index(0x1018), sdo.missing_object):
-            with pytest.raises(Violation) as raised:
-                probe()
-            assert raised.value.rule is MISSING_REFUSED
+        with pytest.raises(Violation) as identity:
+            sdo.missing_sub_index(0x1018)
+        with pytest.raises(Violation) as everything:
+            sdo.missing_object()
+    assert identity.value.rule is everything.value.rule is MISSING_REFUSED
 
 
 def test_silence_is_no_refusal() -> None:
-    with undiscovered(Scripted(lambda data: []), timeout=HASTY) as opened:
-        with pytest.raises(Violation):
-            opened.dialogue().missing_object()
-        assert not opened.device.policy.permits(MISSING)
+    node = Scripted(lambda data: [])
+    with undiscovered(node, timeout=HASTY) as opened, pytest.raises(Violation):
+        opened.dialogue().missing_object()
+    assert not opened.device.policy.permits(MISSING)
 
 
 # Values as text

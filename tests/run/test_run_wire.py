@@ -1,4 +1,4 @@
-"""One request out, one response in: what is a response, what is none, and who may not be written."""
+"""One request out, one response in: what counts as one, and what must not be sent."""
 
 import pytest
 from run_bench import (

@@ -1,4 +1,4 @@
-"""The programs of these tests: devices that serve on vcan0, the suite, and ip."""
+"""The programs of these tests, each a process of its own: devices, runs of the suite, and ip."""
 
 import os
 import runpy
@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import IO
 
 from conformance.device.objects import KnownObject
-from conformance.run.stimuli import LONG_SIZES
 
 ROOT = Path(__file__).parents[2]
 FLEET = ROOT / "tests" / "fleet"
@@ -21,13 +20,11 @@ CHANNEL = "vcan0"
 NODE_ID = 5
 REFERENCE = ("-m", "conformance", "serve")
 # Seconds; far more than anything takes where the processor is emulated.
-LIMIT = 300
+LIMIT = 400
 RESPONSE_TIMEOUT = 2
-# Importing other plugins takes longer there than most runs.
+# Importing other plugins would take longer there than many a run.
 ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 SUITE = ("-m", "pytest", "-p", "conformance.plugin", "-p", "no:cacheprovider", "-v")
-# Leaves out transfers of hundreds of frames, which show nothing that shorter ones do not.
-SHORT_TRANSFERS = "not ({})".format(" or ".join(str(size) for size in LONG_SIZES if size > 800))
 
 
 def start(*arguments: str, errors: IO[str] | int = subprocess.STDOUT) -> subprocess.Popen[str]:
@@ -49,31 +46,24 @@ def lines(process: subprocess.Popen[str]) -> IO[str]:
     return process.stdout
 
 
-@dataclass(frozen=True, slots=True)
-class Served:
-    """A device on vcan0, and the file with what it has to say on standard error."""
-
-    process: subprocess.Popen[str]
-    errors: Path
-
-    def stop(self) -> None:
-        """End the device, if it has not ended by itself."""
-        self.process.terminate()
-        self.process.wait(LIMIT)
-
-
 @contextmanager
-def serving(*program: str, errors: Path) -> Iterator[Served]:
-    """Run a device until the end of the block; when that begins, it serves."""
-    options = (f"--node-id={NODE_ID}", "--can-interface=socketcan", f"--can-channel={CHANNEL}")
-    with errors.open("w") as written, start(*program, *options, errors=written) as process:
-        served = Served(process, errors)
+def serving(*program: str, errors: Path, node_id: int = NODE_ID) -> Iterator[subprocess.Popen[str]]:
+    """Run a device until the end of the block; when that begins, it serves.
+
+    ``errors`` is the file for its standard error.
+    """
+    bus = ("--can-interface=socketcan", f"--can-channel={CHANNEL}")
+    with (
+        errors.open("w") as written,
+        start(*program, f"--node-id={node_id}", *bus, errors=written) as process,
+    ):
         try:
             first = lines(process).readline()
-            assert first == f"serving node {NODE_ID} on socketcan {CHANNEL}\n", errors.read_text()
-            yield served
+            assert first == f"serving node {node_id} on socketcan {CHANNEL}\n", errors.read_text()
+            yield process
         finally:
-            served.stop()
+            process.terminate()
+            process.wait(LIMIT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +107,14 @@ def suite(folder: Path, *options: str, node_id: int = NODE_ID, channel: str = CH
         return Run(process.returncode, output, folder)
 
 
-def named(objects: Iterable[KnownObject]) -> list[str]:
+def named(objects: Iterable[KnownObject]) -> tuple[str, ...]:
     """Write objects as --object takes them."""
-    return [
+    return tuple(
         f"--object={known.mux.index:04X}:{known.mux.sub_index:02X}="
         f"{known.data_type.name.lower()},{known.access}"
         for known in objects
         if known.data_type is not None
-    ]
+    )
 
 
 def findings(server: str) -> Counter[str]:
@@ -136,6 +126,6 @@ def findings(server: str) -> Counter[str]:
 def set_interface(state: str) -> None:
     """Set vcan0 up or down."""
     privilege = [] if os.geteuid() == 0 else ["sudo", "--non-interactive"]
-    subprocess.run(  # noqa: S603 - nothing but these two words comes from outside
+    subprocess.run(  # noqa: S603 - nothing but "up" and "down" comes from outside
         [*privilege, "ip", "link", "set", "dev", CHANNEL, state], check=True, timeout=LIMIT
     )

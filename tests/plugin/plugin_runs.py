@@ -1,0 +1,91 @@
+"""Runs of the suite within a test, in this process and in a folder of their own, and their reports.
+
+Hypothesis's plugin would cost each of them a second; the cache of one must not reach another.
+"""
+
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from conformance.bus.host import HostedNode, NodeHost
+from conformance.bus.opening import BusSettings, open_bus
+from conformance.faults.catalogue import build_node
+from conformance.run.bench import private_channel
+
+NO_HYPOTHESIS = ("-p", "no:hypothesispytest")
+QUICK = (*NO_HYPOTHESIS, "-p", "no:cacheprovider")
+NODE_ID = 5
+
+
+def reports(pytester: pytest.Pytester) -> Path:
+    """Return the folder into which the runs of a test write."""
+    return pytester.path / "left behind"
+
+
+def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+    """Run pytest with these arguments in the empty folder of the test."""
+    folder = f"--report-dir={reports(pytester)}"
+    return pytester.runpytest_inprocess(*QUICK, folder, *arguments)
+
+
+def self_test(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+    """Run cases on the built-in server."""
+    return run(pytester, "--self-test", *arguments)
+
+
+@contextmanager
+def hosted(*nodes: HostedNode) -> Iterator[tuple[str, ...]]:
+    """Host nodes on a virtual bus; yields the options that lead a run there."""
+    channel = private_channel()
+    hosts = [NodeHost(open_bus(BusSettings("virtual", channel)), node) for node in nodes]
+    for host in hosts:
+        host.__enter__()
+    try:
+        yield "--can-interface=virtual", f"--can-channel={channel}"
+    finally:
+        for host in hosts:
+            host.__exit__(None, None, None)
+
+
+@contextmanager
+def reference() -> Iterator[tuple[str, ...]]:
+    """Host the reference server; yields the options of a run that tests it like any device."""
+    with hosted(build_node(None, NODE_ID)) as bus:
+        yield f"--node-id={NODE_ID}", *bus
+
+
+def the_report(pytester: pytest.Pytester) -> Path:
+    """Return the report folder of the only run so far."""
+    (folder,) = reports(pytester).iterdir()
+    return folder
+
+
+def parsed(path: Path) -> ElementTree.Element:
+    """Read an XML file that a run has written."""
+    return ElementTree.parse(path).getroot()  # noqa: S314 - it is our own file
+
+
+def case_ids(path: Path) -> list[str]:
+    """Return the ids of the cases in a JUnit file, in order."""
+    return [case.attrib["name"] for case in parsed(path).iter("testcase")]
+
+
+def printed(result: pytest.RunResult) -> str:
+    """Return all that a run printed, with what differs between runs made the same."""
+    text = result.stdout.str() + result.stderr.str()
+    text = re.sub(r" *\d+\.\d ms ", " T ms ", text)
+    text = re.sub(r"conformance-\d+-[0-9a-f]{8}", "CHANNEL", text)
+    text = re.sub(r"reports: .*", "reports: FOLDER", text)
+    return re.sub(r"in \d+\.\d\ds", "in N s", text)
+
+
+def between(text: str, first: str, last: str) -> str:
+    """Return the lines from the one that begins with ``first`` to that before ``last``."""
+    lines = text.splitlines()
+    begin = next(number for number, line in enumerate(lines) if line.startswith(first))
+    ends = (number for number in range(begin + 1, len(lines)) if lines[number].startswith(last))
+    return "\n".join(lines[begin : next(ends)])

@@ -1,0 +1,220 @@
+"""The exit status: whether the device is right, is wrong, or could not be tested at all."""
+
+import threading
+
+import pytest
+from plugin_runs import NODE_ID, hosted, reference, reports, run, self_test, the_report
+
+from conformance.bus.host import HostedNode
+from conformance.faults.catalogue import build_node
+from conformance.running import ExitCode
+from conformance.sdo.can_frame import CanFrame
+
+pytest_plugins = ["pytester"]
+
+RESPONSE_TIMEOUT = 0.2
+SLACK = 2.0
+
+
+class Bystander:
+    """Another node: it sends a heartbeat, as others do all the time, when there is traffic."""
+
+    def start(self) -> list[CanFrame]:
+        return []
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        return [CanFrame(0x709, b"\x05")]
+
+
+class Stopped:
+    """A device in NMT state Stopped: it has started but does not answer requests."""
+
+    def start(self) -> list[CanFrame]:
+        return []
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        return [CanFrame(0x700 + NODE_ID, b"\0")] if frame.can_id == 0x600 + NODE_ID else []
+
+
+def test_a_device_that_is_right(pytester: pytest.Pytester) -> None:
+    assert self_test(pytester, "-k", "abort.frame").ret == 0
+
+
+def test_a_device_that_is_wrong(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "--fault=identity-count-wrong", "-k", "upload.identity")
+    assert result.ret == 1
+    result.assert_outcomes(failed=1, deselected=result.parseoutcomes()["deselected"])
+
+
+def test_nothing_selected(pytester: pytest.Pytester) -> None:
+    assert self_test(pytester, "-k", "no_such_case").ret == 5
+
+
+def test_only_what_cannot_be_tested(pytester: pytest.Pytester) -> None:
+    """Skipped cases are no failure; the summary says what to add."""
+    result = self_test(pytester, "--object=2001=unsigned8", "-k", "sequence.downloads-unread")
+    assert result.ret == 0
+    assert set(result.parseoutcomes()) == {"skipped", "deselected"}
+
+
+# A silent node
+
+
+def silent(
+    pytester: pytest.Pytester, *nodes: HostedNode, node_ids: str = str(NODE_ID)
+) -> pytest.RunResult:
+    """Run against nodes of which none, or not each, answers."""
+    timeout = f"--response-timeout={RESPONSE_TIMEOUT}"
+    with hosted(*nodes) as bus:
+        result = run(pytester, f"--node-id={node_ids}", *bus, timeout)
+    assert result.ret == 10
+    assert "passed" not in result.parseoutcomes()
+    assert "Traceback" not in result.stdout.str() + result.stderr.str()
+    return result
+
+
+def test_a_silent_node(pytester: pytest.Pytester) -> None:
+    result = silent(pytester)
+    result.stdout.fnmatch_lines(
+        [
+            "*= the bench =*",
+            "Node 5 does not answer.",
+            "  sent: 3 times a read of 1000h on 605h (605#4000100000000000), "
+            "waiting 200 ms for 585h each time",
+            "  heard: 0 other frames",
+            "  check: *bit rate*termination*node-ID*NMT state*",
+        ]
+    )
+    assert 3 * RESPONSE_TIMEOUT < result.duration < 3 * RESPONSE_TIMEOUT + SLACK
+
+
+def test_a_silent_node_among_others(pytester: pytest.Pytester) -> None:
+    """Who else is alive says that the bus works and the node-ID may be wrong."""
+    result = silent(pytester, Bystander())
+    result.stdout.re_match_lines_random(
+        [
+            r"  heard: \d+ other frames; nodes with heartbeat or boot-up: 9$",
+            r"    709#05$",
+            r"  check: is the node-ID 5 right, is that node in NMT state Stopped\?$",
+        ]
+    )
+
+
+def test_a_node_that_starts_and_does_not_answer(pytester: pytest.Pytester) -> None:
+    result = silent(pytester, Stopped())
+    result.stdout.re_match_lines_random(
+        [r"  heard: \d+ other frames; nodes with heartbeat or boot-up: 5; booted just now: 5\b"]
+    )
+
+
+def test_one_silent_node_of_two(pytester: pytest.Pytester) -> None:
+    """No case is run: a run that leaves a device out must not look like one that does not."""
+    result = silent(pytester, build_node(None, NODE_ID), node_ids="5,9")
+    result.stdout.fnmatch_lines(["Node 9 does not answer."])
+    result.stdout.no_fnmatch_line("Node 5 does not answer.")
+
+
+# A broken bench
+
+
+def test_an_interface_that_cannot_be_opened(pytester: pytest.Pytester) -> None:
+    bus = ("--can-interface=socketcan", "--can-channel=no-such-can0")
+    result = run(pytester, "--node-id=5", *bus)
+    assert result.ret == 11
+    result.stdout.fnmatch_lines(
+        ["*= the bench =*", "socketcan no-such-can0 cannot be opened: *. *", "*no tests ran*"]
+    )
+    assert "Traceback" not in result.stdout.str() + result.stderr.str()
+
+
+def test_a_report_folder_that_cannot_be_made(pytester: pytest.Pytester) -> None:
+    reports(pytester).write_text("a file", encoding="utf-8")
+    result = self_test(pytester, "-k", "abort.frame")
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.stdout.fnmatch_lines(["The report folder *--report-dir=DIR.*"])
+
+
+ROGUE = f"""
+    import can
+
+    def test_first(sdo):
+        assert sdo.fence() == []
+
+    def test_rogue(request):
+        channel = request.config.getoption("can_channel")
+        with can.Bus(interface="virtual", channel=channel) as bus:
+            read = bytes.fromhex("4000100000000000")
+            bus.send(can.Message(arbitration_id={0x600 + NODE_ID}, data=read, is_extended_id=False))
+
+    def test_second(sdo):
+        assert sdo.fence() == []
+"""
+
+
+def test_a_second_client_between_two_cases(pytester: pytest.Pytester) -> None:
+    """Whatever the device answered to it, it is the bench that is wrong."""
+    pytester.makepyfile(test_mine=ROGUE)
+    with reference() as options:
+        result = run(pytester, *options, "test_mine.py")
+    assert result.ret == ExitCode.BENCH_ERROR
+    outcomes = result.parseoutcomes()
+    assert (outcomes["passed"], outcomes["errors"]) == (2, 1)
+    result.stdout.fnmatch_lines(
+        ["*= the bench =*", "Another node sends SDO requests on 605h*a PLC).*"]
+    )
+
+
+WRITES = """
+    from conformance.sdo.layout import Multiplexer
+
+    def test_elsewhere(sdo):
+        sdo.download(Multiplexer(0x1017), bytes(2))
+"""
+
+
+def test_a_case_that_would_write_elsewhere(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=WRITES)
+    result = self_test(pytester, "test_mine.py")
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*= the bench =*", "*write to 1017h:00*--object=1017:00*"])
+    assert "605#2B1710" not in (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
+
+
+# A lost device
+
+HALTS = ("--fault=unknown-specifier-halts", "--response-timeout=0.1")
+
+
+def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
+    """The case that lost it has failed; what follows is not run, and not passed either."""
+    result = self_test(pytester, *HALTS, "-k", "segmented-download.foreign")
+    assert result.ret == 12
+    assert result.parseoutcomes()["failed"] == 1
+    result.stdout.fnmatch_lines(
+        [
+            "segmented-download.foreign[[]unknown-FFh]: FAIL *",
+            "  afterwards: lost",
+            "*= the bench =*",
+            "Node 5 answered before and does not any more*power-cycle it*",
+            "*Interrupted: node 5 was lost in segmented-download.foreign[[]unknown-FFh]*",
+        ]
+    )
+
+
+def test_what_a_lost_device_was_left_with_is_told(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, *HALTS, "-k", "segmented-download.foreign")
+    result.stdout.fnmatch_lines(["not restored: write 4 bytes: 74 65 78 74 to 2010h:00 of node 5"])
+
+
+def test_a_device_that_is_lost_in_the_last_case(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, *HALTS, "-k", "specifier.unknown and FFh and not over")
+    assert result.ret == ExitCode.DEVICE_LOST
+
+
+def test_nothing_keeps_running_afterwards(pytester: pytest.Pytester) -> None:
+    before = threading.active_count()
+    self_test(pytester, "-k", "abort.frame")
+    self_test(pytester, *HALTS, "-k", "segmented-download.foreign")
+    silent(pytester)
+    assert threading.active_count() == before

@@ -1,0 +1,128 @@
+"""A wrong option ends a run before it begins, with one sentence; the header says what was read."""
+
+import pytest
+from plugin_runs import QUICK, hosted, reports, run, self_test
+
+from conformance import __version__
+from conformance.faults.catalogue import build_node
+
+pytest_plugins = ["pytester"]
+
+RANGE = "node-IDs go from 1 to 127"
+NO_NODE = "is no node-ID: write a number or a range, as in 1-4,9"
+NO_TIME = "is no time: write seconds, as in 0.5"
+NO_OBJECT = "does not name an object: write INDEX[:SUB][=TYPE[,ACCESS]] in hexadecimal"
+
+WRONG = {
+    "--node-id=0": f"'0': {RANGE}",
+    "--node-id=128": f"'128': {RANGE}",
+    "--node-id=-1": f"'-1' {NO_NODE}",
+    "--node-id=4-1": f"'4-1': {RANGE}",
+    "--node-id=1-128": f"'1-128': {RANGE}",
+    "--node-id=x": f"'x' {NO_NODE}",
+    "--node-id=1,,2": f"'' {NO_NODE}",
+    "--node-id=1-": f"'1-' {NO_NODE}",
+    "--node-id=5.0": f"'5.0' {NO_NODE}",
+    "--response-timeout=0": f"'0' {NO_TIME}",
+    "--response-timeout=-1": f"'-1' {NO_TIME}",
+    "--response-timeout=nan": f"'nan' {NO_TIME}",
+    "--response-timeout=inf": f"'inf' {NO_TIME}",
+    "--response-timeout=500ms": f"'500ms' {NO_TIME}",
+    "--object=2001=unsinged16": "called 'unsinged16'. Did you mean 'unsigned16'?",
+    "--object=2001=unsigned8,rx": "called 'rx'. Known: rw, ro, wo, const.",
+    "--object=20010": f"'20010' {NO_OBJECT}",
+    "--object=": f"'' {NO_OBJECT}",
+    "--seed=x": "invalid int value: 'x'",
+    "--can-bitrate=fast": "invalid int value: 'fast'",
+    "--can-interface=socketcam": "python-can has no interface called 'socketcam'",
+    "--fault=answers-late": "--fault=answers-late goes with --self-test.",
+    "--self-test --fault=answer-late": "called 'answer-late'. Did you mean 'answers-late'?",
+    "--self-test --fault=qqqq": "There is no fault or variant called 'qqqq'.",
+    "--self-test --fault=": "There is no fault or variant called ''.",
+    "--self-test --fault=answer-late --collect-only": "Did you mean 'answers-late'?",
+}
+
+
+@pytest.mark.parametrize(("options", "sentence"), WRONG.items(), ids=WRONG)
+def test_a_wrong_option(pytester: pytest.Pytester, options: str, sentence: str) -> None:
+    given = options.split()
+    device = [] if "--self-test" in options or "--fault" in options else ["--node-id=5"]
+    result = run(pytester, *device, *given)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    printed = result.stdout.str() + result.stderr.str()
+    assert printed.count(sentence) == 1
+    assert "Traceback" not in printed
+    assert "passed" not in printed
+    assert not reports(pytester).exists()
+
+
+def header(result: pytest.RunResult) -> list[str]:
+    prefix = "conformance: "
+    return [line.removeprefix(prefix) for line in result.outlines if line.startswith(prefix)]
+
+
+def test_header_of_the_self_test(pytester: pytest.Pytester) -> None:
+    target, how = header(self_test(pytester, "-k", "abort.frame"))
+    start = f"{__version__}, target: built-in reference server, node 5 on virtual conformance-"
+    assert target.startswith(start)
+    assert how == (
+        "bit rate: as the interface is set, response time-out: 1000 ms, seed: 1, strict: no"
+    )
+
+
+def test_header_of_a_fault(pytester: pytest.Pytester) -> None:
+    target, _ = header(self_test(pytester, "--fault=answers-late", "--collect-only"))
+    assert target.startswith(f"{__version__}, target: built-in answers-late, node 5 on virtual ")
+
+
+def test_header_of_a_device(pytester: pytest.Pytester) -> None:
+    options = (
+        "--node-id=1-3,9",
+        "--can-interface=pcan",
+        "--can-channel=PCAN_USBBUS1",
+        "--can-bitrate=250000",
+        "--response-timeout=0.25",
+        "--seed=7",
+        "--strict",
+    )
+    target, how = header(run(pytester, *options, "--collect-only"))
+    assert target == f"{__version__}, target: node 1, 2, 3, 9 on pcan PCAN_USBBUS1, 250000 bit/s"
+    assert how == "bit rate: 250000 bit/s, response time-out: 250 ms, seed: 7, strict: yes"
+
+
+def test_help_shows_the_options(pytester: pytest.Pytester) -> None:
+    result = run(pytester, "--help")
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(["CANopen SDO conformance:", "*--node-id*N*", "*--self-test*"])
+
+
+def test_the_report_folder_is_reports_by_default(pytester: pytest.Pytester) -> None:
+    pytester.runpytest_inprocess(*QUICK, "--self-test", "-k", "abort.frame")
+    (folder,) = (pytester.path / "reports").iterdir()
+    assert folder.name.endswith("-node-5")
+    assert {path.name for path in folder.iterdir()} >= {"bus.log", "junit.xml"}
+
+
+def test_the_seed_decides_on_the_bytes_that_are_written(pytester: pytest.Pytester) -> None:
+    texts = []
+    for seed in ("1", "1", "2"):
+        self_test(pytester, f"--seed={seed}", "-k", "download.text and 4")
+        newest = max(reports(pytester).iterdir())
+        lines = (newest / "bus.log").read_text(encoding="utf-8").splitlines()
+        texts.append([line.split()[2] for line in lines if " 605#23112000" in line])
+    assert texts[0]
+    assert texts[0] == texts[1]
+    assert texts[0] != texts[2]
+
+
+def test_the_response_timeout_is_what_a_silent_answer_costs(pytester: pytest.Pytester) -> None:
+    fault = ("--fault=unknown-specifier-ignored", "-k", "specifier.unknown and E0h")
+    result = self_test(pytester, *fault, "--response-timeout=0.07")
+    result.stdout.fnmatch_lines(["*actual: nothing within 70 ms"])
+
+
+def test_a_node_id_may_be_hexadecimal(pytester: pytest.Pytester) -> None:
+    with hosted(build_node(None, 0x7F)) as bus:
+        result = run(pytester, "--node-id=0x7F", *bus, "-k", "abort.frame")
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(["conformance: *target: node 127 on virtual *"])

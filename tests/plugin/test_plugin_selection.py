@@ -1,0 +1,141 @@
+"""Which cases a command line runs: all of them from any folder, or what it names."""
+
+import pytest
+from plugin_runs import NO_HYPOTHESIS, case_ids, reference, reports, run, self_test, the_report
+
+from conformance.collection import CASES
+
+pytest_plugins = ["pytester"]
+
+OWN_TEST = """
+    def test_mine(sdo):
+        sdo.upload(__import__("conformance").device.device.VENDOR_ID)
+"""
+
+
+def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) -> None:
+    listed = self_test(pytester, "--collect-only", "-q").outlines
+    ids = [line.partition("::")[2] for line in listed if line.startswith("cases/")]
+    assert len(ids) > 400
+    assert len(set(ids)) == len(ids), "an id is a name for one case"
+    result = self_test(pytester)
+    assert result.ret == pytest.ExitCode.OK
+    outcomes = result.parseoutcomes()
+    assert set(outcomes) == {"passed", "skipped"}
+    assert sum(outcomes.values()) == len(ids)
+    assert set(case_ids(the_report(pytester) / "junit.xml")) == set(ids)
+    result.stdout.fnmatch_lines(["*= conformance =*", "* pass, * unimplemented"])
+    result.stdout.no_fnmatch_line("*not testable*")
+
+
+def test_a_device_is_tested_from_any_folder(pytester: pytest.Pytester) -> None:
+    with reference() as options:
+        result = run(pytester, *options, "-k", "abort.own")
+    assert result.ret == pytest.ExitCode.OK
+    result.assert_outcomes(passed=2, deselected=result.parseoutcomes()["deselected"])
+    result.stdout.fnmatch_lines(["cases/test_abort.py ..*"])
+
+
+def test_a_path_runs_only_what_it_names(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=OWN_TEST, test_other="def test_other(): assert False")
+    result = self_test(pytester, "test_mine.py")
+    result.assert_outcomes(passed=1)
+    assert case_ids(the_report(pytester) / "junit.xml") == ["test_mine"]
+
+
+def test_a_folder_is_a_path_too(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=OWN_TEST)
+    self_test(pytester, ".").assert_outcomes(passed=1)
+
+
+def test_a_file_of_cases_may_be_named(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, str(CASES / "test_whole_run.py"))
+    result.assert_outcomes(passed=3)
+
+
+def test_cases_and_own_tests_together(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=OWN_TEST)
+    result = self_test(pytester, "test_mine.py", str(CASES / "test_whole_run.py"))
+    result.assert_outcomes(passed=4)
+
+
+def test_a_case_may_be_named_by_the_id_that_is_shown(pytester: pytest.Pytester) -> None:
+    """What -q and the summary print can be pasted behind the file, here in the checkout."""
+    result = self_test(pytester, f"{CASES / 'test_abort.py'}::abort.not-answered[code-0]")
+    result.assert_outcomes(passed=1)
+
+
+def test_without_a_device_pytest_is_as_ever(pytester: pytest.Pytester) -> None:
+    result = run(pytester)
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    result.stdout.no_fnmatch_line("conformance: *")
+    pytester.makepyfile(test_other="def test_other(tmp_path): pass")
+    result = run(pytester, "--strict-markers")
+    result.assert_outcomes(passed=1)
+    result.stdout.no_fnmatch_line("*conformance:*")
+    result.stdout.no_fnmatch_line("*= conformance =*")
+    assert not reports(pytester).exists()
+
+
+def test_a_test_that_needs_a_device_says_which_option_names_one(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=OWN_TEST)
+    result = run(pytester)
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*say which one with --node-id=N, or use --self-test*"])
+    result.stdout.no_fnmatch_line("*KeyError*")
+
+
+def test_k_takes_case_ids(pytester: pytest.Pytester) -> None:
+    wanted = "segmented-upload.toggle-first or upload.device-type"
+    self_test(pytester, "-k", wanted)
+    assert set(case_ids(the_report(pytester) / "junit.xml")) == {
+        "upload.device-type",
+        "segmented-upload.toggle-first",
+    }
+
+
+def test_nothing_selected(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "-k", "no_such_case")
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    assert not reports(pytester).exists()
+
+
+def test_x_stops_at_the_first_failure(pytester: pytest.Pytester) -> None:
+    arguments = ("--fault=abort-big-endian", "-k", "abort.")
+    assert self_test(pytester, *arguments).parseoutcomes()["failed"] > 1
+    result = self_test(pytester, *arguments, "-x")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert result.parseoutcomes()["failed"] == 1
+    result.stdout.fnmatch_lines(["*stopping after 1 failures*"])
+
+
+def test_lf_runs_what_failed_the_last_time(pytester: pytest.Pytester) -> None:
+    folder = f"--report-dir={reports(pytester)}"
+    again = (*NO_HYPOTHESIS, folder, "--self-test", "--fault=identity-count-wrong")
+    first = pytester.runpytest_inprocess(*again, "-k", "upload.identity or upload.device-type")
+    first.assert_outcomes(failed=1, passed=1, deselected=first.parseoutcomes()["deselected"])
+    pytester.runpytest_inprocess(*again, "--lf").assert_outcomes(
+        failed=1, deselected=first.parseoutcomes()["deselected"] + 1
+    )
+    mended = pytester.runpytest_inprocess(*NO_HYPOTHESIS, folder, "--self-test", "--lf")
+    assert mended.ret == pytest.ExitCode.OK
+    assert mended.parseoutcomes()["passed"] == 1
+
+
+def test_several_devices_are_tested_one_after_another(pytester: pytest.Pytester) -> None:
+    """Each to its end: what judges a whole run judges that of one device."""
+    result = self_test(pytester, "--node-id=9,5-6", "-k", "abort.frame or run.filler", "-rA")
+    passed = [line.partition("::")[2] for line in result.outlines if line.startswith("PASSED ")]
+    assert passed == [
+        f"{case}@{node}" for node in (5, 6, 9) for case in ("abort.frame", "run.filler")
+    ]
+
+
+def test_v_shows_the_ids_that_k_takes(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "-v", "-k", "abort.frame or abort.not-answered")
+    result.stdout.fnmatch_lines(
+        [
+            "cases/test_abort.py::abort.not-answered[[]general-error] PASSED *",
+            "cases/test_abort.py::abort.frame PASSED *",
+        ]
+    )

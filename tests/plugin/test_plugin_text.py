@@ -1,0 +1,67 @@
+"""What users read, word by word: the block of a failure and the summary of a run."""
+
+import pytest
+from plugin_runs import between, printed, self_test
+
+pytest_plugins = ["pytester"]
+
+FAILURE = """\
+download.too-long[2-into-1]: FAIL (MUST, CiA 301 clause 7.2.4.3.17, node 5)
+  requirement: More bytes than the type has are refused for their length, and nothing is written.
+  broken rule: download.too-long: More bytes than the type has are refused for their length, and \
+nothing is written.
+  expected: abort with 06070012h (length too high) or 06070010h (data type or length does not match)
+  actual: download initiate response 2001h:00 [60 01 20 00 00 00 00 00]
+  afterwards: idle
+  frames (> sent, < received):
+ T ms > 605#4001200000000000 upload initiate 2001h:00
+ T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 bytes: 11
+ T ms > 605#2B01200011000000 download initiate 2001h:00, expedited, 2 bytes: 11 00
+ T ms < 585#6001200000000000 download initiate response 2001h:00
+            -- the case ends here; is the server idle, are the values as before? --
+ T ms > 605#4000100000000000 upload initiate 1000h:00
+ T ms < 585#4300100091010F00 upload initiate response 1000h:00, expedited, 4 bytes: 91 01 0F 00
+ T ms > 605#4001200000000000 upload initiate 2001h:00
+ T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 bytes: 11
+  to repeat what was sent:
+    cansend can0 605#4001200000000000
+    cansend can0 605#2B01200011000000"""
+
+SUMMARY = """\
+================================= conformance ==================================
+1 pass, 1 non-strict, 2 unimplemented, 3 not testable
+non-strict: frame.extended-ignored: upload initiate response 1018h:01, expedited, 4 bytes: \
+00 00 00 00 [43 18 10 01 00 00 00 00]
+not testable (1 cases): needs a writable number of 2 bytes: name one with its type, for example \
+--object=2001=unsigned16
+not testable (1 cases): needs a writable number of 3 bytes: name one with its type, for example \
+--object=2001=unsigned24
+not testable (1 cases): needs a writable number of 4 bytes: name one with its type, for example \
+--object=2001=unsigned32
+reports: FOLDER"""
+
+SHORT_SUMMARY = """\
+=========================== short test summary info ============================
+FAILED cases/test_expedited_download.py::download.too-long[2-into-1] - expect..."""
+
+
+@pytest.fixture(autouse=True)
+def as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither the width of the terminal nor what pytest does in CI is looked at."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.delenv("CI", raising=False)
+
+
+def test_a_failure(pytester: pytest.Pytester) -> None:
+    chosen = ("-k", "download.too-long and 2-into-1")
+    text = printed(self_test(pytester, "--fault=download-too-long-accepted", *chosen))
+    assert between(text, FAILURE.splitlines()[0], "====") == FAILURE
+    assert between(text, SHORT_SUMMARY.splitlines()[0], "====") == SHORT_SUMMARY
+
+
+def test_the_summary(pytester: pytest.Pytester) -> None:
+    chosen = "extended or block-upload or (expedited_download and stored)"
+    result = self_test(
+        pytester, "--fault=answers-extended", "--object=2001=unsigned8", "-k", chosen
+    )
+    assert between(printed(result), SUMMARY.splitlines()[0], "====") == SUMMARY

@@ -1,0 +1,201 @@
+"""The beginning of a run: who is there, what it is, and what the named objects hold."""
+
+import pytest
+from run_bench import (
+    BASELINE,
+    HASTY,
+    NODE_ID,
+    NUMBER,
+    READ,
+    TEXT,
+    Recording,
+    Scripted,
+    discovered,
+    recording,
+    undiscovered,
+)
+
+from conformance.bus.errors import SilentNode
+from conformance.device.objects import KnownObject
+from conformance.faults.catalogue import build_node
+from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
+from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import DownloadInitiate, decode_request
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+NAME, IDENTITY = Multiplexer(0x1008), Multiplexer(0x1018, 1)
+ABORT = b"\x80\x00\x10\x00\x00\x00\x00\x08"
+
+
+def test_what_is_known_afterwards() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        device = bench.device
+    assert device.baseline == [(READ, BASELINE)]
+    assert device.identity == {
+        "vendor-id": "0x00000000",
+        "product-code": "0x5D0C0F0E",
+        "revision-number": "0x00010000",
+        "serial-number": "0x12345678",
+    }
+    assert device.values[NAME] == b"Conformance reference server"
+    assert device.values[NUMBER.mux] == bytes.fromhex("11223344")
+    assert device.unreadable == {}
+    added = [known for known in device.objects if known not in REFERENCE_OBJECTS]
+    assert {0x1000, 0x1008, 0x1009, 0x100A} <= {known.mux.index for known in added}
+    assert {known.access for known in added} == {Access.CONST}
+
+
+def test_nothing_is_written() -> None:
+    server = recording()
+    with discovered(server):
+        pass
+    assert server.stored == []
+    assert not any(isinstance(decode_request(data), DownloadInitiate) for data in server.requests)
+
+
+def test_a_write_only_object_is_not_read() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        assert Multiplexer(0x2020) not in bench.device.values
+    assert not any(data[1:4] == b"\x20\x20\x00" for data in server.requests)
+
+
+def test_a_transfer_that_an_earlier_client_left_is_ended_first() -> None:
+    server = recording()
+    server.receive(DownloadInitiate.with_size(TEXT.mux, 14).encode())
+    assert server.transfer is not None
+    server.requests.clear()
+    with discovered(server):
+        pass
+    assert server.requests[:2] == [ABORT, READ]
+    assert server.stored == []
+
+
+def test_a_minimal_device() -> None:
+    """Only the device type is mandatory for the suite to begin."""
+    entries = {Multiplexer(0x1000): reference_entries(NODE_ID)[Multiplexer(0x1000)]}
+    with discovered(recording(entries=entries), objects=[]) as bench:
+        assert bench.device.identity == {}
+        assert list(bench.device.values) == [Multiplexer(0x1000)]
+        assert "06020000h" in bench.device.unreadable[IDENTITY]
+
+
+def test_a_named_object_that_does_not_exist_is_never_written() -> None:
+    """It has no value that could be put back; the cases that need it say so."""
+    known = KnownObject(Multiplexer(0x2222), DataType.UNSIGNED64)
+    with discovered(recording(), objects=[*REFERENCE_OBJECTS[:4], known]) as bench:
+        assert "06020000h" in bench.device.unreadable[known.mux]
+        assert bench.device.number() == NUMBER
+
+
+def test_an_object_of_the_users_own_is_taken_as_the_user_says() -> None:
+    name = KnownObject(NAME, DataType.OCTET_STRING, Access.RO)
+    with discovered(recording(), objects=[name]) as bench:
+        assert [known for known in bench.device.objects if known.mux == NAME] == [name]
+
+
+class _Garbling(Recording):
+    """Answers uploads of the identity with a download confirmation."""
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        answers = super().receive(frame)
+        if frame[:3] == b"\x40\x18\x10":
+            return [b"\x60" + frame[1:], *answers]
+        return answers
+
+
+def test_a_device_that_answers_badly_is_tested_all_the_same() -> None:
+    """What is wrong with it is for the cases to say; what is left over spoils nothing."""
+    with discovered(recording(_Garbling)) as bench:
+        assert "response.specifier" in bench.device.unreadable[IDENTITY]
+        assert bench.device.values[NUMBER.mux] == bytes.fromhex("11223344")
+        assert bench.device.values[TEXT.mux] == b"text"
+
+
+def test_the_device_type_in_segments() -> None:
+    with discovered(build_node("short-uploads-in-segments", NODE_ID)) as bench:
+        requests = [request for request, _ in bench.device.baseline]
+        assert requests == [READ, b"\x60" + bytes(7)]
+        assert bench.device.values[Multiplexer(0x1000)] == bytes.fromhex("91010F00")
+
+
+def test_an_endless_device_type_ends() -> None:
+    """What reads as one segment after another serves as a fence up to a point."""
+
+    def answer(data: bytes) -> list[bytes]:
+        begun = b"\x40\x00\x10\x00" + bytes(4)
+        return [begun if data == READ else bytes([data[0] & 0x10]) + bytes(7)]
+
+    with undiscovered(Scripted(answer)) as bench:
+        record_baseline(bench.channel, bench.device)
+        assert len(bench.device.baseline) == 8
+
+
+@pytest.mark.parametrize("answered", [1, SANITY_ATTEMPTS])
+def test_a_device_that_answers_in_the_end(answered: int) -> None:
+    """It may have been busy, or another transfer may have been open."""
+    attempts: list[bytes] = []
+
+    def answer(data: bytes) -> list[bytes]:
+        if data == READ:
+            attempts.append(data)
+        return [BASELINE] if data == READ and len(attempts) >= answered else []
+
+    with undiscovered(Scripted(answer), timeout=0.5) as bench:
+        record_baseline(bench.channel, bench.device)
+        assert bench.device.baseline == [(READ, BASELINE)]
+    assert len(attempts) == answered
+
+
+def silence(*heard: CanFrame) -> str:
+    """Return the message about a silent node on a bus where other frames are on their way."""
+    node = Scripted(lambda data: [])
+    with undiscovered(node, timeout=HASTY) as bench:
+        bench.send_from_elsewhere(*heard)
+        with pytest.raises(SilentNode) as raised:
+            discover(bench.channel, bench.device)
+    assert node.requests == [ABORT, READ] * SANITY_ATTEMPTS
+    return str(raised.value)
+
+
+def test_a_silent_node() -> None:
+    lines = silence().splitlines()
+    assert lines[:3] == [
+        "Node 5 does not answer.",
+        "  sent: 3 times a read of 1000h on 605h (605#4000100000000000), waiting 50 ms for 585h "
+        "each time",
+        "  heard: 0 other frames",
+    ]
+    for word in ("power", "bit rate", "termination", "node-ID", "NMT state"):
+        assert word in lines[3]
+
+
+def test_a_silent_node_on_a_bus_with_others() -> None:
+    text = silence(
+        CanFrame(0x709, b"\x05"),
+        CanFrame(0x70A, b"\x00"),
+        CanFrame(0x185, b"\x01\x02"),
+        CanFrame(0x00000711, b"\x05", extended=True),
+        CanFrame(0x100, b""),
+        CanFrame(0x101, b""),
+    )
+    lines = text.splitlines()
+    assert lines[2] == (
+        "  heard: 6 other frames; nodes with heartbeat or boot-up: 9, 10; booted just now: 10"
+    )
+    # The last five, as one would see them in a log.
+    assert lines[3:8] == [
+        f"    {frame}" for frame in ("70A#00", "185#0102", "00000711#05", "100#", "101#")
+    ]
+    assert lines[8] == "  check: is the node-ID 5 right, is that node in NMT state Stopped?"
+
+
+def test_a_device_that_answers_an_abort_is_known_all_the_same() -> None:
+    """The abort with which a run begins must not be taken for the read behind it."""
+    with discovered(build_node("abort-answered-when-idle", NODE_ID)) as bench:
+        assert bench.device.baseline == [(READ, BASELINE)]
+        assert bench.device.values[NUMBER.mux] == bytes.fromhex("11223344")
+        assert bench.device.unreadable == {}

@@ -1,0 +1,48 @@
+"""The interface goes down while it is in use: everybody says so in a sentence and ends."""
+
+import re
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from conformance.faults.device import REFERENCE_OBJECTS
+from conformance.running import ExitCode
+
+from .programs import LIMIT, REFERENCE, lines, named, serving, set_interface, start_suite
+
+
+@pytest.fixture
+def errors(tmp_path: Path) -> Path:
+    """The file for what the server has to say on standard error."""
+    return tmp_path / "errors"
+
+
+@pytest.fixture
+def server(errors: Path) -> Iterator[subprocess.Popen[str]]:
+    """The reference server; afterwards the interface is up again."""
+    with serving(*REFERENCE, errors=errors) as process:
+        yield process
+    set_interface("up")
+
+
+def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
+    with start_suite(tmp_path / "reports", *named(REFERENCE_OBJECTS)) as process:
+        begun = next(line for line in lines(process) if "PASSED" in line)
+        set_interface("down")
+        rest, _ = process.communicate(timeout=LIMIT)
+    output = begun + rest
+    assert process.returncode == ExitCode.BENCH_ERROR, output
+    assert "socketcan vcan0 failed in the middle of the run: " in output
+    assert "Network is down" in output
+    assert "Bring it up" in output
+    # One case has met it, and the rest is not tried; nobody is shown the inside of python-can.
+    assert re.search(r"\b1 error in ", output), output
+    assert "socketcan.py" not in output
+
+
+def test_the_reference_server_ends(server: subprocess.Popen[str], errors: Path) -> None:
+    set_interface("down")
+    assert server.wait(LIMIT) == 1
+    assert re.fullmatch(r"conformance: .*Network is down.*\n", errors.read_text())
