@@ -7,9 +7,10 @@ from types import ModuleType
 
 from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
+from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.server import Server
 
-Kind = type[Server] | type[Node]
+Kind = type[SegmentedServer] | type[Node]
 ATTRIBUTE = "conformance_deviations"
 
 
@@ -53,7 +54,7 @@ class Deviation:
 
     def build(self, node_id: int, objects: ObjectDictionary) -> Node:
         """Return a node that deviates in this way."""
-        if issubclass(self.kind, Server):
+        if issubclass(self.kind, SegmentedServer):
             return Node(node_id, self.kind(objects))
         return self.kind(node_id, Server(objects))
 

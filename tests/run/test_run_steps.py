@@ -194,9 +194,8 @@ def test_a_number_that_takes_one_value_only() -> None:
 def test_a_number_that_is_refused_for_another_reason() -> None:
     entries = reference_entries(NODE_ID)
     entries[NUMBER.mux].access = Access.CONST
-    with discovered(recording(entries=entries)) as opened:
-        with pytest.raises(Violation) as raised:
-            opened.dialogue().write_number(NUMBER)
+    with discovered(recording(entries=entries)) as opened, pytest.raises(Violation) as raised:
+        opened.dialogue().write_number(NUMBER)
     assert raised.value.rule is NOT_REFUSED
 
 
