@@ -299,7 +299,9 @@ class Steps(Wire):
         return Violation(self.rule, expected=expected, actual=actual)
 
     def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
-        step = next(transfer)
+        return self._go_on(transfer, next(transfer))
+
+    def _go_on(self, transfer: Generator[Step, bytes, Result], step: Step) -> Result:
         while True:
             burst = step if isinstance(step, Burst) else Burst((step,))
             for request in burst.requests:

@@ -63,15 +63,18 @@ class BlockClient(Client):
         data: bytes,
         *,
         sized: bool = True,
+        announced: int | None = None,
         crc: bool = True,
         mangle: Mangle = as_it_is,
     ) -> Generator[Step, bytes, int]:
         """Write an object in blocks; returns the number of segments that were sent again.
 
+        ``announced`` is the size to indicate instead of the true one.
+
         ``mangle`` is handed each sub-block and returns what is sent instead: fewer, repeated or
         reordered segments.
         """
-        size = len(data) if sized else None
+        size = (len(data) if announced is None else announced) if sized else None
         frame = yield BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
         response = self.checks.block_download_initiate(frame, mux)
         block_size, done, repeated, stalled = response.block_size, 0, 0, 0
@@ -145,7 +148,7 @@ class BlockClient(Client):
                     actual=f"{len(data)} bytes and none marked as last",
                 )
         frame = yield request
-        end = self.checks.block_end(frame, mux)
+        end = self.checks.block_end(frame, mux, bytes(data[-SEGMENT_LENGTH:]))
         del data[len(data) - end.unused :]
         self._check_uploaded(bytes(data), response.size, frame)
         due = crc16(bytes(data)) if crc and response.crc_supported else 0

@@ -161,9 +161,11 @@ class ResponseChecks:
             )
         return response
 
-    def block_end(self, frame: bytes, mux: Multiplexer) -> BlockEnd:
-        """Check the end of a block upload (7.2.4.3.15)."""
-        return self._read(BlockEnd, frame, mux, "C1h to DDh, block end")
+    def block_end(self, frame: bytes, mux: Multiplexer, last_payload: bytes = b"") -> BlockEnd:
+        """Check the end of a block upload (7.2.4.3.15) and the unused bytes of its last segment."""
+        response = self._read(BlockEnd, frame, mux, "C1h to DDh, block end")
+        self._zero(FILLER, last_payload[7 - response.unused :], frame)
+        return response
 
     def _block_size(self, block_size: int, frame: bytes) -> None:
         if not 1 <= block_size <= LARGEST_BLOCK:
