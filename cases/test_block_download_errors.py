@@ -112,32 +112,26 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
 @must(
     "block-download.read-only", clause=ABORT, target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)}
 )
-def test_read_only(sdo: Dialogue, text: KnownObject, target: tuple[int, int]) -> None:
+def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     """A read-only object refuses a block download, at the end at the latest."""
     mux = Multiplexer(*target)
     value = sdo.upload(mux)
-    sdo.initiate_block_download(text, 9)
-    sdo.end_transfer()
     sdo.expect_block_download_refused(mux, value, *READ_ONLY, size=len(value))
     if sdo.upload(mux) != value:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
 @must("block-download.object-missing", clause=ABORT)
-def test_object_missing(sdo: Dialogue, text: KnownObject) -> None:
+def test_object_missing(sdo: Dialogue) -> None:
     """A block download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
-    sdo.initiate_block_download(text, 9)
-    sdo.end_transfer()
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
 @must("block-download.sub-index-missing", clause=ABORT)
-def test_sub_index_missing(sdo: Dialogue, text: KnownObject, number: KnownObject) -> None:
+def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A block download to a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
-    sdo.initiate_block_download(text, 9)
-    sdo.end_transfer()
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 

@@ -61,6 +61,20 @@ class BlockSteps(Steps):
             ordinary = BlockUploadInitiate(mux, LARGEST_BLOCK)
             raise self._why_refused(aborted.abort, request, ordinary) from aborted
 
+    def require_block_download(self) -> None:
+        """Raise Unimplemented unless the server has block downloads; asks it once in a run."""
+        device = self.device
+        if device.block_download_refusal is None:
+            known = device.writable()
+            self.send(BlockDownloadInitiate.with_size(known.mux, len(device.values[known.mux])))
+            frame = self.receive()
+            response = decode_response(frame)
+            refused = isinstance(response, Abort) and response.code in NOT_THERE
+            device.block_download_refusal = describe_response(frame) if refused else ""
+            self.end_transfer()
+        if device.block_download_refusal:
+            raise Unimplemented(device.block_download_refusal)
+
     def _why_refused(self, abort: Abort, request: Request, ordinary: Request) -> Exception:
         """Tell a server without block transfer from one that refuses just this request."""
         shown = describe_response(abort.encode())

@@ -124,6 +124,7 @@ class Dialogue(BlockSteps):
 
         At which moment is the server's choice, with the end frame at the latest.
         """
+        self.require_block_download()
         transfer = self.client.block_download(mux_of(target), data, announced=size)
         abort = self.abort_of(transfer)
         if abort is None:
