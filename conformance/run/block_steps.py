@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Generator, Sequence
 
+from conformance.device.device import DEVICE_TYPE, NotTestable
 from conformance.run.steps import Result, Steps, Target, mux_of
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
@@ -20,6 +21,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiateResponse,
     BlockUploadStart,
     Request,
+    UploadInitiateResponse,
     decode_response,
 )
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
@@ -56,10 +58,30 @@ class BlockSteps(Steps):
         request = BlockUploadInitiate(mux, block_size, crc_supported=crc)
         try:
             self.send(request)
-            return self.checks.block_upload_initiate(self.receive(), mux)
+            frame = self.receive()
+            self._check_not_ordinary(frame)
+            return self.checks.block_upload_initiate(frame, mux)
         except ServerAborted as aborted:
             ordinary = BlockUploadInitiate(mux, LARGEST_BLOCK)
             raise self._why_refused(aborted.abort, request, ordinary) from aborted
+
+    def _check_not_ordinary(self, frame: bytes) -> None:
+        """Raise NotTestable for a server that answers every block upload with an ordinary one.
+
+        It has no block uploads; that it does not refuse them is for the cases on refusals to say,
+        which read 1000h. A server that does so for some objects only goes on to fail.
+        """
+        if not isinstance(decode_response(frame), UploadInitiateResponse):
+            return
+        self.end_transfer()
+        self.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
+        answer = self.receive()
+        self.end_transfer()
+        if isinstance(decode_response(answer), UploadInitiateResponse):
+            raise NotTestable(
+                "the server answers block uploads with ordinary ones though pst = 0 forbids it: "
+                "see specifier.block-upload"
+            )
 
     def require_block_download(self) -> None:
         """Raise Unimplemented unless the server has block downloads; asks it once in a run."""
@@ -188,6 +210,8 @@ class BlockSteps(Steps):
             raise TypeError("a block transfer begins with one request")
         self.send(initiate)
         frame = self.receive()
+        if isinstance(initiate, BlockUploadInitiate) and not initiate.threshold:
+            self._check_not_ordinary(frame)
         try:
             step = transfer.send(frame)
         except StopIteration as done:
