@@ -1,13 +1,10 @@
-"""Servers that are wrong in what they refuse in a block download: CRC, access, sizes, aborts."""
-
-from dataclasses import replace
+"""Servers that are wrong in what they refuse in a block download: CRC, access, sizes."""
 
 from conformance.faults.block_downloads import StoresOtherwise
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
-    Abort,
     BlockDownloadInitiate,
     BlockEnd,
     BlockEndResponse,
@@ -17,12 +14,12 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import LARGEST_BLOCK, SEGMENT_LENGTH, BlockDownload, Server
+from conformance.sdo.segmented_server import SEGMENT_LENGTH
+from conformance.sdo.server import LARGEST_BLOCK, BlockDownload, Server
 
 ABORT = DefectClass.ABORT
 ACCESS = DefectClass.ACCESS_OR_SIZE
 CRC = DefectClass.CRC
-STATE = DefectClass.STATE
 FULL_BLOCK = LARGEST_BLOCK * SEGMENT_LENGTH
 
 
@@ -292,132 +289,3 @@ class TooManyStored(Server):
         except Refusal:
             transfer.entry.value = bytes(transfer.data)
             raise
-
-
-class _DuringDownload(Server):
-    """Minds a request of another service in a block download no more than it says."""
-
-    def on_unexpected(self, request: Request) -> list[Response]:
-        """Ask ``on_foreign`` within a block download."""
-        if isinstance(self.transfer, BlockDownload):
-            return self.on_foreign()
-        return super().on_unexpected(request)
-
-    def on_foreign(self) -> list[Response]:
-        """Return what is sent."""
-        return []
-
-
-@fault("block-download-foreign-ignored", STATE, "block-download.foreign-at-end")
-class ForeignIgnored(_DuringDownload):
-    """Ignores a request of another service where the end of a block download is due."""
-
-
-@fault("block-download-foreign-taken-for-end", STATE, "block-download.foreign-at-end")
-class ForeignAsEnd(_DuringDownload):
-    """Confirms a block download on any request where its end is due."""
-
-    def on_foreign(self) -> list[Response]:
-        """Confirm."""
-        self.transfer = None
-        return [BlockEndResponse()]
-
-
-class _OnAbort(Server):
-    """Does something of its own with the abort of a block download."""
-
-    def on_abort(self, request: Abort) -> list[Response]:
-        """Pass it to ``on_download_abort``."""
-        transfer = self.transfer
-        if not isinstance(transfer, BlockDownload):
-            return super().on_abort(request)
-        self.transfer = None
-        return self.on_download_abort(transfer, request)
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Return what is sent."""
-        del transfer, request
-        return []
-
-
-@fault("block-download-abort-echoed", ABORT, "block-download.client-abort")
-class AbortEchoed(_OnAbort):
-    """Sends the abort of a block download back."""
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Echo it."""
-        return [request]
-
-
-@fault("block-download-abort-taken-for-segment", ABORT, "block-download.client-abort")
-class AbortAsSegment(_OnAbort):
-    """Takes an abort between the segments for a segment with number 0, and refuses it."""
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Look at the number."""
-        if transfer.ended:
-            return []
-        return [Abort(transfer.mux, AbortCode.INVALID_SEQUENCE_NUMBER)]
-
-
-@fault("block-download-abort-ignored-at-end", ABORT, "block-download.client-abort-then-end")
-class AbortIgnoredAtEnd(_OnAbort):
-    """Goes on with a block download that is aborted where its end is due."""
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Keep the transfer."""
-        self.transfer = transfer if transfer.ended else None
-        return []
-
-
-@fault("block-download-abort-ignored", ABORT, "block-download.client-abort")
-class AbortIgnored(_OnAbort):
-    """Goes on with a block download that is aborted once between its segments."""
-
-    ignored: BlockDownload | None = None
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Mind the second one."""
-        if transfer.data and not transfer.ended and self.ignored is not transfer:
-            self.ignored = self.transfer = transfer
-        return []
-
-
-@fault("block-download-abort-commits", ABORT, "block-download.client-abort")
-class AbortCommits(_OnAbort):
-    """Stores what has come of a block download that the client aborts."""
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Commit."""
-        if transfer.data and transfer.entry.data_type.length is None:
-            transfer.entry.value = bytes(transfer.data)
-        return []
-
-
-@fault("block-download-abort-acknowledged", ABORT, "block-download.client-abort")
-class AbortAcknowledged(_OnAbort):
-    """Acknowledges what has come of a block download that the client aborts."""
-
-    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
-        """Send A2h once more."""
-        return [self.acknowledge(transfer)]
-
-
-@fault("block-download-empty-hangs", DefectClass.ZERO_LENGTH, "block-download.empty")
-class EmptyHangs(Server):
-    """Never confirms a block download without data."""
-
-    def on_block_end(self, request: BlockEnd) -> list[Response]:
-        """Find nothing to write."""
-        responses = super().on_block_end(request)
-        return [] if request.unused == SEGMENT_LENGTH else responses
-
-
-@fault("block-download-n-7-crashes", DefectClass.ROBUSTNESS, "block-download.unused-too-many")
-class UnusedSevenIgnored(Server):
-    """Takes n = 7 for n = 0."""
-
-    def on_block_end(self, request: BlockEnd) -> list[Response]:
-        """Expect at least a byte."""
-        unused = request.unused % SEGMENT_LENGTH
-        return super().on_block_end(replace(request, unused=unused))

@@ -3,9 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.registry import DefectClass, fault
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
-    Abort,
     BlockAck,
     BlockDownloadInitiate,
     BlockDownloadInitiateResponse,
@@ -17,8 +15,9 @@ from conformance.sdo.frames import (
     decode_request,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import SEGMENT_LENGTH, BlockDownload, Server
+from conformance.sdo.objects import Entry
+from conformance.sdo.segmented_server import SEGMENT_LENGTH
+from conformance.sdo.server import BlockDownload, Server
 
 COUNT = DefectClass.UNUSED_COUNT
 BLOCK_SIZE = DefectClass.BLOCK_SIZE
@@ -293,3 +292,23 @@ class EndResponseEchoes(_Reserved):
         if isinstance(response, BlockEndResponse) and isinstance(request, BlockEnd):
             return replace(response, reserved_bits=request.unused)
         return response
+
+
+@fault("block-download-empty-hangs", DefectClass.ZERO_LENGTH, "block-download.empty")
+class EmptyHangs(Server):
+    """Never confirms a block download without data."""
+
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Find nothing to write."""
+        responses = super().on_block_end(request)
+        return [] if request.unused == SEGMENT_LENGTH else responses
+
+
+@fault("block-download-n-7-as-0", COUNT, "block-download.unused-too-many")
+class UnusedSevenIgnored(Server):
+    """Takes n = 7 for n = 0."""
+
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Expect at least a byte."""
+        unused = request.unused % SEGMENT_LENGTH
+        return super().on_block_end(replace(request, unused=unused))

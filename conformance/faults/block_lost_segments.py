@@ -12,7 +12,8 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.objects import ObjectDictionary, Refusal
-from conformance.sdo.server import SEGMENT_LENGTH, BlockDownload, Server
+from conformance.sdo.segmented_server import SEGMENT_LENGTH
+from conformance.sdo.server import BlockDownload, Server
 
 LOST = DefectClass.LOST_SEGMENTS
 
@@ -25,10 +26,11 @@ class _Gaps(Server):
         transfer = self.transfer
         responses = super().on_block_segment(request)
         ack = responses[0] if responses else None
-        if isinstance(transfer, BlockDownload) and isinstance(ack, BlockAck):
-            if ack.sequence < request.sequence:
-                return self.on_gap(transfer, ack, request)
-        return responses
+        if not isinstance(transfer, BlockDownload) or not isinstance(ack, BlockAck):
+            return responses
+        if ack.sequence == request.sequence:
+            return responses
+        return self.on_gap(transfer, ack, request)
 
     def on_gap(
         self, transfer: BlockDownload, ack: BlockAck, request: BlockSegment
