@@ -199,6 +199,10 @@ class RepeatedStored(Server):
             return []
         return super().on_block_segment(request)
 
+    def take_block_segment(self, transfer: BlockDownload, request: BlockSegment) -> None:
+        """Have room for it."""
+        transfer.data += request.payload
+
 
 @fault("block-download-sequence-zero-stored", LOST, "block-download.sequence-zero")
 class SequenceZeroStored(Server):
