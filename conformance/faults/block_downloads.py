@@ -81,20 +81,21 @@ class FullSegmentLost(StoresOtherwise):
 
 
 @fault("block-download-n-not-compared", COUNT, "block-download.unused-too-many")
-class UnusedNotCompared(Server):
-    """Cuts the data to the announced size whatever n says."""
+class UnusedNotCompared(StoresOtherwise):
+    """Stores as many bytes as were announced though n says that fewer count."""
 
-    def on_block_end(self, request: BlockEnd) -> list[Response]:
-        """Make up n."""
-        transfer = self.transfer
-        if isinstance(transfer, BlockDownload) and transfer.size is not None:
-            unused = min(max(len(transfer.data) - transfer.size, 0), 7)
-            request = replace(request, unused=unused)
-        return super().on_block_end(request)
+    def check_block_size(self, transfer: BlockDownload, data: bytes) -> None:
+        """Do not mind."""
+
+    def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
+        """Look at the size instead."""
+        return data if transfer.size is None else bytes(transfer.data[: transfer.size])
 
 
 @fault(
-    "block-download-last-at-full-block-missed", DefectClass.LAST_FLAG, "block-download.size[889]"
+    "block-download-last-at-full-block-missed",
+    DefectClass.LAST_FLAG,
+    "block-download.size[1777]",
 )
 class LastMissed(Server):
     """Expects another sub-block when the last segment is the last one of a full sub-block."""
@@ -302,13 +303,3 @@ class EmptyHangs(Server):
         """Find nothing to write."""
         responses = super().on_block_end(request)
         return [] if request.unused == SEGMENT_LENGTH else responses
-
-
-@fault("block-download-n-7-as-0", COUNT, "block-download.unused-too-many")
-class UnusedSevenIgnored(Server):
-    """Takes n = 7 for n = 0."""
-
-    def on_block_end(self, request: BlockEnd) -> list[Response]:
-        """Expect at least a byte."""
-        unused = request.unused % SEGMENT_LENGTH
-        return super().on_block_end(replace(request, unused=unused))
