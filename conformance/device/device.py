@@ -25,7 +25,8 @@ class Device:
     ``values`` holds what each object read at the start of the run: what is put back. The
     ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
     byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
-    not be read; such an object is never written.
+    not be read; such an object is never written. ``block_download_refusal`` is how the device
+    refuses block downloads, empty if it serves them, None as long as nobody asked.
     """
 
     node_id: int
@@ -34,6 +35,7 @@ class Device:
     unreadable: dict[Multiplexer, str] = field(default_factory=dict)
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
     boot_ups: int = 0
+    block_download_refusal: str | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
 
     @property
@@ -109,6 +111,12 @@ class Device:
     def is_constant(self, mux: Multiplexer) -> bool:
         """Whether an entry that was read must read the same for ever."""
         return any(known.mux == mux and known.access is Access.CONST for known in self.objects)
+
+    def writable(self) -> KnownObject:
+        """Return any object that may be written and was read."""
+        for known in self._writable():
+            return known
+        raise NotTestable("needs a writable object: name one, for example --object=2001=unsigned8")
 
     def shortest_readable(self) -> Multiplexer:
         """Return what reads with the fewest bytes: where leaks of longer answers would show."""

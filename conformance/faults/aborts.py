@@ -12,7 +12,8 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.server import Download, Server, Upload
+from conformance.sdo.segmented_server import Download, Upload
+from conformance.sdo.server import Server
 
 ABORT = DefectClass.ABORT
 SHAPE = DefectClass.FRAME_SHAPE

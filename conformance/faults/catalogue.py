@@ -4,6 +4,15 @@ import difflib
 
 from conformance.faults import (
     aborts,
+    block_download_aborts,
+    block_download_checks,
+    block_downloads,
+    block_leaks,
+    block_lost_segments,
+    block_upload_frames,
+    block_upload_states,
+    block_uploads,
+    block_variants,
     download_segments,
     downloads,
     frames,
@@ -17,7 +26,25 @@ from conformance.faults.registry import Deviation, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
-_MODULES = (frames, uploads, downloads, download_segments, states, leaks, aborts, variants)
+_MODULES = (
+    frames,
+    uploads,
+    downloads,
+    download_segments,
+    states,
+    leaks,
+    aborts,
+    block_downloads,
+    block_lost_segments,
+    block_download_checks,
+    block_download_aborts,
+    block_uploads,
+    block_upload_frames,
+    block_upload_states,
+    block_leaks,
+    variants,
+    block_variants,
+)
 
 
 class UnknownServer(LookupError):

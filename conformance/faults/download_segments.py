@@ -9,7 +9,8 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import Download, Server, Upload
+from conformance.sdo.segmented_server import Download, Upload
+from conformance.sdo.server import Server
 
 COUNT = DefectClass.UNUSED_COUNT
 CHECK = DefectClass.ACCESS_OR_SIZE

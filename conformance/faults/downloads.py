@@ -11,7 +11,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import Download, Server
+from conformance.sdo.segmented_server import Download
+from conformance.sdo.server import Server
 
 COUNT = DefectClass.UNUSED_COUNT
 CHECK = DefectClass.ACCESS_OR_SIZE

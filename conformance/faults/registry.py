@@ -7,9 +7,10 @@ from types import ModuleType
 
 from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
+from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.server import Server
 
-Kind = type[Server] | type[Node]
+Kind = type[SegmentedServer] | type[Node]
 ATTRIBUTE = "conformance_deviations"
 
 
@@ -19,9 +20,12 @@ class DefectClass(StrEnum):
     UNUSED_COUNT = "A"
     LAST_FLAG = "B"
     LEAK = "C"
+    LOST_SEGMENTS = "D"
     ABORT = "E"
+    BLOCK_SIZE = "F"
     FIELD_WIDTH = "G"
     ACCESS_OR_SIZE = "H"
+    CRC = "I"
     TIMING = "J"
     FRAME_SHAPE = "K"
     BACK_TO_BACK = "L"
@@ -53,7 +57,7 @@ class Deviation:
 
     def build(self, node_id: int, objects: ObjectDictionary) -> Node:
         """Return a node that deviates in this way."""
-        if issubclass(self.kind, Server):
+        if issubclass(self.kind, SegmentedServer):
             return Node(node_id, self.kind(objects))
         return self.kind(node_id, Server(objects))
 

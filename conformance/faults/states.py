@@ -20,7 +20,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Refusal
-from conformance.sdo.server import Download, Server, Upload
+from conformance.sdo.segmented_server import Download, SegmentedServer, Upload
+from conformance.sdo.server import Server
 
 STATE = DefectClass.STATE
 ROBUST = DefectClass.ROBUSTNESS
@@ -317,7 +318,7 @@ class NewCommitsOld(Server):
 
 
 @fault("block-refused-in-silence", ROBUST, "specifier.block-")
-class BlockSilent(Server):
+class BlockSilent(SegmentedServer):
     """Does not answer a block initiate, which it does not implement."""
 
     def on_block_initiate(
@@ -328,7 +329,7 @@ class BlockSilent(Server):
 
 
 @fault("block-refused-with-wrong-code", ROBUST, "specifier.block-download")
-class BlockCodeWrong(Server):
+class BlockCodeWrong(SegmentedServer):
     """Refuses block transfers as if the object did not exist."""
 
     def on_block_initiate(
@@ -339,7 +340,7 @@ class BlockCodeWrong(Server):
 
 
 @fault("block-upload-switched-without-leave", ROBUST, "specifier.block-upload")
-class BlockSwitched(Server):
+class BlockSwitched(SegmentedServer):
     """Answers a block upload with an ordinary one though pst = 0 forbids it."""
 
     def on_block_initiate(

@@ -11,7 +11,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import Download, Server, Upload
+from conformance.sdo.segmented_server import Download, Upload
+from conformance.sdo.server import Server
 
 COUNT = DefectClass.UNUSED_COUNT
 WIDTH = DefectClass.FIELD_WIDTH

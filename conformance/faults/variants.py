@@ -17,7 +17,8 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.server import Download, Server, Upload
+from conformance.sdo.segmented_server import Download, Upload
+from conformance.sdo.server import Server
 
 
 @variant("short-uploads-in-segments")

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from conformance.device.device import Device
+from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
 from conformance.run.steps import same_value, shown
@@ -51,7 +51,8 @@ def _look(sdo: Dialogue) -> Leaving:
 
 def _recover(sdo: Dialogue, cause: Exception) -> Leaving:
     sdo.drain()
-    sdo.channel.abort(Multiplexer(0x1000), AbortCode.GENERAL_ERROR)
+    # Some servers mind only an abort that names the transfer that they think is running.
+    sdo.channel.abort(sdo.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
     try:
         sdo.fence()
     except (Violation, ServerAborted) as error:

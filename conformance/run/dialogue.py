@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
-from conformance.run.steps import Steps, Target, mux_of, same_value, shown
+from conformance.run.block_steps import BlockSteps
+from conformance.run.steps import Target, mux_of, same_value, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
@@ -41,7 +42,7 @@ def named(codes: tuple[AbortCode, ...]) -> str:
     return " or ".join(describe_code(code) for code in codes) or "any code of CiA 301"
 
 
-class Dialogue(Steps):
+class Dialogue(BlockSteps):
     """The conversation of one case with one device."""
 
     # Expectations: the point of a case
@@ -115,6 +116,22 @@ class Dialogue(Steps):
             f"abort with {named(codes)}, at the last segment at the latest",
             f"{describe_response(frame)} for the last segment",
         )
+
+    def expect_block_download_refused(
+        self, target: Target, data: bytes, *codes: AbortCode, size: int
+    ) -> None:
+        """Send a block download that announces ``size`` bytes and has to be refused.
+
+        At which moment is the server's choice, with the end frame at the latest.
+        """
+        self.require_block_download()
+        transfer = self.client.block_download(mux_of(target), data, announced=size)
+        abort = self.abort_of(transfer)
+        if abort is None:
+            raise self.breach(
+                f"abort with {named(codes)}, at the end at the latest", "the end was confirmed"
+            )
+        self.take_abort(abort.encode(), codes, target)
 
     def expect_upload_or_abort(
         self, known: KnownObject, due: bytes, *codes: AbortCode, warned: tuple[AbortCode, ...] = ()

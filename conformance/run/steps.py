@@ -15,8 +15,8 @@ from conformance.device.objects import KnownObject
 from conformance.device.safety import IDENTITY, written_by
 from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ResponseChecks, ServerAborted
-from conformance.sdo.client import Client
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
@@ -70,7 +70,7 @@ class Steps(Wire):
         self.notes: list[str] = []
         self.written: set[Multiplexer] = set()
         self.checks = ResponseChecks(self.minor.append)
-        self.client = Client(self.checks)
+        self.client = BlockClient(self.checks)
         self._random = random.Random(f"{seed}/{rule.id}")
 
     def send(self, request: Message | bytes | Request) -> None:
@@ -298,12 +298,16 @@ class Steps(Wire):
         """Build a breach of the case's rule."""
         return Violation(self.rule, expected=expected, actual=actual)
 
-    def _run(self, transfer: Generator[Request, bytes, Result]) -> Result:
-        request = next(transfer)
+    def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
+        return self._go_on(transfer, next(transfer))
+
+    def _go_on(self, transfer: Generator[Step, bytes, Result], step: Step) -> Result:
         while True:
-            self.send(request)
+            burst = step if isinstance(step, Burst) else Burst((step,))
+            for request in burst.requests:
+                self.send(request)
             try:
-                request = transfer.send(self.receive())
+                step = transfer.send(self.receive()) if burst.awaited else next(transfer)
             except StopIteration as done:
                 return done.value  # type: ignore[no-any-return]
 

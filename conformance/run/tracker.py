@@ -1,5 +1,6 @@
 """Whether a transfer is open on a channel, by what went over the wire."""
 
+from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -12,39 +13,43 @@ from conformance.sdo.frames import (
     DownloadSegment,
     DownloadSegmentResponse,
     Request,
+    Response,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegmentResponse,
-    decode_response,
 )
 from conformance.sdo.layout import Multiplexer
 
 
 class TransferTracker:
-    """Follows requests and responses; ``open`` is the object of the running transfer or None,
-    ``latest`` that of the last one."""
+    """Follows requests and responses.
+
+    ``open`` is the object of the running transfer or None, ``latest`` that of the last one.
+    """
 
     def __init__(self) -> None:
         """Start with no transfer."""
         self.open: Multiplexer | None = None
         self.latest: Multiplexer | None = None
         self._request: Request | None = None
+        self._decoder = Decoder()
 
-    def request(self, request: Request) -> None:
-        """Take what the client sent."""
+    def request(self, frame: bytes) -> Request:
+        """Take what the client sends; return which request it is."""
+        request = self._decoder.request(frame)
         self._request = request
         if isinstance(request, Abort | BlockEndResponse):
             self.open = None
+        return request
 
     def response(self, frame: bytes) -> None:
         """Take what the server sent."""
-        request = self._request
-        self._follow(frame, request)
+        self._follow(self._decoder.response(frame), self._request)
         if self.open is not None:
             self.latest = self.open
 
-    def _follow(self, frame: bytes, request: Request | None) -> None:
-        match decode_response(frame):
+    def _follow(self, response: Response, request: Request | None) -> None:
+        match response:
             case Abort():
                 self.open = None
             case DownloadInitiateResponse():

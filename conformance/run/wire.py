@@ -43,9 +43,8 @@ class Wire:
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
         data = request if isinstance(request, bytes) else request.encode()
-        decoded = decode_request(data)
+        decoded = self.tracker.request(data)
         self.device.policy.check(data, decoded)
-        self.tracker.request(decoded)
         self._last_sent = decoded
         self._sent_at = time.monotonic()
         self.channel.send(data)

@@ -10,18 +10,28 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiateResponse,
     DownloadInitiateResponse,
     DownloadSegmentResponse,
     UploadInitiateResponse,
     UploadSegmentResponse,
     decode_response,
+    decode_segment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 from conformance.sdo.rules import (
     ABORT_CODE,
+    BLOCK_ACK,
+    BLOCK_SEQUENCE,
+    BLOCK_SIZE,
     FILLER,
     FRAME_SHAPE,
     MULTIPLEXER,
@@ -34,6 +44,7 @@ from conformance.sdo.rules import (
 )
 
 Kind = TypeVar("Kind", bound=Message)
+LARGEST_BLOCK = 127
 _KNOWN_CODES = frozenset(AbortCode)
 
 
@@ -98,6 +109,69 @@ class ResponseChecks:
             raise Violation(TOGGLE, expected=due, actual=describe_response(frame))
         self._zero(FILLER, response.payload[len(response.data) :], frame)
         return response
+
+    def block_download_initiate(
+        self, frame: bytes, mux: Multiplexer
+    ) -> BlockDownloadInitiateResponse:
+        """Check the confirmation of a block download initiate (7.2.4.3.9)."""
+        due = "A0h or A4h, block download initiate response"
+        response = self._read(BlockDownloadInitiateResponse, frame, mux, due)
+        self._same_multiplexer(response.mux, mux, frame)
+        self._block_size(response.block_size, frame)
+        return response
+
+    def block_ack(self, frame: bytes, mux: Multiplexer, sent: int) -> BlockAck:
+        """Check the acknowledgement of a sub-block of so many segments (7.2.4.3.10)."""
+        response = self._read(BlockAck, frame, mux, "A2h, block acknowledgement")
+        if response.sequence > sent:
+            raise Violation(
+                BLOCK_ACK, expected=f"ackseq 0 to {sent}", actual=describe_response(frame)
+            )
+        self._block_size(response.block_size, frame)
+        return response
+
+    def block_end_response(self, frame: bytes, mux: Multiplexer) -> BlockEndResponse:
+        """Check the confirmation of the end of a block download (7.2.4.3.11)."""
+        return self._read(BlockEndResponse, frame, mux, "A1h, block end response")
+
+    def block_upload_initiate(self, frame: bytes, mux: Multiplexer) -> BlockUploadInitiateResponse:
+        """Check the answer to a block upload initiate (7.2.4.3.13)."""
+        due = "C0h to C6h, block upload initiate response"
+        response = self._read(BlockUploadInitiateResponse, frame, mux, due)
+        self._same_multiplexer(response.mux, mux, frame)
+        if not response.sized:
+            self._zero(RESERVED, response.payload, frame)
+        return response
+
+    def block_segment(self, frame: bytes, mux: Multiplexer, sequence: int) -> BlockSegment:
+        """Check a segment of a block upload (7.2.4.3.14)."""
+        if len(frame) != FRAME_LENGTH:
+            raise Violation(
+                FRAME_SHAPE, expected="8 data bytes", actual=f"{len(frame)}: {hex_bytes(frame)}"
+            )
+        response = decode_segment(frame)
+        if isinstance(response, Abort):
+            self._check_abort(response, mux, frame)
+            raise ServerAborted(response)
+        if not isinstance(response, BlockSegment) or response.sequence != sequence:
+            raise Violation(
+                BLOCK_SEQUENCE,
+                expected=f"segment {sequence}",
+                actual=f"{describe(response)} [{hex_bytes(frame)}]",
+            )
+        return response
+
+    def block_end(self, frame: bytes, mux: Multiplexer, last_payload: bytes = b"") -> BlockEnd:
+        """Check the end of a block upload (7.2.4.3.15) and the unused bytes of its last segment."""
+        response = self._read(BlockEnd, frame, mux, "C1h to DDh, block end")
+        self._zero(FILLER, last_payload[7 - response.unused :], frame)
+        return response
+
+    def _block_size(self, block_size: int, frame: bytes) -> None:
+        if not 1 <= block_size <= LARGEST_BLOCK:
+            raise Violation(
+                BLOCK_SIZE, expected="blksize 1 to 127", actual=describe_response(frame)
+            )
 
     def abort(self, frame: bytes, mux: Multiplexer | None) -> Abort:
         """Check an abort (7.2.4.3.17); for a multiplexer of None any will do."""

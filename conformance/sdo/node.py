@@ -1,7 +1,7 @@
 """The reference server as a node on the bus: which CAN frames reach it, which it sends."""
 
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.server import Server
+from conformance.sdo.segmented_server import SegmentedServer
 
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580
@@ -12,7 +12,7 @@ BOOT_UP = bytes(1)
 class Node:
     """A server behind the default SDO channel: 600h and 580h plus node-ID (CiA 301, 7.3.5)."""
 
-    def __init__(self, node_id: int, server: Server) -> None:
+    def __init__(self, node_id: int, server: SegmentedServer) -> None:
         """Take the node-ID, 1 to 127."""
         self.node_id = node_id
         self.server = server

@@ -76,6 +76,21 @@ SIZE = _must("upload.size", "7.2.4.3.6", "An upload delivers as many bytes as it
 UPLOAD_ENDS = _must(
     "upload.ends", "7.2.4.3.7", "An upload ends: its last segment, and only that one, is marked."
 )
+BLOCK_SIZE = _must(
+    "block.size", "7.2.4.3.9", "A sub-block has 1 to 127 segments, and not more than asked for."
+)
+BLOCK_SEQUENCE = _must(
+    "block.sequence", "7.2.4.3.14", "The segments of a sub-block count from 1 without gaps."
+)
+BLOCK_ACK = _must(
+    "block.acknowledgement", "7.2.4.3.10", "An acknowledgement names the last segment in sequence."
+)
+BLOCK_CRC = _must(
+    "block.crc", "7.2.4.3.16", "The CRC covers the data set; where none is used the field is 0."
+)
+BLOCK_PROGRESS = _must(
+    "block.progress", "7.2.4.2.10", "What is sent again is taken: a block transfer comes to an end."
+)
 ABORT_CODE = _must(
     "abort.code", "7.2.4.3.17", "An abort of the server carries one of the codes of table 22."
 )
@@ -104,6 +119,11 @@ RESPONSE_RULES = (
     TOGGLE,
     SIZE,
     UPLOAD_ENDS,
+    BLOCK_SIZE,
+    BLOCK_SEQUENCE,
+    BLOCK_ACK,
+    BLOCK_CRC,
+    BLOCK_PROGRESS,
     ABORT_CODE,
     MISSING_REFUSED,
     CONSTANT,

@@ -1,251 +1,261 @@
-"""The reference server: frames in, frames out, no clock and no bus.
+"""The reference server: expedited, segmented and block transfers.
 
-It is idle or in one transfer. Where CiA 301 leaves a choice, it takes the one that most servers
-take: a new initiate ends the running transfer and is served; a frame that does not belong there
-ends the transfer with 05040001h; reserved bits and bytes of a request are ignored; any abort ends
-the transfer. Each reaction is a method of its own: a faulty or an unusual server is a subclass
-that changes one.
+In a block download it chooses sub-blocks of 127 segments, discards what follows a gap and
+acknowledges at the end of the sub-block; in a block upload it repeats what was not acknowledged.
+It can compute the CRC, and says so whether or not the client can. Where the client allows it
+(pst), a short object goes as an ordinary upload.
 """
 
 from dataclasses import dataclass, field
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
-    Abort,
+    BlockAck,
     BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
     BlockUploadInitiate,
-    DownloadInitiate,
-    DownloadInitiateResponse,
-    DownloadSegment,
-    DownloadSegmentResponse,
+    BlockUploadInitiateResponse,
+    BlockUploadStart,
     Request,
     Response,
-    UploadInitiate,
-    UploadInitiateResponse,
-    UploadSegment,
-    UploadSegmentResponse,
-    decode_request,
+    decode_segment,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.objects import Entry, ObjectDictionary, Refusal
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Entry, Refusal
+from conformance.sdo.segmented_server import SEGMENT_LENGTH, SegmentedServer
 
-EXPEDITED_LENGTH = 4
-SEGMENT_LENGTH = 7
-NO_MULTIPLEXER = Multiplexer(0, 0)
+LARGEST_BLOCK = 127
 
 
 @dataclass(slots=True)
-class Download:
-    """A segmented download: what came so far, and the toggle bit that is due."""
+class BlockDownload:
+    """A block download: what came in sequence, and which segment is due.
+
+    ``ended`` says that the last segment was acknowledged and the end frame is due.
+    """
 
     mux: Multiplexer
     entry: Entry
     size: int | None
-    toggle: int = 0
+    crc: bool
+    block_size: int
+    due: int = 1
+    ended: bool = False
     data: bytearray = field(default_factory=bytearray)
 
     @property
-    def room(self) -> int:
-        """How many bytes may still come."""
-        limit = self.entry.longest if self.size is None else self.size
-        return limit - len(self.data)
+    def limit(self) -> int:
+        """The most bytes that may come, fillers of the last segment included."""
+        size = self.entry.longest if self.size is None else self.size
+        return max(-(-size // SEGMENT_LENGTH), 1) * SEGMENT_LENGTH
 
 
 @dataclass(slots=True)
-class Upload:
-    """A segmented upload: what is sent, how far, and the toggle bit that is due."""
+class BlockUpload:
+    """A block upload: what is acknowledged, and how many segments are on their way.
+
+    ``sent`` is 0 until the client has started; ``ended`` says that the end frame was sent.
+    """
 
     mux: Multiplexer
     data: bytes
+    crc: bool
+    block_size: int
     offset: int = 0
-    toggle: int = 0
+    sent: int = 0
+    ended: bool = False
 
 
-class Server:
-    """One SDO server on an object dictionary."""
+class Server(SegmentedServer):
+    """One SDO server on an object dictionary, with all three protocols."""
 
-    def __init__(self, objects: ObjectDictionary) -> None:
-        """Start idle."""
-        self.objects = objects
-        self.transfer: Download | Upload | None = None
-
-    def receive(self, frame: bytes) -> list[bytes]:
-        """Take the data bytes of one request; return those of the responses, in order."""
-        if len(frame) != FRAME_LENGTH:
-            return self.on_wrong_length(frame)
-        request = decode_request(frame)
-        try:
-            responses = self.react(request)
-        except Refusal as refusal:
-            responses = self.refuse(request, refusal.code)
-        return [response.encode() for response in responses]
-
-    def expire(self) -> list[bytes]:
-        """Give up the running transfer: the client was silent for too long (CiA 301, 7.2.4.2)."""
-        if self.transfer is None:
-            return []
-        abort = Abort(self.transfer.mux, AbortCode.TIMED_OUT)
-        self.transfer = None
-        return [abort.encode()]
-
-    def on_wrong_length(self, frame: bytes) -> list[bytes]:
-        """Ignore what is not a frame of 8 bytes."""
-        return []
+    def decode(self, frame: bytes) -> Request:
+        """Read a request; within a sub-block it is a segment whatever its bits say."""
+        if isinstance(self.transfer, BlockDownload) and not self.transfer.ended:
+            return decode_segment(frame)
+        return super().decode(frame)
 
     def react(self, request: Request) -> list[Response]:
         """Choose the reaction by the kind of the request."""
         match request:
-            case Abort():
-                return self.on_abort(request)
-            case DownloadInitiate():
-                return self.on_download_initiate(request)
-            case UploadInitiate():
-                return self.on_upload_initiate(request)
-            case BlockDownloadInitiate() | BlockUploadInitiate():
-                return self.on_block_initiate(request)
-            case DownloadSegment():
-                return self.on_download_segment(request)
-            case UploadSegment():
-                return self.on_upload_segment(request)
+            case BlockDownloadInitiate():
+                return self.on_block_download_initiate(request)
+            case BlockSegment():
+                return self.on_block_segment(request)
+            case BlockEnd():
+                return self.on_block_end(request)
+            case BlockUploadInitiate():
+                return self.on_block_upload_initiate(request)
+            case BlockUploadStart():
+                return self.on_block_upload_start(request)
+            case BlockAck():
+                return self.on_block_ack(request)
+            case BlockEndResponse():
+                return self.on_block_end_response(request)
             case _:
-                return self.on_unexpected(request)
+                return super().react(request)
 
-    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
-        """End the transfer, if any, with an abort that names what it is about."""
-        mux = self.refused_multiplexer(request)
+    # Block download
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Get ready for the first sub-block."""
         self.transfer = None
-        return [Abort(mux, code)]
+        entry = self.entry_to_write_in_blocks(request)
+        self.check_announced_size(entry, request.size)
+        crc = self.can_compute_crc(request)
+        transfer = BlockDownload(
+            request.mux, entry, request.size, crc and request.crc_supported, self.next_block_size()
+        )
+        self.transfer = transfer
+        return [BlockDownloadInitiateResponse(request.mux, transfer.block_size, crc)]
 
-    def refused_multiplexer(self, request: Request) -> Multiplexer:
-        """Name the refused initiate's object, or the running transfer's, or none."""
-        if isinstance(
-            request, DownloadInitiate | UploadInitiate | BlockDownloadInitiate | BlockUploadInitiate
-        ):
-            return request.mux
-        return self.transfer.mux if self.transfer else NO_MULTIPLEXER
-
-    def on_abort(self, request: Abort) -> list[Response]:
-        """End the transfer without a word."""
-        self.transfer = None
-        return []
-
-    def on_unexpected(self, request: Request) -> list[Response]:
-        """Refuse what has no meaning here."""
-        raise Refusal(AbortCode.COMMAND_NOT_VALID)
-
-    def on_block_initiate(
-        self, request: BlockDownloadInitiate | BlockUploadInitiate
-    ) -> list[Response]:
-        """Refuse: this server has no block transfer."""
-        self.transfer = None
-        return self.on_unexpected(request)
-
-    # Download
-
-    def on_download_initiate(self, request: DownloadInitiate) -> list[Response]:
-        """Write up to 4 bytes at once, or get ready for segments."""
-        self.transfer = None
-        entry = self.entry_to_write(request)
-        if request.expedited:
-            self.store(entry, self.expedited_data(request, entry))
-        else:
-            self.check_announced_size(entry, request.size)
-            self.transfer = self.start_download(request, entry)
-        return [DownloadInitiateResponse(request.mux)]
-
-    def entry_to_write(self, request: DownloadInitiate) -> Entry:
+    def entry_to_write_in_blocks(self, request: BlockDownloadInitiate) -> Entry:
         """Find the entry, or refuse."""
         return self.objects.writable(request.mux)
 
-    def expedited_data(self, request: DownloadInitiate, entry: Entry) -> bytes:
-        """Take as many bytes as the request indicates or, where it does not, as the type has."""
-        return request.data if request.sized else request.data[: entry.longest]
+    def can_compute_crc(
+        self,
+        request: BlockDownloadInitiate | BlockUploadInitiate,
+    ) -> bool:
+        """Say whether the answer to an initiate offers a CRC."""
+        del request
+        return True
 
-    def check_announced_size(self, entry: Entry, size: int | None) -> None:
-        """Refuse a size that the entry cannot take before any data has come."""
-        if size is not None:
-            entry.check_length(size)
+    def next_block_size(self) -> int:
+        """Return how many segments the next sub-block of a download may have."""
+        return LARGEST_BLOCK
 
-    def start_download(self, request: DownloadInitiate, entry: Entry) -> Download:
-        """Set up the state of a segmented download."""
-        return Download(request.mux, entry, request.size)
-
-    def on_download_segment(self, request: DownloadSegment) -> list[Response]:
-        """Take up to 7 bytes; after the last ones, write."""
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Take a segment that is in sequence; acknowledge at the end of the sub-block."""
         transfer = self.transfer
-        if not isinstance(transfer, Download):
+        if not isinstance(transfer, BlockDownload):
             return self.on_unexpected(request)
-        self.check_toggle(transfer, request.toggle)
-        transfer.data += self.segment_data(transfer, request)
-        if request.last:
-            self.finish_download(transfer)
-            self.transfer = None
-        transfer.toggle ^= 1
-        return [DownloadSegmentResponse(request.toggle)]
+        if not 1 <= request.sequence <= transfer.block_size:
+            raise Refusal(AbortCode.INVALID_SEQUENCE_NUMBER)
+        in_sequence = request.sequence == transfer.due
+        if in_sequence:
+            self.take_block_segment(transfer, request)
+            transfer.due += 1
+        if request.last or request.sequence == transfer.block_size:
+            transfer.ended = request.last and in_sequence
+            return [self.acknowledge(transfer)]
+        return []
 
-    def check_toggle(self, transfer: Download | Upload, toggle: int) -> None:
-        """Refuse a toggle bit that did not alternate."""
-        if toggle != transfer.toggle:
-            raise Refusal(AbortCode.TOGGLE_NOT_ALTERNATED)
+    def take_block_segment(self, transfer: BlockDownload, request: BlockSegment) -> None:
+        """Store a segment, unless it is more than was announced."""
+        transfer.data += request.payload
+        if len(transfer.data) > transfer.limit:
+            raise Refusal(AbortCode.LENGTH_TOO_HIGH)
 
-    def segment_data(self, transfer: Download, request: DownloadSegment) -> bytes:
-        """Return the bytes that count.
+    def acknowledge(self, transfer: BlockDownload) -> BlockAck:
+        """Say what came in sequence, and how long the next sub-block may be."""
+        sequence = transfer.due - 1
+        transfer.due = 1
+        transfer.block_size = self.next_block_size()
+        return BlockAck(sequence, transfer.block_size)
 
-        n = 0 in a last segment also stands for "not stated": then the size that was announced
-        says how many bytes are left.
-        """
-        data = request.data
-        if len(data) <= transfer.room:
-            return data
-        if request.last and request.unused == 0 and transfer.size is not None:
-            return data[: transfer.room]
-        raise Refusal(AbortCode.LENGTH_TOO_HIGH)
-
-    def finish_download(self, transfer: Download) -> None:
-        """Write what came, unless it is less than was announced."""
-        if transfer.size is not None and len(transfer.data) < transfer.size:
-            raise Refusal(AbortCode.LENGTH_TOO_LOW)
-        self.store(transfer.entry, bytes(transfer.data))
-
-    def store(self, entry: Entry, data: bytes) -> None:
-        """Write a value that has the right length and lies within the limits."""
-        entry.check_length(len(data))
-        entry.check_limits(data)
-        entry.value = data
-
-    # Upload
-
-    def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
-        """Answer with up to 4 bytes, or with the size of what comes in segments."""
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Check what came against its CRC and its size, and write it."""
+        transfer = self.transfer
+        if not isinstance(transfer, BlockDownload) or not transfer.ended:
+            return self.on_unexpected(request)
+        data = bytes(transfer.data[: len(transfer.data) - request.unused])
+        self.check_crc(transfer, request, data)
+        self.check_block_size(transfer, data)
+        self.store(transfer.entry, data)
         self.transfer = None
-        entry = self.objects.readable(request.mux)
-        return [self.start_upload(request.mux, self.value_to_read(entry))]
+        return [BlockEndResponse()]
 
-    def value_to_read(self, entry: Entry) -> bytes:
-        """Return the bytes that an upload carries."""
-        return entry.value
+    def check_crc(self, transfer: BlockDownload, request: BlockEnd, data: bytes) -> None:
+        """Refuse data that do not match the CRC, where there is one."""
+        if transfer.crc and request.crc != crc16(data):
+            raise Refusal(AbortCode.CRC_ERROR)
 
-    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
-        """Answer an upload initiate; set up the state where segments follow."""
-        if 1 <= len(data) <= EXPEDITED_LENGTH:
-            return UploadInitiateResponse.with_data(mux, data)
-        self.transfer = Upload(mux, data)
-        return UploadInitiateResponse.with_size(mux, len(data))
+    def check_block_size(self, transfer: BlockDownload, data: bytes) -> None:
+        """Refuse data that are not as many as announced."""
+        if transfer.size is not None and len(data) > transfer.size:
+            raise Refusal(AbortCode.LENGTH_TOO_HIGH)
+        if transfer.size is not None and len(data) < transfer.size:
+            raise Refusal(AbortCode.LENGTH_TOO_LOW)
 
-    def on_upload_segment(self, request: UploadSegment) -> list[Response]:
-        """Send the next bytes; mark the last."""
+    # Block upload
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        """Announce the size, or switch to an ordinary upload where the client allows it."""
+        self.transfer = None
+        data = self.value_to_read(self.objects.readable(request.mux))
+        if not 1 <= request.block_size <= LARGEST_BLOCK:
+            raise Refusal(AbortCode.INVALID_BLOCK_SIZE)
+        if self.switches_protocol(request, len(data)):
+            return [self.start_upload(request.mux, data)]
+        crc = self.can_compute_crc(request)
+        self.transfer = BlockUpload(
+            request.mux, data, crc and request.crc_supported, request.block_size
+        )
+        return [self.announce_block(request, len(data), crc)]
+
+    def announce_block(
+        self, request: BlockUploadInitiate, size: int, crc: bool
+    ) -> BlockUploadInitiateResponse:
+        """Build the answer to a block upload initiate."""
+        return BlockUploadInitiateResponse.with_size(request.mux, size, crc_supported=crc)
+
+    def switches_protocol(self, request: BlockUploadInitiate, size: int) -> bool:
+        """Say whether an object goes as an ordinary upload; pst = 0 forbids it."""
+        return request.threshold > 0 and size <= request.threshold
+
+    def on_block_upload_start(self, request: BlockUploadStart) -> list[Response]:
+        """Send the first sub-block."""
         transfer = self.transfer
-        if not isinstance(transfer, Upload):
+        if not isinstance(transfer, BlockUpload) or transfer.sent:
             return self.on_unexpected(request)
-        self.check_toggle(transfer, request.toggle)
-        data = self.next_upload_data(transfer)
-        transfer.offset += len(data)
-        last = transfer.offset == len(transfer.data)
-        if last:
-            self.transfer = None
-        transfer.toggle ^= 1
-        return [UploadSegmentResponse.with_data(data, toggle=request.toggle, last=last)]
+        return self.sub_block(transfer)
 
-    def next_upload_data(self, transfer: Upload) -> bytes:
-        """Return the bytes of the next segment."""
-        return transfer.data[transfer.offset : transfer.offset + SEGMENT_LENGTH]
+    def sub_block(self, transfer: BlockUpload) -> list[Response]:
+        """Return the segments of the next sub-block, numbered from 1; mark the very last."""
+        left = len(transfer.data) - transfer.offset
+        segments = max(-(-left // SEGMENT_LENGTH), 1)
+        transfer.sent = min(segments, transfer.block_size)
+        responses: list[Response] = []
+        for number in range(transfer.sent):
+            start = transfer.offset + number * SEGMENT_LENGTH
+            data = self.block_data(transfer, start)
+            last = number == segments - 1
+            responses.append(BlockSegment.with_data(number + 1, data, last=last))
+        return responses
+
+    def block_data(self, transfer: BlockUpload, start: int) -> bytes:
+        """Return the bytes of one segment."""
+        return transfer.data[start : start + SEGMENT_LENGTH]
+
+    def on_block_ack(self, request: BlockAck) -> list[Response]:
+        """Send what comes next, or what was lost, or the end."""
+        transfer = self.transfer
+        if not isinstance(transfer, BlockUpload) or not transfer.sent or transfer.ended:
+            return self.on_unexpected(request)
+        if request.sequence > transfer.sent:
+            raise Refusal(AbortCode.INVALID_SEQUENCE_NUMBER)
+        if not 1 <= request.block_size <= LARGEST_BLOCK:
+            raise Refusal(AbortCode.INVALID_BLOCK_SIZE)
+        transfer.offset += request.sequence * SEGMENT_LENGTH
+        transfer.block_size = request.block_size
+        if request.sequence and transfer.offset >= len(transfer.data):
+            transfer.ended = True
+            return [self.block_end(transfer)]
+        return self.sub_block(transfer)
+
+    def block_end(self, transfer: BlockUpload) -> BlockEnd:
+        """Say how many bytes of the last segment do not count, and the CRC."""
+        unused = transfer.offset - len(transfer.data)
+        return BlockEnd(unused, crc16(transfer.data) if transfer.crc else 0)
+
+    def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
+        """Be idle; the client has everything."""
+        if not isinstance(self.transfer, BlockUpload) or not self.transfer.ended:
+            return self.on_unexpected(request)
+        self.transfer = None
+        return []

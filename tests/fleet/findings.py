@@ -25,6 +25,10 @@ BEGUN = ("at-the-start", "in-the-middle", "before-the-last")
 UNKNOWN = ("unknown-E0h", "unknown-FFh")
 BLOCK_UPLOAD_FRAMES = ("block-end-response-A1h", "block-ack-A2h", "block-start-A3h")
 BLOCK_DOWNLOAD_FRAMES = ("block-end-C1h", "block-end-DDh")
+FOREIGN_AT_END = (
+    *("download-segment-00h", "upload-segment-60h"),
+    *("block-ack-A2h", "block-start-A3h", "unknown-E0h"),
+)
 UPLOAD_SEGMENTS = ("upload-segment-60h", "upload-segment-70h")
 DOWNLOAD_SEGMENTS = ("download-segment-00h", "download-segment-11h")
 
@@ -71,7 +75,10 @@ CANOPEN = (
     Finding(
         "I31",
         "A block upload with pst = 0 is answered with an ordinary upload.",
-        each("specifier.block-upload", "True", "False"),
+        (
+            *each("specifier.block-upload", "True", "False"),
+            *each("block-upload.threshold", "0", "1", "5", "13"),
+        ),
     ),
     Finding(
         "I7",
@@ -226,5 +233,58 @@ DURAND = (
         "U5",
         "A download does not end the upload in whose middle it is served: both go on side by side.",
         ("segmented-upload.new-download",),
+    ),
+    Finding(
+        "B6, B7",
+        "A gap in a sub-block ends a block download with 05040003h; it is never acknowledged.",
+        (
+            *each("block-download.lost", "first", "middle", "before-last"),
+            "block-download.lost-twice",
+        ),
+    ),
+    Finding(
+        "E4, E5, B12",
+        "The announced size of a block download is forgotten: fewer and more bytes are stored.",
+        (
+            *each("block-download.unused-too-many", "1", "7"),
+            "block-download.too-few",
+            "block-download.too-many",
+        ),
+    ),
+    Finding(
+        "7.2.4.3.17, E7",
+        "Where the end of a block download is due, the abort of a foreign frame names 0000h:00.",
+        each("block-download.foreign-at-end", *FOREIGN_AT_END),
+    ),
+    Finding(
+        "7.2.4.3.15",
+        "The end of a block upload says n = 7 for a last segment that is full: C1h | 7 << 2.",
+        (
+            *each("block-upload.size", "7", "14", "21", "448", "490", "672", "889"),
+            *each("block-upload.without-crc", "7"),
+            *each("block-upload.block-size", "1", "2", "7", "20", "126", "127"),
+            "block-upload.block-size-changes",
+            "block-upload.again",
+        ),
+    ),
+    Finding(
+        "F2, F4",
+        "Any frame starts a block upload that was initiated.",
+        each("block-upload.not-started", "A1h", "A2h", "60h", "00h", "E0h"),
+    ),
+    Finding(
+        "F11",
+        "Any frame that is no acknowledgement lets a block upload go on.",
+        each("block-upload.foreign", "A3h", "A1h", "60h", "70h", "E0h"),
+    ),
+    Finding(
+        "F9",
+        "An acknowledgement of more segments than were sent skips data.",
+        each("block-upload.acknowledges-too-many", "one-more", "128", "255"),
+    ),
+    Finding(
+        "F10",
+        "A block size of 0 or beyond 127 is taken from an acknowledgement.",
+        each("block-upload.acknowledges-block-size", "0", "128", "255"),
     ),
 )

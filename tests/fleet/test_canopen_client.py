@@ -175,12 +175,23 @@ def test_refused_write_changes_nothing(sdo: SdoClient, served: ReferenceObjects)
     assert served.find(NUMBER).value == b"\x04\x03\x02\x01"
 
 
-@pytest.mark.parametrize("mode", ["rb", "wb"])
-def test_block_transfer_is_refused(sdo: SdoClient, mode: str) -> None:
-    with pytest.raises(canopen.SdoAbortedError) as aborted:
-        stream(sdo, TEXT, mode, size=20, block_transfer=True)
-    assert aborted.value.code == AbortCode.COMMAND_NOT_VALID
-    assert sdo.upload(IDENTITY.index, 0) == b"\x04"
+@pytest.mark.parametrize("crc", [True, False])
+@pytest.mark.parametrize("size", SIZES)
+def test_block_download(sdo: SdoClient, domain: Entry, size: int, crc: bool) -> None:
+    data = payload(size)
+    with stream(
+        sdo, DOMAIN, "wb", size=size, block_transfer=True, request_crc_support=crc
+    ) as opened:
+        opened.write(data)
+    assert domain.value == data
+
+
+# Without asking for a CRC, canopen's client checks one all the same when the server offers it.
+@pytest.mark.parametrize("size", SIZES)
+def test_block_upload(sdo: SdoClient, domain: Entry, size: int) -> None:
+    domain.value = payload(size)
+    with stream(sdo, DOMAIN, "rb", block_transfer=True) as opened:
+        assert opened.read() == domain.value
 
 
 def test_client_abort_ends_a_download(sdo: SdoClient, text: Entry) -> None:

@@ -22,7 +22,7 @@ from conformance.sdo.server import Server
 
 VECTORS = load()
 
-# The reference server has no block transfer yet.
+# These are replayed in test_sdo_block_transfers.
 BLOCK_TRANSFERS = [
     *("V04", "V23", "V24", "V25", "V26", "V27", "V28", "V29", "V61", "V63", "V70", "V80", "V81"),
     *("V82", "V84", "V85", "V86", "V87", "V89", "V91", "V92", "V93", "V99", "V102"),

@@ -1,0 +1,217 @@
+"""Block downloads that a server has to take (CiA 301, 7.2.4.3.9 to 7.2.4.3.11)."""
+
+from conformance.device.device import Device
+from conformance.device.objects import KnownObject
+from conformance.run.block_steps import segments_of
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import BLOCK_SIZES, EDGE_SIZES
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
+from conformance.sdo.frames import Abort, BlockEnd, BlockSegment, decode_response
+from conformance.sdo.rules import RESERVED
+
+INITIATE = "7.2.4.3.9"
+SUB_BLOCK = "7.2.4.3.10"
+END = "7.2.4.3.11"
+CRC = "7.2.4.3.16"
+SERVICE = "7.2.4.2.10"
+
+
+@must("block-download.size", clause=SUB_BLOCK, size=BLOCK_SIZES)
+def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A block download is stored whole; segments that look like other requests are segments."""
+    sdo.store(variable, sdo.payload(size), segmented=True)
+    data = sdo.payload(size)
+    sdo.block_download(variable, data)
+    sdo.expect_value(variable, data)
+
+
+@must("block-download.size-not-indicated", clause=INITIATE, size=EDGE_SIZES)
+def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A block download that does not say its size (C4h) is stored whole."""
+    sdo.store(variable, sdo.payload(size), segmented=True)
+    data = sdo.payload(size)
+    sdo.block_download(variable, data, sized=False)
+    sdo.expect_value(variable, data)
+
+
+@must("block-download.without-crc", clause=CRC, size=[1, 7, 20, 890])
+def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A client that has no CRC is served; the CRC field is 0 then."""
+    sdo.store(variable, sdo.payload(size), segmented=True)
+    data = sdo.payload(size)
+    sdo.block_download(variable, data, crc=False)
+    sdo.expect_value(variable, data)
+
+
+@must("block-download.number", clause=SUB_BLOCK, length=[1, 2, 4, 8])
+def test_number(sdo: Dialogue, device: Device, length: int) -> None:
+    """A number may come in a block, however short it is."""
+    known = device.number(length)
+    before = sdo.upload(known)
+    wanted = sdo.write_number(known)
+    sdo.download(known, before)
+    sdo.block_download(known, wanted)
+    sdo.expect_value(known, wanted)
+
+
+@must("block-download.write-only", clause=INITIATE)
+def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
+    """A write-only object takes a value in a block."""
+    sdo.block_download(write_only, bytes(write_only.length or 4))
+
+
+@must("block-download.again", clause=SERVICE)
+def test_again(sdo: Dialogue, variable: KnownObject) -> None:
+    """One block download after another: the object holds the last and nothing else."""
+    for size in (50, 7, 30, 3):
+        data = sdo.payload(size)
+        sdo.store(variable, sdo.payload(size))
+        sdo.block_download(variable, data)
+        sdo.expect_value(variable, data)
+
+
+@must("block-download.reserved", clause=INITIATE)
+def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
+    """Reserved bits and bytes of A4h, A2h and A1h are 0."""
+    sdo.store(variable, sdo.payload(20))
+    sdo.block_download(variable, sdo.payload(20))
+    sdo.expect_clean(RESERVED)
+
+
+@must(
+    "block-download.lost",
+    clause=SERVICE,
+    lost={"first": (2, 0), "middle": (3, 1), "before-last": (5, 3)},
+)
+def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> None:
+    """A gap before the last segment is acknowledged as such, and what is sent again is taken.
+
+    The data and the CRC are right in the end, each byte counted once.
+    """
+    number, position = lost
+    data = sdo.payload(7 * number - 2)
+    sdo.store(variable, sdo.payload(len(data)))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(variable, len(data))
+    if response.block_size < number:
+        sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
+        return
+    sdo.send_segments(chunks[:position])
+    sdo.send_segments(chunks[position + 1 :], first=position + 2, last=True)
+    sdo.acknowledged(variable, position)
+    sdo.send_segments(chunks[position:], last=True)
+    sdo.acknowledged(variable, number - position)
+    crc = crc16(data) if response.crc_supported else 0
+    sdo.end_block_download(variable, unused=2, crc=crc)
+    sdo.expect_value(variable, data)
+
+
+@must("block-download.lost-twice", clause=SERVICE)
+def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
+    """What is sent again may get lost again."""
+    data = sdo.payload(28)
+    sdo.store(variable, sdo.payload(28))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(variable, len(data))
+    if response.block_size < 4:
+        sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
+        return
+    sdo.send_segments(chunks[:2])
+    sdo.send_segments(chunks[3:], first=4, last=True)
+    ack = sdo.acknowledged(variable, 2)
+    if ack.block_size >= 2:
+        sdo.send_segments(chunks[3:], first=2, last=True)
+        sdo.acknowledged(variable, 0)
+    sdo.send_segments(chunks[2:], last=True)
+    sdo.acknowledged(variable, 2)
+    crc = crc16(data) if response.crc_supported else 0
+    sdo.end_block_download(variable, unused=0, crc=crc)
+    sdo.expect_value(variable, data)
+
+
+@may("block-download.repeated-segment", clause=SUB_BLOCK)
+def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
+    """A segment that comes twice is ignored or taken for a gap; it is not stored twice."""
+    data = sdo.payload(21)
+    sdo.store(variable, sdo.payload(21))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(variable, len(data))
+    if response.block_size < 3:
+        sdo.info(f"the server takes {response.block_size} segments at once: none can come twice")
+        return
+    sdo.send_segments(chunks[:2])
+    sdo.send_segments(chunks[1:2], first=2)
+    sdo.send_segments(chunks[2:], first=3, last=True)
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, variable.mux)
+        # The segments behind the repeated one meet an idle server, which may refuse each.
+        for answer in sdo.fence():
+            sdo.checks.abort(answer, None)
+        sdo.info("a repeated segment is refused")
+        return
+    ack = sdo.checks.block_ack(frame, variable.mux, 3)
+    if ack.sequence < 3:
+        sdo.info(f"a repeated segment counts as a gap behind segment {ack.sequence}")
+        return
+    sdo.end_block_download(variable, unused=0, crc=crc16(data) if response.crc_supported else 0)
+    sdo.expect_value(variable, data)
+
+
+@may("block-download.sequence-zero", clause=SUB_BLOCK)
+def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
+    """Sequence number 0 is none: the segment is refused or dropped, never stored."""
+    data = sdo.payload(14)
+    sdo.store(text, sdo.payload(14))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(text, len(data))
+    sdo.send(BlockSegment(0, b"#######"))
+    if response.block_size < 2:
+        sdo.expect_silence_or_abort()
+        return
+    sdo.send_segments(chunks, last=True)
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, text.mux)
+        # The segments behind it meet an idle server, which may refuse each.
+        for answer in sdo.fence():
+            sdo.checks.abort(answer, None)
+        return
+    if sdo.checks.block_ack(frame, text.mux, 2).sequence == 2:
+        crc = crc16(data) if response.crc_supported else 0
+        sdo.end_block_download(text, unused=0, crc=crc)
+        sdo.expect_value(text, data)
+
+
+@may("block-download.crc-unused", clause=CRC)
+def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
+    """Without a CRC its field is not looked at: nothing is refused for it."""
+    data = sdo.payload(14)
+    sdo.store(variable, sdo.payload(14))
+    response = sdo.initiate_block_download(variable, 14, crc=False)
+    if response.block_size < 2:
+        sdo.info(f"the server takes {response.block_size} segment at once")
+        return
+    sdo.send_segments(segments_of(data), last=True)
+    sdo.acknowledged(variable, 2)
+    sdo.send(BlockEnd(0, 0x1234))
+    frame = sdo.receive()
+    answer = decode_response(frame)
+    if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
+        raise sdo.breach("no look at the CRC", "abort 05040004h (CRC error)")
+    if not isinstance(answer, Abort):
+        sdo.checks.block_end_response(frame, variable.mux)
+        sdo.expect_value(variable, data)
+
+
+@may("block-download.empty", clause=INITIATE)
+def test_empty(sdo: Dialogue, text: KnownObject) -> None:
+    """A block download of no bytes stores an empty value or is refused; it never hangs."""
+    sdo.store(text, sdo.payload(9))
+    sdo.initiate_block_download(text, 9)
+    sdo.end_transfer()
+    abort = sdo.try_block_download(text, b"")
+    if abort is None:
+        sdo.info(f"{text} becomes empty")

@@ -1,0 +1,180 @@
+"""What goes wrong in a block download (CiA 301, 7.2.4.3.9 to 7.2.4.3.11 and 7.2.4.3.17)."""
+
+from conformance.device.device import Device
+from conformance.device.objects import KnownObject
+from conformance.run.block_steps import segments_of
+from conformance.run.case import must
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import UNKNOWN_SPECIFIERS
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockUploadStart,
+    DownloadSegment,
+    UploadSegment,
+)
+from conformance.sdo.layout import Multiplexer
+
+INITIATE = "7.2.4.3.9"
+END = "7.2.4.3.11"
+CRC = "7.2.4.3.16"
+ABORT = "7.2.4.3.17"
+TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH, AbortCode.CRC_ERROR)
+TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH, AbortCode.CRC_ERROR)
+READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+FOREIGN_AT_END = {
+    "download-segment-00h": DownloadSegment.with_data(b"ABCDEFG", toggle=0).encode(),
+    "upload-segment-60h": UploadSegment(0).encode(),
+    "block-ack-A2h": BlockAck(1, 127).encode(),
+    "block-start-A3h": BlockUploadStart().encode(),
+    "unknown-E0h": UNKNOWN_SPECIFIERS["E0h"],
+}
+BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
+
+
+def begin_block_download(sdo: Dialogue, text: KnownObject, segments: int, size: int = 14) -> bytes:
+    """Start a block download of two segments and send so many of them; return its data."""
+    data = sdo.payload(size)
+    response = sdo.initiate_block_download(text, size)
+    chunks = segments_of(data)
+    if segments == 0:
+        return data
+    if response.block_size == 1:
+        for number in range(segments):
+            sdo.send_segments(chunks[number : number + 1], last=number == len(chunks) - 1)
+            sdo.acknowledged(text, 1)
+        return data
+    sdo.send_segments(chunks[:segments], last=segments == len(chunks))
+    if segments == len(chunks) or segments == response.block_size:
+        sdo.acknowledged(text, segments)
+    return data
+
+
+@must("block-download.crc", clause=CRC, flipped=[0x0001, 0x0100, 0x8000, 0xFFFF])
+def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
+    """A wrong CRC is refused as such, and nothing is stored."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        if not sdo.block_crc_supported(text):
+            sdo.info("the server computes no CRC")
+            return
+        data = begin_block_download(sdo, text, 2)
+        sdo.send(BlockEnd(0, crc16(data) ^ flipped))
+        sdo.expect_abort(AbortCode.CRC_ERROR, of=text)
+
+
+@must("block-download.unused-too-many", clause=END, unused=[1, 7])
+def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
+    """An end frame whose n leaves fewer bytes than announced is refused, and nothing is stored."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        data = begin_block_download(sdo, text, 2)
+        sdo.send(BlockEnd(unused, crc16(data[: 14 - unused])))
+        sdo.expect_abort(*TOO_SHORT, of=text)
+
+
+@must("block-download.too-few", clause=END)
+def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
+    """Fewer bytes than announced are refused, and nothing is stored."""
+    sdo.store(text, sdo.payload(20))
+    with sdo.unchanged(text):
+        sdo.expect_block_download_refused(text, sdo.payload(13), *TOO_SHORT, size=20)
+
+
+@must("block-download.too-many", clause=END)
+def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
+    """More bytes than announced are refused, at the end at the latest, and nothing is stored."""
+    sdo.store(text, sdo.payload(21))
+    with sdo.unchanged(text):
+        sdo.expect_block_download_refused(text, sdo.payload(21), *TOO_LONG, size=10)
+
+
+@must("block-download.number-too-long", clause=ABORT, length=[1, 2, 4])
+def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
+    """More bytes than a number has are refused, at the end at the latest."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.expect_block_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
+
+
+@must("block-download.number-too-short", clause=ABORT, length=[2, 4, 8])
+def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
+    """Fewer bytes than a number has are refused, at the end at the latest."""
+    known = device.number(length)
+    with sdo.unchanged(known) as value:
+        sdo.expect_block_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
+
+
+@must(
+    "block-download.read-only", clause=ABORT, target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)}
+)
+def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
+    """A read-only object refuses a block download, at the end at the latest."""
+    mux = Multiplexer(*target)
+    value = sdo.upload(mux)
+    sdo.expect_block_download_refused(mux, value, *READ_ONLY, size=len(value))
+    if sdo.upload(mux) != value:
+        raise sdo.breach(f"{mux} keeps its value", "it has changed")
+
+
+@must("block-download.object-missing", clause=ABORT)
+def test_object_missing(sdo: Dialogue) -> None:
+    """A block download to an object that does not exist is aborted as such."""
+    missing = sdo.missing_object()
+    sdo.expect_block_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
+
+
+@must("block-download.sub-index-missing", clause=ABORT)
+def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
+    """A block download to a sub-index that does not exist is aborted as such."""
+    missing = sdo.missing_sub_index(number.mux.index)
+    sdo.expect_block_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
+
+
+@must("block-download.foreign-at-end", clause=END, request=FOREIGN_AT_END)
+def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
+    """A request of another service where the end is due ends the download with 05040001h."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        data = begin_block_download(sdo, text, 2)
+        sdo.send(request)
+        sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=text)
+        sdo.expect_dead(BlockEnd(0, crc16(data)))
+
+
+@must("block-download.client-abort", clause=ABORT, segments=BEGUN)
+def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+    """An abort of the client is not answered, ends the download, and nothing is stored."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        begin_block_download(sdo, text, segments)
+        sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
+        sdo.expect_nothing()
+
+
+@must("block-download.client-abort-then-end", clause=ABORT)
+def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
+    """An end frame right behind an abort completes nothing."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        data = begin_block_download(sdo, text, 2)
+        sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
+        sdo.expect_dead(BlockEnd(0, crc16(data)))
+
+
+@must("block-download.restart", clause=INITIATE)
+def test_restart(sdo: Dialogue, text: KnownObject) -> None:
+    """After an abort the next block download holds nothing of the old one."""
+    sdo.store(text, sdo.payload(14))
+    begin_block_download(sdo, text, 1)
+    sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
+    data = sdo.payload(14)
+    sdo.send(BlockDownloadInitiate.with_size(text.mux, 14))
+    sdo.checks.block_download_initiate(sdo.receive(), text.mux)
+    sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
+    sdo.block_download(text, data)
+    sdo.expect_value(text, data)

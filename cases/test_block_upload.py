@@ -1,0 +1,223 @@
+"""Block uploads that a server has to serve (CiA 301, 7.2.4.3.12 to 7.2.4.3.15)."""
+
+from conformance.device.device import VENDOR_ID
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must, should
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import same_value, shown
+from conformance.run.stimuli import BLOCK_SIZES
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    UploadInitiate,
+    decode_response,
+)
+from conformance.sdo.rules import FILLER, RESERVED
+
+PROTOCOL = "7.2.4.3.5"
+INITIATE = "7.2.4.3.13"
+SUB_BLOCK = "7.2.4.3.14"
+END = "7.2.4.3.15"
+CRC = "7.2.4.3.16"
+LENGTH = 60
+
+
+def expect_block_upload(
+    sdo: Dialogue,
+    known: KnownObject,
+    due: bytes,
+    **how: object,
+) -> None:
+    """Read an object in blocks and compare it."""
+    found = sdo.block_upload(known, **how).data  # type: ignore[arg-type]
+    if not same_value(known, found, due):
+        raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+
+
+@must("block-upload.size", clause=SUB_BLOCK, size=BLOCK_SIZES)
+def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A block upload delivers the bytes of the object, with the right size and CRC."""
+    data = sdo.payload(size)
+    sdo.store(variable, data, segmented=True)
+    expect_block_upload(sdo, variable, data)
+
+
+@must("block-upload.without-crc", clause=CRC, size=[1, 7, 20, 890])
+def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A client that has no CRC is served, and the CRC field is 0."""
+    data = sdo.payload(size)
+    sdo.store(variable, data, segmented=True)
+    expect_block_upload(sdo, variable, data, crc=False)
+
+
+@must("block-upload.block-size", clause=SUB_BLOCK, block_size=[1, 2, 7, 20, 126, 127])
+def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
+    """A sub-block has as many segments as the client asked for, and the last one what is left."""
+    for size in (7 * block_size - 1, 7 * block_size, 7 * block_size + 1):
+        data = sdo.payload(size)
+        sdo.store(variable, data, segmented=True)
+        expect_block_upload(sdo, variable, data, block_size=block_size)
+
+
+@must("block-upload.block-size-changes", clause=SUB_BLOCK)
+def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
+    """The block size of an acknowledgement counts for the next sub-block, larger or smaller."""
+    data = sdo.payload(210)
+    sdo.store(variable, data)
+    expect_block_upload(
+        sdo, variable, data, block_size=1, next_block_size=lambda size: {1: 5, 5: 2}.get(size, 9)
+    )
+
+
+@must("block-upload.same-as-segmented", clause=SUB_BLOCK)
+def test_same_as_segmented(sdo: Dialogue) -> None:
+    """An object reads the same in blocks as in segments."""
+    known, _ = sdo.long_object()
+    segmented = sdo.upload(known)
+    found = sdo.block_upload(known).data
+    if found != segmented:
+        raise sdo.breach(f"{known} reads {shown(segmented)}", f"{known} reads {shown(found)}")
+
+
+@must("block-upload.again", clause=SUB_BLOCK)
+def test_again(sdo: Dialogue, variable: KnownObject) -> None:
+    """One block upload after another: each delivers its own object's bytes."""
+    for size in (50, 7, 30, 3):
+        data = sdo.payload(size)
+        sdo.store(variable, data)
+        expect_block_upload(sdo, variable, data)
+        expect_block_upload(sdo, variable, data)
+        sdo.expect_value(variable, data)
+
+
+@must(
+    "block-upload.acknowledged",
+    clause=SUB_BLOCK,
+    taken={"none": 0, "first": 1, "all-but-last": -1},
+)
+def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
+    """What was not acknowledged comes again, numbered from 1; size and CRC count it once."""
+    data = sdo.payload(LENGTH)
+    sdo.store(variable, data)
+    first = [True]
+
+    def acknowledge(received: int) -> int:
+        if first.pop() if first else False:
+            return taken % received if taken else 0
+        return received
+
+    expect_block_upload(sdo, variable, data, acknowledge=acknowledge)
+
+
+@must("block-upload.acknowledged-repeatedly", clause=SUB_BLOCK)
+def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
+    """Segments that get lost again and again come again and again."""
+    data = sdo.payload(LENGTH)
+    sdo.store(variable, data)
+    losses = [0, 1, 0, 0, 2]
+
+    def acknowledge(received: int) -> int:
+        return min(losses.pop(), received) if losses else received
+
+    expect_block_upload(sdo, variable, data, acknowledge=acknowledge)
+
+
+@must("block-upload.block-size-with-retransmission", clause=SUB_BLOCK)
+def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) -> None:
+    """The block size of an acknowledgement counts for what is sent again as well."""
+    data = sdo.payload(LENGTH)
+    sdo.store(variable, data)
+    losses = [0, 1]
+    sizes = [3, 2, 5, 1]
+
+    def acknowledge(received: int) -> int:
+        return min(losses.pop(), received) if losses else received
+
+    def next_block_size(size: int) -> int:
+        return sizes.pop() if sizes else size
+
+    expect_block_upload(
+        sdo,
+        variable,
+        data,
+        block_size=4,
+        acknowledge=acknowledge,
+        next_block_size=next_block_size,
+    )
+
+
+@must("block-upload.threshold", clause=PROTOCOL, threshold=[0, 1, 5, 13, 14, 255])
+def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
+    """Up to pst bytes may come as an ordinary upload; more, or any with pst = 0, must not."""
+    data = sdo.payload(14)
+    sdo.store(variable, data)
+    mux = variable.mux
+    if threshold in (0, 1, 5, 13):
+        sdo.send(BlockUploadInitiate(mux, 127, threshold))
+        frame = sdo.receive()
+        response = decode_response(frame)
+        if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
+            raise Unimplemented(describe_response(frame))
+        if not isinstance(response, BlockUploadInitiateResponse):
+            raise sdo.breach("C0h to C6h: a block upload", describe_response(frame))
+        sdo.end_transfer()
+        return
+    expect_block_upload(sdo, variable, data, threshold=threshold)
+
+
+@must("block-upload.reserved", clause=INITIATE)
+def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
+    """Reserved bits and bytes of the answers in a block upload are 0."""
+    data = sdo.payload(20)
+    sdo.store(variable, data)
+    sdo.block_upload(variable)
+    sdo.expect_clean(RESERVED)
+
+
+@should("block-upload.filler", clause=SUB_BLOCK, size=[1, 8, 20])
+def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """The bytes of the last segment that hold no data are 0."""
+    sdo.store(variable, sdo.payload(size))
+    sdo.block_upload(variable)
+    sdo.expect_clean(FILLER)
+
+
+@must("block-upload.next-request", clause=END)
+def test_next_request(sdo: Dialogue) -> None:
+    """A request right behind the end of a block upload is served."""
+    due = sdo.upload(VENDOR_ID)
+    known, _ = sdo.long_object()
+    for _ in range(5):
+        sdo.block_upload(known)
+        sdo.send(UploadInitiate(VENDOR_ID.mux))
+        response = sdo.checks.upload_initiate(sdo.receive(), VENDOR_ID.mux)
+        found = sdo.finish_upload(VENDOR_ID, response)
+        if found != due:
+            raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))
+
+
+@may("block-upload.empty", clause=INITIATE)
+def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
+    """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
+    sdo.store(variable, sdo.payload(9))
+    sdo.initiate_block_upload(variable)
+    sdo.end_transfer()
+    if sdo.try_download(variable, b"", segmented=True) is not None:
+        sdo.info(f"{variable} refuses to become empty")
+        return
+    abort = sdo.abort_of(sdo.client.block_upload(variable.mux))
+    if abort is not None:
+        sdo.info(f"{variable} is empty and refused: {describe_response(abort.encode())}")
+
+
+@must("block-upload.constant", clause=SUB_BLOCK)
+def test_constant(sdo: Dialogue) -> None:
+    """The vendor-ID reads the same in a block, of one segment, as expedited."""
+    due = sdo.upload(VENDOR_ID)
+    found = sdo.block_upload(VENDOR_ID).data
+    if found != due:
+        raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))

@@ -1,0 +1,159 @@
+"""What goes wrong in a block upload (CiA 301, 7.2.4.3.13 to 7.2.4.3.15 and 7.2.4.3.17)."""
+
+from conformance.device.device import IDENTITY_COUNT
+from conformance.device.objects import KnownObject
+from conformance.run.case import must
+from conformance.run.dialogue import Dialogue
+from conformance.run.stimuli import UNKNOWN_SPECIFIERS
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockEndResponse,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    DownloadSegment,
+    UploadSegment,
+    decode_response,
+)
+from conformance.sdo.layout import Multiplexer
+
+INITIATE = "7.2.4.3.13"
+SUB_BLOCK = "7.2.4.3.14"
+ABORT = "7.2.4.3.17"
+BLOCK_SIZE = 2
+NOT_STARTED = {
+    "A1h": BlockEndResponse().encode(),
+    "A2h": BlockAck(0, 127).encode(),
+    "60h": UploadSegment(0).encode(),
+    "00h": DownloadSegment.with_data(b"ABCDEFG", toggle=0).encode(),
+    "E0h": UNKNOWN_SPECIFIERS["E0h"],
+}
+FOREIGN = {
+    "A3h": BlockUploadStart().encode(),
+    "A1h": BlockEndResponse().encode(),
+    "60h": UploadSegment(0).encode(),
+    "70h": UploadSegment(1).encode(),
+    "E0h": UNKNOWN_SPECIFIERS["E0h"],
+}
+BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
+
+
+def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
+    """Start the upload of three segments in sub-blocks of two, and take so many of these.
+
+    After the first the server waits for its acknowledgement, after the second it has sent the end.
+    """
+    known, data = sdo.long_object(segments=3)
+    if len(data) > 21:
+        data = sdo.payload(20)
+        sdo.store(known, data)
+    sdo.initiate_block_upload(known, block_size=BLOCK_SIZE)
+    if sub_blocks:
+        sdo.start_block_upload(known, BLOCK_SIZE)
+    if sub_blocks > 1:
+        sdo.sub_block(known, BlockAck(BLOCK_SIZE, BLOCK_SIZE), BLOCK_SIZE)
+        sdo.send(BlockAck(1, BLOCK_SIZE))
+        sdo.checks.block_end(sdo.receive(), known.mux)
+    return known
+
+
+@must("block-upload.invalid-block-size", clause=INITIATE, block_size=[0, 128, 255])
+def test_invalid_block_size(sdo: Dialogue, block_size: int) -> None:
+    """A block size of 0 or beyond 127 is refused."""
+    known, _ = sdo.long_object()
+    sdo.initiate_block_upload(known)
+    sdo.end_transfer()
+    sdo.send(BlockUploadInitiate(known.mux, block_size))
+    sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known)
+
+
+@must("block-upload.not-started", clause=INITIATE, request=NOT_STARTED)
+def test_not_started(sdo: Dialogue, request: bytes) -> None:
+    """Anything but the start where it is due ends the upload with 05040001h."""
+    known = begin_block_upload(sdo, 0)
+    sdo.send(request)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_dead(BlockUploadStart())
+
+
+@must("block-upload.foreign", clause=SUB_BLOCK, request=FOREIGN)
+def test_foreign(sdo: Dialogue, request: bytes) -> None:
+    """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
+    known = begin_block_upload(sdo, 1)
+    sdo.send(request)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+
+
+@must(
+    "block-upload.acknowledges-too-many",
+    clause=SUB_BLOCK,
+    sequence={"one-more": BLOCK_SIZE + 1, "128": 128, "255": 255},
+)
+def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
+    """An acknowledgement of more segments than were sent ends the upload."""
+    known = begin_block_upload(sdo, 1)
+    sdo.send(BlockAck(sequence, BLOCK_SIZE))
+    sdo.expect_abort(AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+
+
+@must("block-upload.acknowledges-block-size", clause=SUB_BLOCK, block_size=[0, 128, 255])
+def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
+    """An acknowledgement with a block size of 0 or beyond 127 ends the upload."""
+    known = begin_block_upload(sdo, 1)
+    sdo.send(BlockAck(BLOCK_SIZE, block_size))
+    sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known)
+    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+
+
+@must("block-upload.client-abort", clause=ABORT, sub_blocks=BEGUN)
+def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
+    """An abort of the client is not answered and ends the upload."""
+    known = begin_block_upload(sdo, sub_blocks)
+    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+    sdo.expect_nothing()
+
+
+@must("block-upload.client-abort-then-ack", clause=ABORT)
+def test_client_abort_then_ack(sdo: Dialogue) -> None:
+    """An acknowledgement right behind an abort brings no more segments."""
+    known = begin_block_upload(sdo, 1)
+    sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+
+
+def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> None:
+    """Expect a block upload of ``mux`` to be refused by a server that has block uploads."""
+    sdo.send(BlockUploadInitiate(IDENTITY_COUNT, 127))
+    frame = sdo.receive()
+    response = decode_response(frame)
+    if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
+        raise Unimplemented(describe_response(frame))
+    sdo.end_transfer()
+    sdo.send(BlockUploadInitiate(mux, 127))
+    sdo.expect_abort(*codes, of=mux)
+
+
+@must("block-upload.object-missing", clause=ABORT)
+def test_object_missing(sdo: Dialogue) -> None:
+    """The block upload of an object that does not exist is aborted as such."""
+    refused_block_upload(sdo, sdo.missing_object(), AbortCode.OBJECT_MISSING)
+
+
+@must("block-upload.sub-index-missing", clause=ABORT)
+def test_sub_index_missing(sdo: Dialogue) -> None:
+    """The block upload of a sub-index that does not exist is aborted as such."""
+    missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
+    refused_block_upload(sdo, missing, AbortCode.SUB_INDEX_MISSING)
+
+
+@must("block-upload.write-only", clause=ABORT)
+def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
+    """The block upload of a write-only object is aborted as such."""
+    refused_block_upload(
+        sdo, write_only.mux, AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS
+    )

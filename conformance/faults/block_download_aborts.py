@@ -1,0 +1,123 @@
+"""Servers that are wrong about aborts and foreign requests in a block download."""
+
+from conformance.faults.registry import DefectClass, fault
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    Abort,
+    BlockEndResponse,
+    Request,
+    Response,
+)
+from conformance.sdo.server import BlockDownload, Server
+
+ABORT = DefectClass.ABORT
+STATE = DefectClass.STATE
+
+
+class _DuringDownload(Server):
+    """Minds a request of another service in a block download no more than it says."""
+
+    def on_unexpected(self, request: Request) -> list[Response]:
+        """Ask ``on_foreign`` within a block download."""
+        if isinstance(self.transfer, BlockDownload):
+            return self.on_foreign()
+        return super().on_unexpected(request)
+
+    def on_foreign(self) -> list[Response]:
+        """Return what is sent."""
+        return []
+
+
+@fault("block-download-foreign-ignored", STATE, "block-download.foreign-at-end")
+class ForeignIgnored(_DuringDownload):
+    """Ignores a request of another service where the end of a block download is due."""
+
+
+@fault("block-download-foreign-taken-for-end", STATE, "block-download.foreign-at-end")
+class ForeignAsEnd(_DuringDownload):
+    """Confirms a block download on any request where its end is due."""
+
+    def on_foreign(self) -> list[Response]:
+        """Confirm."""
+        self.transfer = None
+        return [BlockEndResponse()]
+
+
+class _OnAbort(Server):
+    """Does something of its own with the abort of a block download."""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Pass it to ``on_download_abort``."""
+        transfer = self.transfer
+        if not isinstance(transfer, BlockDownload):
+            return super().on_abort(request)
+        self.transfer = None
+        return self.on_download_abort(transfer, request)
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Return what is sent."""
+        del transfer, request
+        return []
+
+
+@fault("block-download-abort-echoed", ABORT, "block-download.client-abort")
+class AbortEchoed(_OnAbort):
+    """Sends the abort of a block download back."""
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Echo it."""
+        return [request]
+
+
+@fault("block-download-abort-taken-for-segment", ABORT, "block-download.client-abort")
+class AbortAsSegment(_OnAbort):
+    """Takes an abort between the segments for a segment with number 0, and refuses it."""
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Look at the number."""
+        if transfer.ended:
+            return []
+        return [Abort(transfer.mux, AbortCode.INVALID_SEQUENCE_NUMBER)]
+
+
+@fault("block-download-abort-ignored-at-end", ABORT, "block-download.client-abort-then-end")
+class AbortIgnoredAtEnd(_OnAbort):
+    """Goes on with a block download that is aborted where its end is due."""
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Keep the transfer."""
+        self.transfer = transfer if transfer.ended else None
+        return []
+
+
+@fault("block-download-abort-ignored", ABORT, "block-download.client-abort")
+class AbortIgnored(_OnAbort):
+    """Goes on with a block download that is aborted once between its segments."""
+
+    ignored: BlockDownload | None = None
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Mind the second one."""
+        if transfer.data and not transfer.ended and self.ignored is not transfer:
+            self.ignored = self.transfer = transfer
+        return []
+
+
+@fault("block-download-abort-commits", ABORT, "block-download.client-abort")
+class AbortCommits(_OnAbort):
+    """Stores what has come of a block download that the client aborts."""
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Commit."""
+        if transfer.data and transfer.entry.data_type.length is None:
+            transfer.entry.value = bytes(transfer.data)
+        return []
+
+
+@fault("block-download-abort-acknowledged", ABORT, "block-download.client-abort")
+class AbortAcknowledged(_OnAbort):
+    """Acknowledges what has come of a block download that the client aborts."""
+
+    def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
+        """Send A2h once more."""
+        return [self.acknowledge(transfer)]

@@ -1,0 +1,276 @@
+"""Servers in which something of one block transfer shows in the next."""
+
+from dataclasses import replace
+
+from conformance.faults.block_downloads import StoresOtherwise
+from conformance.faults.registry import DefectClass, fault
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockEndResponse,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    Response,
+    UploadInitiateResponse,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Entry, Refusal
+from conformance.sdo.segmented_server import Upload
+from conformance.sdo.server import BlockDownload, BlockUpload, Server
+
+LEAK = DefectClass.LEAK
+
+
+@fault("block-upload-buffer-in-block-download", LEAK, "block-sequence.pairs")
+class SharedBuffer(StoresOtherwise):
+    """Stores the first bytes of the last block upload with the next block download."""
+
+    read = b""
+
+    def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
+        """Leave them in the buffer."""
+        if isinstance(self.transfer, BlockUpload):
+            self.read = self.transfer.data[:2]
+        return super().on_block_end_response(request)
+
+    def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
+        """Use them up, for strings and domains."""
+        if transfer.entry.data_type.length is not None:
+            return data
+        read, self.read = self.read[: len(data)], b""
+        return read + data[len(read) :]
+
+
+@fault("block-download-aborted-kept", LEAK, "block-sequence.abandoned-download")
+class AbortedKept(Server):
+    """Puts the first bytes of an aborted block download into the next value of a string."""
+
+    kept = b""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Keep the buffer."""
+        if isinstance(self.transfer, BlockDownload) and self.transfer.data:
+            self.kept = bytes(self.transfer.data[:2])
+        return super().on_abort(request)
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        """Lay the old bytes over the new ones."""
+        if entry.data_type.length is None:
+            data, self.kept = self.kept + data[len(self.kept) :], b""
+        super().store(entry, data)
+
+
+@fault("block-download-size-kept", LEAK, "block-sequence.pairs")
+class SizeKept(Server):
+    """Holds the size of the last sized block download against one that indicates none."""
+
+    size: int | None = None
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Use the old size where there is no new one."""
+        responses = super().on_block_download_initiate(request)
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload):
+            transfer.size = self.size if request.size is None else request.size
+            self.size = request.size
+        return responses
+
+
+@fault("block-download-crc-goes-on", LEAK, "block-download.again")
+class CrcGoesOn(Server):
+    """Starts the CRC of a block download where that of the last one ended."""
+
+    crc = 0
+
+    def check_crc(self, transfer: BlockDownload, request: BlockEnd, data: bytes) -> None:
+        """Keep the CRC of what was right."""
+        before, self.crc = self.crc, 0
+        if transfer.crc and request.crc != crc16(data, before):
+            raise Refusal(AbortCode.CRC_ERROR)
+        self.crc = request.crc
+
+
+@fault("block-download-aborted-crc-goes-on", LEAK, "block-sequence.abandoned-download")
+class AbortedCrcGoesOn(Server):
+    """Starts the CRC of a block download where that of an aborted one was."""
+
+    crc = 0
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Keep the CRC."""
+        if isinstance(self.transfer, BlockDownload):
+            self.crc = crc16(bytes(self.transfer.data))
+        return super().on_abort(request)
+
+    def check_crc(self, transfer: BlockDownload, request: BlockEnd, data: bytes) -> None:
+        """Use it up."""
+        before, self.crc = self.crc, 0
+        if transfer.crc and request.crc != crc16(data, before):
+            raise Refusal(AbortCode.CRC_ERROR)
+
+
+@fault("block-download-aborted-number-goes-on", LEAK, "block-sequence.abandoned-download")
+class AbortedNumberGoesOn(Server):
+    """Expects the segments of a block download to count on behind those of an aborted one."""
+
+    due = 1
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Keep the number."""
+        self.due = self.transfer.due if isinstance(self.transfer, BlockDownload) else 1
+        return super().on_abort(request)
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Use it up."""
+        responses = super().on_block_download_initiate(request)
+        if isinstance(self.transfer, BlockDownload):
+            self.transfer.due, self.due = self.due, 1
+        return responses
+
+
+@fault("block-download-spoils-segmented-upload", LEAK, "block-sequence.pairs")
+class SpoilsSegmentedUpload(Server):
+    """Starts the upload in segments after a block download with its second byte."""
+
+    spoiled = False
+
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Leave an offset behind."""
+        responses = super().on_block_end(request)
+        self.spoiled = True
+        return responses
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        """Use it up."""
+        response = super().start_upload(mux, data)
+        if isinstance(self.transfer, Upload):
+            self.transfer.offset, self.spoiled = int(self.spoiled), False
+        return response
+
+
+@fault("block-upload-of-old-value", LEAK, "block-sequence.pairs")
+class OldValue(Server):
+    """Delivers in the block upload behind a block download what was there before."""
+
+    old: tuple[Entry, bytes] | None = None
+    in_blocks = False
+
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Keep the value."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload):
+            self.old = (transfer.entry, transfer.entry.value)
+        return super().on_block_end(request)
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        """Read in blocks."""
+        self.in_blocks = True
+        try:
+            return super().on_block_upload_initiate(request)
+        finally:
+            self.in_blocks = False
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        """Use it up."""
+        old, self.old = self.old, None
+        if self.in_blocks and old is not None and old[0] is entry:
+            return old[1]
+        return super().value_to_read(entry)
+
+
+@fault("second-block-upload-zero", LEAK, "block-upload.again")
+class SecondUploadZero(Server):
+    """Delivers zeros in the second of two block uploads of one object."""
+
+    last: Multiplexer | None = None
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        """Use up the buffer."""
+        responses = super().on_block_upload_initiate(request)
+        if isinstance(self.transfer, BlockUpload) and request.mux == self.last:
+            self.transfer.data = bytes(len(self.transfer.data))
+        return responses
+
+    def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
+        """Remember the object."""
+        self.last = self.transfer.mux if self.transfer else None
+        return super().on_block_end_response(request)
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        """Fill the buffer again."""
+        self.last = None
+        return super().start_upload(mux, data)
+
+
+@fault("block-upload-crc-goes-on", LEAK, "block-upload.again")
+class UploadCrcGoesOn(Server):
+    """Starts the CRC of a block upload where that of the last one ended."""
+
+    crc = 0
+
+    def block_end(self, transfer: BlockUpload) -> BlockEnd:
+        """Keep the CRC."""
+        end = super().block_end(transfer)
+        if transfer.crc:
+            self.crc = crc16(transfer.data, self.crc)
+            end = replace(end, crc=self.crc)
+        return end
+
+
+@fault("block-upload-aborted-goes-on", LEAK, "block-sequence.abandoned-upload")
+class AbortedGoesOn(Server):
+    """Starts a block upload where the last one was aborted."""
+
+    offset = 0
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Keep the offset."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockUpload):
+            self.offset = transfer.offset + 7 * transfer.sent
+        return super().on_abort(request)
+
+    def on_block_upload_start(self, request: BlockUploadStart) -> list[Response]:
+        """Use it up."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockUpload) and self.offset < len(transfer.data):
+            transfer.offset, self.offset = self.offset, 0
+        return super().on_block_upload_start(request)
+
+
+@fault("block-upload-block-size-kept", LEAK, "block-upload.block-size[")
+class BlockSizeKept(Server):
+    """Takes the block size of the block upload before for the first sub-block."""
+
+    size = 0
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        """Use the old one."""
+        responses = super().on_block_upload_initiate(request)
+        if isinstance(self.transfer, BlockUpload):
+            self.transfer.block_size = self.size or request.block_size
+            self.size = request.block_size
+        return responses
+
+
+@fault("block-download-last-flag-sticks", LEAK, "block-sequence.abandoned-download")
+class LastFlagSticks(Server):
+    """Expects the end frame of a block download at once after one was aborted."""
+
+    sticks = False
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Leave a flag behind."""
+        if isinstance(self.transfer, BlockDownload):
+            self.sticks = bool(self.transfer.data)
+        return super().on_abort(request)
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Use it up."""
+        responses = super().on_block_download_initiate(request)
+        if isinstance(self.transfer, BlockDownload):
+            self.transfer.ended, self.sticks = self.sticks, False
+        return responses

@@ -1,0 +1,222 @@
+"""Block transfers in a case: single exchanges and whole transfers, strictly checked."""
+
+from collections.abc import Callable, Generator, Sequence
+
+from conformance.device.device import DEVICE_TYPE, NotTestable
+from conformance.run.steps import Result, Steps, Target, mux_of
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.client import Uploaded
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    BlockUploadStart,
+    Request,
+    UploadInitiateResponse,
+    decode_response,
+)
+from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
+
+NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
+
+
+def segments_of(data: bytes) -> list[bytes]:
+    """Return the data in pieces of 7 bytes; of no data one empty piece."""
+    return [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
+
+
+class BlockSteps(Steps):
+    """Exchanges and transfers in blocks. A server without them gets ``Unimplemented``."""
+
+    def initiate_block_download(
+        self, target: Target, size: int | None, *, crc: bool = True
+    ) -> BlockDownloadInitiateResponse:
+        """Announce a block download of ``size`` bytes; for None the size is not indicated."""
+        mux = mux_of(target)
+        request = BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
+        try:
+            self.send(request)
+            return self.checks.block_download_initiate(self.receive(), mux)
+        except ServerAborted as aborted:
+            ordinary = BlockDownloadInitiate.with_size(mux, size)
+            raise self._why_refused(aborted.abort, request, ordinary) from aborted
+
+    def initiate_block_upload(
+        self, target: Target, *, block_size: int = LARGEST_BLOCK, crc: bool = True
+    ) -> BlockUploadInitiateResponse:
+        """Ask for a block upload, which must not become an ordinary one (pst = 0)."""
+        mux = mux_of(target)
+        request = BlockUploadInitiate(mux, block_size, crc_supported=crc)
+        try:
+            self.send(request)
+            frame = self.receive()
+            self._check_not_ordinary(frame)
+            return self.checks.block_upload_initiate(frame, mux)
+        except ServerAborted as aborted:
+            ordinary = BlockUploadInitiate(mux, LARGEST_BLOCK)
+            raise self._why_refused(aborted.abort, request, ordinary) from aborted
+
+    def _check_not_ordinary(self, frame: bytes) -> None:
+        """Raise NotTestable for a server that answers every block upload with an ordinary one.
+
+        It has no block uploads; that it does not refuse them is for the cases on refusals to say,
+        which read 1000h. A server that does so for some objects only goes on to fail.
+        """
+        if not isinstance(decode_response(frame), UploadInitiateResponse):
+            return
+        self.end_transfer()
+        self.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
+        answer = self.receive()
+        self.end_transfer()
+        if isinstance(decode_response(answer), UploadInitiateResponse):
+            raise NotTestable(
+                "the server answers block uploads with ordinary ones though pst = 0 forbids it: "
+                "see specifier.block-upload"
+            )
+
+    def require_block_download(self) -> None:
+        """Raise Unimplemented unless the server has block downloads; asks it once in a run."""
+        device = self.device
+        if device.block_download_refusal is None:
+            known = device.writable()
+            self.send(BlockDownloadInitiate.with_size(known.mux, len(device.values[known.mux])))
+            frame = self.receive()
+            response = decode_response(frame)
+            refused = isinstance(response, Abort) and response.code in NOT_THERE
+            device.block_download_refusal = describe_response(frame) if refused else ""
+            self.end_transfer()
+        if device.block_download_refusal:
+            raise Unimplemented(device.block_download_refusal)
+
+    def _why_refused(self, abort: Abort, request: Request, ordinary: Request) -> Exception:
+        """Tell a server without block transfer from one that refuses just this request."""
+        shown = describe_response(abort.encode())
+        served = False
+        if abort.code in NOT_THERE and request != ordinary:
+            self.send(ordinary)
+            served = not isinstance(decode_response(self.receive()), Abort)
+            self.end_transfer()
+        if abort.code in NOT_THERE and not served:
+            return Unimplemented(shown)
+        return Violation(NOT_REFUSED, expected="a block transfer to be served", actual=shown)
+
+    def send_segments(self, chunks: Sequence[bytes], *, first: int = 1, last: bool = False) -> None:
+        """Send segments without a pause, numbered from ``first``; ``last`` marks the final one."""
+        for number, chunk in enumerate(chunks):
+            final = last and number == len(chunks) - 1
+            self.send(BlockSegment.with_data(first + number, chunk, last=final))
+
+    def acknowledged(self, target: Target, sequence: int) -> BlockAck:
+        """Expect the acknowledgement of the segments up to ``sequence``."""
+        with self._served():
+            frame = self.receive()
+            ack = self.checks.block_ack(frame, mux_of(target), LARGEST_BLOCK)
+        if ack.sequence != sequence:
+            raise Violation(
+                BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(frame)
+            )
+        return ack
+
+    def end_block_download(self, target: Target, *, unused: int, crc: int) -> None:
+        """Send the end frame and expect its confirmation."""
+        with self._served():
+            self.send(BlockEnd(unused, crc))
+            self.checks.block_end_response(self.receive(), mux_of(target))
+
+    def start_block_upload(self, target: Target, block_size: int) -> list[BlockSegment]:
+        """Start a block upload that was initiated; return its first sub-block."""
+        return self.sub_block(target, BlockUploadStart(), block_size)
+
+    def sub_block(self, target: Target, request: Request, block_size: int) -> list[BlockSegment]:
+        """Send a request and return the sub-block that answers it."""
+        mux = mux_of(target)
+        with self._served():
+            self.send(request)
+            segments = [self.checks.block_segment(self.receive(), mux, 1)]
+            while not segments[-1].last and len(segments) < block_size:
+                due = len(segments) + 1
+                segments.append(self.checks.block_segment(self.receive(), mux, due))
+        return segments
+
+    def block_download(
+        self, target: Target, data: bytes, *, sized: bool = True, crc: bool = True
+    ) -> None:
+        """Write an object in blocks: every segment has to be taken at once."""
+        mux = mux_of(target)
+        ordinary = BlockDownloadInitiate.with_size(mux, len(data))
+        repeated = self._run_block(
+            self.client.block_download(mux, data, sized=sized, crc=crc), ordinary
+        )
+        if repeated:
+            raise Violation(
+                BLOCK_ACK,
+                expected="every segment to be taken, sent without a gap",
+                actual=f"{repeated} segments had to be sent again",
+            )
+
+    def try_block_download(self, target: Target, data: bytes) -> Abort | None:
+        """Write an object in blocks; return the abort if the server refuses."""
+        return self.abort_of(self.client.block_download(mux_of(target), data))
+
+    def abort_of(self, transfer: Generator[Step, bytes, object]) -> Abort | None:
+        """Run a transfer; return the abort that ends it, or None when it is served."""
+        try:
+            self._run(transfer)
+        except ServerAborted as aborted:
+            return aborted.abort
+        return None
+
+    def block_crc_supported(self, target: Target) -> bool:
+        """Say whether the server offers a CRC for a block download."""
+        response = self.initiate_block_download(target, 14)
+        self.end_transfer()
+        return response.crc_supported
+
+    def block_upload(
+        self,
+        target: Target,
+        *,
+        block_size: int = LARGEST_BLOCK,
+        crc: bool = True,
+        threshold: int = 0,
+        acknowledge: Callable[[int], int] = all_of_it,
+        next_block_size: Callable[[int], int] | None = None,
+    ) -> Uploaded:
+        """Read an object in blocks."""
+        mux = mux_of(target)
+        transfer = self.client.block_upload(
+            mux,
+            block_size=block_size,
+            threshold=threshold,
+            crc=crc,
+            acknowledge=acknowledge,
+            next_block_size=next_block_size,
+        )
+        return self._run_block(transfer, BlockUploadInitiate(mux, LARGEST_BLOCK))
+
+    def _run_block(self, transfer: Generator[Step, bytes, Result], ordinary: Request) -> Result:
+        """Run a transfer; a refusal of its initiate may mean that there are no block transfers."""
+        initiate = next(transfer)
+        if isinstance(initiate, Burst):
+            raise TypeError("a block transfer begins with one request")
+        self.send(initiate)
+        frame = self.receive()
+        if isinstance(initiate, BlockUploadInitiate) and not initiate.threshold:
+            self._check_not_ordinary(frame)
+        try:
+            step = transfer.send(frame)
+        except StopIteration as done:
+            return done.value  # type: ignore[no-any-return]
+        except ServerAborted as aborted:
+            raise self._why_refused(aborted.abort, initiate, ordinary) from aborted
+        with self._served():
+            return self._go_on(transfer, step)

@@ -1,0 +1,176 @@
+"""Block transfers of the reference client (CiA 301, 7.2.4.3.8 to 7.2.4.3.15).
+
+They are generators like those of the plain client, but not every step is one request and one
+response: a Burst is several requests, or none, and one response or none.
+"""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+
+from conformance.sdo.client import MOST_UPLOADED, Client, Uploaded
+from conformance.sdo.crc import crc16
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    Request,
+    UploadInitiateResponse,
+    decode_response,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, Violation
+
+SEGMENT_LENGTH = 7
+LARGEST_BLOCK = 127
+MOST_REPETITIONS = 64
+
+Mangle = Callable[[list[BlockSegment]], Sequence[BlockSegment]]
+
+
+@dataclass(frozen=True, slots=True)
+class Burst:
+    """Requests to send without a pause, and whether a response has to come behind them."""
+
+    requests: tuple[Request, ...] = ()
+    awaited: bool = True
+
+
+Step = Request | Burst
+NEXT_FRAME = Burst()
+
+
+def as_it_is(segments: list[BlockSegment]) -> Sequence[BlockSegment]:
+    """Send a sub-block as it is."""
+    return segments
+
+
+def all_of_it(received: int) -> int:
+    """Acknowledge all segments that came."""
+    return received
+
+
+class BlockClient(Client):
+    """A client with all three protocols."""
+
+    def block_download(
+        self,
+        mux: Multiplexer,
+        data: bytes,
+        *,
+        sized: bool = True,
+        announced: int | None = None,
+        crc: bool = True,
+        mangle: Mangle = as_it_is,
+    ) -> Generator[Step, bytes, int]:
+        """Write an object in blocks; returns the number of segments that were sent again.
+
+        ``announced`` is the size to indicate instead of the true one.
+
+        ``mangle`` is handed each sub-block and returns what is sent instead: fewer, repeated or
+        reordered segments.
+        """
+        size = (len(data) if announced is None else announced) if sized else None
+        frame = yield BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
+        response = self.checks.block_download_initiate(frame, mux)
+        block_size, done, repeated, stalled = response.block_size, 0, 0, 0
+        segments = max(-(-len(data) // SEGMENT_LENGTH), 1)
+        while done < segments:
+            count = min(block_size, segments - done)
+            sub_block = [
+                BlockSegment.with_data(
+                    number + 1,
+                    data[(done + number) * SEGMENT_LENGTH : (done + number + 1) * SEGMENT_LENGTH],
+                    last=done + number + 1 == segments,
+                )
+                for number in range(count)
+            ]
+            frame = yield Burst(tuple(mangle(sub_block)))
+            ack = self.checks.block_ack(frame, mux, count)
+            done += ack.sequence
+            repeated += count - ack.sequence
+            block_size = ack.block_size
+            stalled = 0 if ack.sequence else stalled + 1
+            if stalled > MOST_REPETITIONS:
+                raise Violation(
+                    BLOCK_PROGRESS,
+                    expected="segments that were sent again to be taken at last",
+                    actual=f"{stalled} times none; last {describe_response(frame)}",
+                )
+        use_crc = crc and response.crc_supported
+        unused = segments * SEGMENT_LENGTH - len(data)
+        frame = yield BlockEnd(unused, crc16(data) if use_crc else 0)
+        self.checks.block_end_response(frame, mux)
+        return repeated
+
+    def block_upload(
+        self,
+        mux: Multiplexer,
+        *,
+        block_size: int = LARGEST_BLOCK,
+        threshold: int = 0,
+        crc: bool = True,
+        acknowledge: Callable[[int], int] = all_of_it,
+        next_block_size: Callable[[int], int] | None = None,
+    ) -> Generator[Step, bytes, Uploaded]:
+        """Read an object in blocks, or as an ordinary upload where ``threshold`` (pst) allows it.
+
+        ``acknowledge`` is handed the number of segments that came and returns how many of them
+        to acknowledge; ``next_block_size`` changes the block size for the next sub-block.
+        """
+        frame = yield BlockUploadInitiate(mux, block_size, threshold, crc)
+        if threshold and isinstance(decode_response(frame), UploadInitiateResponse):
+            ordinary = self.checks.upload_initiate(frame, mux)
+            if ordinary.expedited:
+                return Uploaded(ordinary.data, counted=ordinary.sized)
+            return (yield from self.upload_segments(mux, ordinary.size))
+        response = self.checks.block_upload_initiate(frame, mux)
+        data, segments = bytearray(), 0
+        request: Request = BlockUploadStart()
+        complete = False
+        while not complete:
+            sub_block = yield from self._sub_block(request, mux, block_size)
+            taken = acknowledge(len(sub_block))
+            for segment in sub_block[:taken]:
+                data += segment.payload
+            segments += taken
+            complete = taken == len(sub_block) and sub_block[-1].last
+            block_size = next_block_size(block_size) if next_block_size else block_size
+            request = BlockAck(taken, block_size)
+            if len(data) > MOST_UPLOADED:
+                raise Violation(
+                    UPLOAD_ENDS,
+                    expected=f"a last segment within {MOST_UPLOADED} bytes",
+                    actual=f"{len(data)} bytes and none marked as last",
+                )
+        frame = yield request
+        end = self.checks.block_end(frame, mux, bytes(data[-SEGMENT_LENGTH:]))
+        del data[len(data) - end.unused :]
+        self._check_uploaded(bytes(data), response.size, frame)
+        due = crc16(bytes(data)) if crc and response.crc_supported else 0
+        if end.crc != due:
+            raise Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=describe_response(frame))
+        yield Burst((BlockEndResponse(),), awaited=False)
+        return Uploaded(bytes(data), True, response.size, segments)
+
+    def _sub_block(
+        self, request: Request, mux: Multiplexer, block_size: int
+    ) -> Generator[Step, bytes, list[BlockSegment]]:
+        frame = yield request
+        segments = [self.checks.block_segment(frame, mux, 1)]
+        while not segments[-1].last and len(segments) < block_size:
+            frame = yield NEXT_FRAME
+            segments.append(self.checks.block_segment(frame, mux, len(segments) + 1))
+        return segments
+
+    def _check_uploaded(self, data: bytes, announced: int | None, frame: bytes) -> None:
+        if announced is not None and len(data) != announced:
+            raise Violation(
+                SIZE,
+                expected=f"{announced} bytes, as announced",
+                actual=f"{len(data)} bytes by {describe_response(frame)}",
+            )
