@@ -7,9 +7,8 @@ from conformance.sdo.frames import (
     BlockDownloadInitiate,
     DownloadInitiate,
     Request,
-    decode_request,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import Multiplexer
 
 IDENTITY = (0x1000, 0x1008, 0x1009, 0x100A, 0x1018)
 
@@ -35,13 +34,8 @@ class WritePolicy:
         """Say whether a download to this entry may be sent."""
         return mux in self._writable or mux in self._missing or mux.index in IDENTITY
 
-    def check(self, frame: bytes, request: Request) -> None:
-        """Raise WriteNotPermitted for a request that would write elsewhere.
-
-        A frame of fewer than 8 bytes counts as what a careless device may take it for.
-        """
-        if len(frame) < FRAME_LENGTH:
-            request = decode_request(frame.ljust(FRAME_LENGTH, b"\0"))
+    def check(self, request: Request) -> None:
+        """Raise WriteNotPermitted for a request that would write elsewhere."""
         target = written_by(request)
         if target is not None and not self.permits(target):
             raise WriteNotPermitted(

@@ -77,10 +77,22 @@ class Restorer:
 
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
-        known = {entry.mux: entry for entry in self.device.objects}
-        for mux in sorted(sdo.written & self.device.values.keys() & known.keys()):
-            if known[mux].access.writable:
-                self._restore(sdo, known[mux], self.device.values[mux])
+        for known in self._written(sdo):
+            self._restore(sdo, known, self.device.values[known.mux])
+
+    def give_up(self, sdo: Dialogue) -> None:
+        """Take down what a case wrote to a device that answers no more."""
+        for known in self._written(sdo):
+            self.unrestored[known.mux] = shown(self.device.values[known.mux])
+
+    def _written(self, sdo: Dialogue) -> list[KnownObject]:
+        return [
+            known
+            for known in self.device.objects
+            if known.mux in sdo.written
+            and known.mux in self.device.values
+            and known.access.writable
+        ]
 
     def _restore(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
         self.unrestored[known.mux] = shown(due)

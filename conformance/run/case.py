@@ -58,6 +58,9 @@ def may(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Functi
 def _case(
     level: Level, id_: str, clause: str, each: dict[str, Values]
 ) -> Callable[[Function], Function]:
+    if len(each) > 1:
+        raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
+
     def mark(function: Function) -> Function:
         sentence = " ".join((getdoc(function) or "").split())
         rule = Rule(id_, clause, level, sentence)

@@ -8,6 +8,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import (
+    Abort,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
@@ -67,6 +68,9 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
         frame = channel.receive()
         if frame is None:
             return False
+        if isinstance(decode_response(frame.data), Abort):
+            # Either the device has no 1000h, or it has answered the abort that went before.
+            frame = channel.receive() or frame
         device.baseline.append((sent, frame.data))
         match decode_response(frame.data):
             case UploadInitiateResponse(expedited=False) | UploadSegmentResponse(last=False):
@@ -91,16 +95,17 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
 def _silence(channel: Channel) -> str:
     timeout = channel.response_timeout * 1000
     heard = list(channel.overheard)
+    own_format = [frame for frame in heard if not frame.extended and not frame.remote]
     alive = sorted(
         {
             frame.can_id - ERROR_CONTROL_BASE
-            for frame in heard
+            for frame in own_format
             if ERROR_CONTROL_BASE < frame.can_id < ERROR_CONTROL_BASE + 0x80
         }
     )
     booted = [
         frame.can_id - ERROR_CONTROL_BASE
-        for frame in heard
+        for frame in own_format
         if frame.can_id & ~0x7F == ERROR_CONTROL_BASE and frame.data == BOOT_UP
     ]
     lines = [

@@ -32,12 +32,12 @@ def trace_lines(
             message = decoder.request(frame.data)
         elif plain and frame.can_id == response_id:
             message = decoder.response(frame.data)
+        if number == own:
+            lines.append(ASIDE)
         if FIRST_LINES <= number < len(frames) - LAST_LINES:
             if number == FIRST_LINES:
                 lines.append(_left_out(len(frames)))
             continue
-        if number == own:
-            lines.append(ASIDE)
         words = "not an SDO frame of this channel"
         if message is not None:
             words = describe(message)

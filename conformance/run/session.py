@@ -115,10 +115,10 @@ class CaseRun:
         result = self.result
         own_frames = self._session.frames_so_far()
         self._judge(error)
-        if not isinstance(error, BenchError):
-            try:
-                self._leave()
-            except BenchError as bench_error:
+        try:
+            self._leave()
+        except BenchError as bench_error:
+            if not isinstance(error, BenchError):
                 self._judge(bench_error)
         # The wait for answers that did not come is the price of a silent device.
         result.waited = self.sdo.waited
@@ -159,7 +159,7 @@ class CaseRun:
     def _breach(self, violation: Violation) -> None:
         """Take a breach for the verdict; the first one that fails the case counts."""
         result = self.result
-        if result.verdict is Verdict.FAIL:
+        if result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR):
             result.notes.append(f"also {violation}")
             return
         soft = violation.rule.level is Level.SHOULD
@@ -169,7 +169,8 @@ class CaseRun:
 
     def _leave(self) -> None:
         session = self._session
-        leaving = leave(self.sdo, failed=self.result.verdict is Verdict.FAIL)
+        failed = self.result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR)
+        leaving = leave(self.sdo, failed=failed)
         self.result.afterwards = leaving.afterwards
         if leaving.violation is not None:
             self._breach(leaving.violation)
@@ -179,6 +180,7 @@ class CaseRun:
             )
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True
+            session.restorer.give_up(self.sdo)
         else:
             session.restorer.restore(self.sdo)
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)

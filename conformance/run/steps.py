@@ -16,6 +16,7 @@ from conformance.device.safety import IDENTITY, written_by
 from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.block_client import BlockClient, Burst, Step
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
@@ -41,6 +42,15 @@ NO_ROOM = (
     AbortCode.LENGTH_MISMATCH,
     AbortCode.LENGTH_TOO_LOW,
     AbortCode.OUT_OF_MEMORY,
+)
+# An upload that is refused like this met something: it must not count as missing.
+EXISTS = (
+    AbortCode.READ_OF_WRITE_ONLY,
+    AbortCode.UNSUPPORTED_ACCESS,
+    AbortCode.HARDWARE_ERROR,
+    AbortCode.LOCAL_CONTROL,
+    AbortCode.DEVICE_STATE,
+    AbortCode.NO_DATA,
 )
 NOT_NOW = (
     AbortCode.VALUE_INVALID,
@@ -76,7 +86,14 @@ class Steps(Wire):
     def send(self, request: Message | bytes | Request) -> None:
         """Send a request, and remember what it writes to."""
         super().send(request)
-        target = written_by(self._last_sent)
+        self._remember(written_by(self._last_sent))
+
+    def send_frame(self, frame: CanFrame) -> None:
+        """Send any CAN frame, and remember what it writes to."""
+        super().send_frame(frame)
+        self._remember(written_by(self._last_sent))
+
+    def _remember(self, target: Multiplexer | None) -> None:
         if target is not None:
             self.written.add(target)
 
@@ -289,7 +306,9 @@ class Steps(Wire):
         for mux in candidates:
             try:
                 self._run(self.client.upload(mux))
-            except ServerAborted:
+            except ServerAborted as aborted:
+                if aborted.abort.code in EXISTS:
+                    continue
                 self.device.policy.allow_missing(mux)
                 return mux
         return None

@@ -16,7 +16,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import Request, Unknown, decode_request
 from conformance.sdo.layout import FRAME_LENGTH, Message
-from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
 
 MOST_STRAY = 16
 
@@ -44,15 +44,18 @@ class Wire:
         """
         data = request if isinstance(request, bytes) else request.encode()
         decoded = self.tracker.request(data)
-        self.device.policy.check(data, decoded)
+        if len(data) < FRAME_LENGTH:
+            # What a careless device may take it for decides on what it may write.
+            decoded = decode_request(data.ljust(FRAME_LENGTH, b"\0"))
+        self.device.policy.check(decoded)
         self._last_sent = decoded
         self._sent_at = time.monotonic()
         self.channel.send(data)
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any CAN frame, a request or not."""
-        self._last_sent = decode_request(frame.data)
-        self.device.policy.check(frame.data, self._last_sent)
+        self._last_sent = decode_request(frame.data.ljust(FRAME_LENGTH, b"\0"))
+        self.device.policy.check(self._last_sent)
         self._sent_at = time.monotonic()
         self.channel.send_frame(frame)
 
@@ -104,7 +107,7 @@ class Wire:
                 # harmless to repeat); one that follows silence may not.
                 if retried:
                     raise Violation(
-                        ANSWERED,
+                        SPECIFIER if stray else ANSWERED,
                         expected="an answer to the read of 1000h that follows",
                         actual="; ".join(["no answer", *map(describe_response, stray)])
                         + self._heard_elsewhere(),

@@ -128,5 +128,5 @@ def test_what_is_wrong_is_told_as_without_workers(pytester: pytest.Pytester, wha
     assert result.ret == status
     text = result.stdout.str() + result.stderr.str()
     assert "INTERNALERROR" not in text
-    assert result.parseoutcomes().get("errors", 0) <= 1, "the first one ends the run"
+    assert text.count("ERROR cases/") <= 1, "the first one ends the run"
     pytest.LineMatcher(text.splitlines()).fnmatch_lines([SAID[what]])

@@ -3,7 +3,6 @@
 import pytest
 
 from conformance.run.tracker import TransferTracker
-from conformance.sdo.frames import decode_request
 from conformance.sdo.layout import Multiplexer
 
 TEXT, NAME = Multiplexer(0x2010), Multiplexer(0x1008)
@@ -56,7 +55,7 @@ def follow(frames: list[str]) -> TransferTracker:
     for frame in frames:
         data = bytes.fromhex(frame[1:])
         if frame[0] == ">":
-            tracker.request(decode_request(data))
+            tracker.request(data)
         else:
             tracker.response(data)
     return tracker
