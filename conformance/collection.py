@@ -30,6 +30,11 @@ class CaseFunction(pytest.Function):
         """The service of the protocol that the file is about."""
         return self.path.stem.removeprefix("test_").replace("_", " ")
 
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        """Say where the case is. The blank keeps -v from writing ``::`` for the dot of an id."""
+        path, line, _ = super().reportinfo()
+        return Path(path), line, f"{self.name} "
+
     def __repr__(self) -> str:
         rule = self.case.rule
         return f"<Case {self.name}  {rule.level}  clause {rule.clause}>"

@@ -1,6 +1,6 @@
 """What a case, or a user's own test, may ask for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -9,7 +9,7 @@ from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
-from conformance.state import CASE_RUN, STATE, case_of
+from conformance.state import CASE_RUN, RESULT, STATE, case_of
 
 
 @pytest.fixture
@@ -30,12 +30,14 @@ def device(device_session: DeviceSession) -> Device:
 
 
 @pytest.fixture
-def sdo(request: pytest.FixtureRequest, device_session: DeviceSession) -> Dialogue:
+def sdo(request: pytest.FixtureRequest, device_session: DeviceSession) -> Iterator[Dialogue]:
     """The conversation with the device; afterwards it is left idle and its values as they were."""
     case = case_of(request.node)
     run = device_session.begin(case.case_id, case.service, case.rule)
     request.node.stash[CASE_RUN] = run
-    return run.sdo
+    yield run.sdo
+    if RESULT not in request.node.stash:
+        run.conclude(None)  # another fixture failed: what was written is put back all the same
 
 
 @pytest.fixture

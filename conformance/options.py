@@ -10,6 +10,7 @@ import pytest
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
 from conformance.device.objects import ObjectNameError, parse_object
+from conformance.faults.catalogue import UnknownServer, find_deviation
 from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.run.bench import (
     DEFAULT_RESPONSE_TIMEOUT,
@@ -104,6 +105,10 @@ def read_options(config: pytest.Config) -> Options | None:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
     if not self_test and node_ids is None:
         return None
+    try:
+        find_deviation(server)
+    except UnknownServer as error:
+        raise pytest.UsageError(str(error)) from error
     objects = list(config.getoption("conformance_objects"))
     if self_test:
         bus = BusSettings("virtual", private_channel())

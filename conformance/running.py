@@ -8,7 +8,6 @@ import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost, SilentNode
 from conformance.collection import WHOLE_RUN, CaseFunction
-from conformance.faults.catalogue import UnknownServer
 from conformance.faults.hosting import virtual_host
 from conformance.outcome import CaseFailed, Evidence, SummaryTerminal, attach, end_with
 from conformance.reporting.bus_log import BusLog
@@ -40,7 +39,9 @@ class Running:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
         """Open the bench; where that fails, or a node is silent, no case is run."""
-        uses_device = any("sdo" in getattr(item, "fixturenames", ()) for item in session.items)
+        uses_device = any(
+            "device_session" in getattr(item, "fixturenames", ()) for item in session.items
+        )
         if not uses_device or not self._works_here() or session.testsfailed:
             return None
         try:
@@ -76,13 +77,10 @@ class Running:
         options = self._state.options
         if not options.self_test or options.run.bus.channel is None:
             return []
-        try:
-            return [
-                virtual_host(options.run.bus.channel, node_id, options.server)
-                for node_id in options.run.node_ids
-            ]
-        except UnknownServer as error:
-            raise pytest.UsageError(str(error)) from error
+        return [
+            virtual_host(options.run.bus.channel, node_id, options.server)
+            for node_id in options.run.node_ids
+        ]
 
     # Cases
 
@@ -124,6 +122,8 @@ class Running:
             item.stash[RESULT] = _not_set_up(item, str(error))
             attach(item, item.stash[RESULT])
             report.user_properties = list(item.user_properties)
+        if isinstance(error, BenchError):
+            self._state.bench_errors.append(error)
         result = item.stash.get(RESULT, None)
         if result is None or call.when == "teardown":
             return report
@@ -134,7 +134,6 @@ class Running:
         elif isinstance(error, BenchError):
             # A broken bench is an error of the set-up, whenever it shows.
             report.when = "setup"
-            self._state.bench_errors.append(error)
             report.longrepr = Evidence(result)  # type: ignore[assignment]
         elif isinstance(error, CaseFailed):
             report.longrepr = Evidence(result)  # type: ignore[assignment]

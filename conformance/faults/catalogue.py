@@ -66,20 +66,29 @@ def unusual() -> list[Deviation]:
     return [deviation for deviation in all_deviations() if not deviation.is_fault]
 
 
-def build_node(name: str | None, node_id: int) -> Node:
-    """Return the reference node, or the fault or variant of that name, on the built-in device.
+def find_deviation(name: str | None) -> Deviation | None:
+    """Return the fault or variant of that name; None stands for the reference server.
 
     Raises UnknownServer with the nearest name.
     """
-    objects = reference_device(node_id)
     if name is None:
-        return Node(node_id, Server(objects))
+        return None
     known = {deviation.name: deviation for deviation in all_deviations()}
     if name in known:
-        return known[name].build(node_id, objects)
+        return known[name]
     near = difflib.get_close_matches(name, known, n=1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     raise UnknownServer(
         f"There is no fault or variant called {name!r}.{hint} "
         "'python -m conformance faults' lists them."
     )
+
+
+def build_node(name: str | None, node_id: int) -> Node:
+    """Return the reference node, or the fault or variant of that name, on the built-in device.
+
+    Raises UnknownServer.
+    """
+    objects = reference_device(node_id)
+    deviation = find_deviation(name)
+    return deviation.build(node_id, objects) if deviation else Node(node_id, Server(objects))

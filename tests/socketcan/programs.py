@@ -5,7 +5,6 @@ import runpy
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -79,10 +78,14 @@ class Run:
         (found,) = self.folder.glob(f"*/{name}")
         return found
 
-    def failed(self) -> Counter[str]:
-        """Return the ids of the cases that failed, as junit.xml has them."""
+    def cases(self) -> dict[str, bool]:
+        """Return the ids of the cases in junit.xml, and whether each of them failed."""
         cases = ElementTree.parse(self.report("junit.xml")).iter("testcase")  # noqa: S314
-        return Counter(case.attrib["name"] for case in cases if case.find("failure") is not None)
+        return {case.attrib["name"]: case.find("failure") is not None for case in cases}
+
+    def failed(self) -> list[str]:
+        """Return the ids of the cases that failed."""
+        return [case for case, failed in self.cases().items() if failed]
 
 
 def start_suite(
@@ -117,10 +120,10 @@ def named(objects: Iterable[KnownObject]) -> tuple[str, ...]:
     )
 
 
-def findings(server: str) -> Counter[str]:
+def findings(server: str) -> list[str]:
     """Return the ids of the cases that a foreign server fails, from the table of the fleet."""
     table = runpy.run_path(str(FLEET / "findings.py"))
-    return Counter(case for finding in table[server] for case in finding.cases)
+    return [case for finding in table[server] for case in finding.cases]
 
 
 def set_interface(state: str) -> None:
