@@ -72,8 +72,6 @@ def _items(
             suffix = f"@{node_id}" if len(node_ids) > 1 else ""
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
             item.case, item.case_id, item.node_id = info, case_id, node_id
-            # All cases of a device have to stay on one worker of pytest-xdist.
-            item.add_marker(pytest.mark.xdist_group(f"node-{node_id}"))
             yield item
 
 

@@ -105,6 +105,11 @@ def read_options(config: pytest.Config) -> Options | None:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
     if not self_test and node_ids is None:
         return None
+    if config.getoption("dist", default="no") != "no":
+        raise pytest.UsageError(
+            "Cases run one after another in one process: leave out -n (pytest-xdist). Several "
+            "devices are tested in turn: --node-id=1-4."
+        )
     try:
         find_deviation(server)
     except UnknownServer as error:

@@ -24,6 +24,9 @@ class Terminal(Protocol):
 class SummaryTerminal(Protocol):
     """The part of pytest's terminal reporter that the summary needs; old pytests export no type."""
 
+    def ensure_newline(self) -> None:
+        """Begin a new line, unless at the beginning of one."""
+
     def section(self, title: str, sep: str = "=", **markup: bool) -> None:
         """Print a heading."""
 

@@ -18,7 +18,6 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Read the options; without a path, run the suite's own cases."""
-    config.addinivalue_line("markers", "xdist_group(name): cases of one device stay together")
     config.pluginmanager.register(fixtures, "conformance-fixtures")
     options = read_options(config)
     if options is None:
@@ -28,8 +27,6 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(Running(config, state), "conformance-running")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         config.args = [str(path) for path in case_files()]
-    if config.getoption("dist", default="no") != "no":
-        config.option.dist = "loadgroup"
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

@@ -7,7 +7,8 @@ from enum import IntEnum
 import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost, SilentNode
-from conformance.collection import WHOLE_RUN, CaseFunction
+from conformance.collection import CaseFunction
+from conformance.device.device import NotTestable
 from conformance.faults.hosting import virtual_host
 from conformance.outcome import CaseFailed, Evidence, SummaryTerminal, attach, end_with
 from conformance.reporting.bus_log import BusLog
@@ -16,6 +17,9 @@ from conformance.reporting.summary import run_properties, summary_lines
 from conformance.run.bench import Bench
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.state import CASE_RUN, RESULT, RunState, case_of
+
+# The case that judges what came too late; where it was not selected, the run itself does.
+LATE_ANSWERS = "run.no-late-response"
 
 
 class ExitCode(IntEnum):
@@ -42,7 +46,7 @@ class Running:
         uses_device = any(
             "device_session" in getattr(item, "fixturenames", ()) for item in session.items
         )
-        if not uses_device or not self._works_here() or session.testsfailed:
+        if not uses_device or self._config.option.collectonly or session.testsfailed:
             return None
         try:
             self._open()
@@ -50,12 +54,6 @@ class Running:
             self._state.bench_errors.append(error)
             return True
         return None
-
-    def _works_here(self) -> bool:
-        config = self._config
-        distributes = config.getoption("dist", default="no") != "no"
-        is_worker = hasattr(config, "workerinput")
-        return not config.option.collectonly and (is_worker or not distributes)
 
     def _open(self) -> None:
         state, options = self._state, self._state.options
@@ -100,14 +98,17 @@ class Running:
         except BaseException as caught:
             # Also what derives from BaseException alone, as the outcomes of pytest do.
             error = caught
-        result = run.conclude(error)
+        told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
+        result = run.conclude(NotTestable(str(error)) if told else error)
         item.stash[RESULT] = result
         attach(item, result)
         state = self._state
-        state.judged_whole_run |= WHOLE_RUN in getattr(item, "fixturenames", ())
+        state.judged_late_answers |= result.case_id == LATE_ANSWERS
         if state.session(result.node_id).lost:
             state.bench_errors.append(run.sdo.lost())
             item.session.shouldstop = f"node {result.node_id} was lost in {result.case_id}"
+        if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
+            raise error
         end_with(result, error, strict=state.options.strict)
         return outcome
 
@@ -115,7 +116,7 @@ class Running:
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-        """Put the evidence into the report, and the result with it, also across processes."""
+        """Put the evidence into the report, and the result with it."""
         report = yield
         error = call.excinfo.value if call.excinfo else None
         if call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
@@ -144,7 +145,7 @@ class Running:
     # Results
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Collect results, of this process and of those that work for it."""
+        """Collect results."""
         values = getattr(report, "conformance", None)
         if values is not None:
             self._state.results.append(CaseResult.from_dict(values))
@@ -165,10 +166,13 @@ class Running:
         """Close the bench, write the reports, and settle the exit status."""
         state = self._state
         if state.bench is not None:
-            state.bench.close()
+            try:
+                state.bench.close()
+            except BenchError as error:
+                state.bench_errors.append(error)
         if state.log is not None:
             state.log.close()
-        if state.results and not hasattr(self._config, "workerinput"):
+        if state.results:
             state.report_dir.mkdir(parents=True, exist_ok=True)
             write_junit(
                 state.report_dir / "junit.xml",
@@ -184,7 +188,7 @@ class Running:
 
     def _unjudged(self) -> list[str]:
         """What the run saw on the way and no case has judged, for want of being selected."""
-        if self._state.judged_whole_run or self._state.bench is None:
+        if self._state.judged_late_answers or self._state.bench is None:
             return []
         return [
             f"{incident.case_id}: {incident.violation}"
@@ -195,6 +199,7 @@ class Running:
     def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
         state, write = self._state, terminalreporter.write_line
+        terminalreporter.ensure_newline()
         if state.results:
             terminalreporter.section("conformance")
             for line in summary_lines(state.results):
@@ -219,7 +224,7 @@ def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
         case.case_id,
         case.service,
         case.node_id,
-        rule.level,
+        rule.level.value,
         rule.clause,
         rule.sentence,
         Verdict.NOT_TESTABLE,

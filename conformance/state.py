@@ -26,7 +26,7 @@ class RunState:
     results: list[CaseResult] = field(default_factory=list)
     properties: dict[str, str] = field(default_factory=dict)
     bench_errors: list[BenchError] = field(default_factory=list)
-    judged_whole_run: bool = False
+    judged_late_answers: bool = False
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     @property

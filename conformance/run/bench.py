@@ -81,5 +81,9 @@ class Bench:
         )
 
     def close(self) -> None:
-        """Stop the hosts and close the bus."""
-        self._stack.close()
+        """Take what came too late, stop the hosts and close the bus."""
+        try:
+            for session in self.sessions.values():
+                session.collect_late()
+        finally:
+            self._stack.close()

@@ -13,7 +13,15 @@ from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.verdict import Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
-from conformance.sdo.rules import FILLER, NOT_REFUSED, RESERVED, Level, Rule, Violation
+from conformance.sdo.rules import (
+    FILLER,
+    NOT_REFUSED,
+    RESERVED,
+    UNSOLICITED,
+    Level,
+    Rule,
+    Violation,
+)
 
 INCIDENTAL = (RESERVED, FILLER)
 REBOOTED = Rule(
@@ -69,18 +77,21 @@ class DeviceSession:
 
     def begin(self, case_id: str, service: str, rule: Rule) -> "CaseRun":
         """Start a case: what is still in the queue belongs to the one before."""
+        self.collect_late()
         sdo = Dialogue(self.channel, self.device, rule, self._seed)
-        for frame in sdo.drain():
-            late = Violation(
-                rule, expected="nothing", actual=describe_response(frame.data) + f" ({frame})"
-            )
-            self.whole_run.late.append(Incident(self._last_case, late))
         self._frames.clear()
         self._last_case = case_id
         result = CaseResult(
-            case_id, service, self.device.node_id, rule.level, rule.clause, rule.sentence
+            case_id, service, self.device.node_id, rule.level.value, rule.clause, rule.sentence
         )
         return CaseRun(self, sdo, result)
+
+    def collect_late(self) -> None:
+        """Take responses that nobody asked for; they belong to the case that was last."""
+        while (frame := self.channel.receive(0)) is not None:
+            actual = f"{describe_response(frame.data)} ({frame})"
+            late = Violation(UNSOLICITED, expected="nothing", actual=actual)
+            self.whole_run.late.append(Incident(self._last_case, late))
 
     def frames_so_far(self) -> int:
         """Return how many frames the running case has seen."""

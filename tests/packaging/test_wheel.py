@@ -118,13 +118,15 @@ def test_what_the_wheel_says_of_itself(wheel: Path, names: list[str]) -> None:
 
 def test_the_self_test_of_the_installed_wheel(installed: Path, empty: Path) -> None:
     """From an empty folder, and with the cases that came with the wheel."""
-    chosen = ("-k", "upload or abort", "-rs", "-p", "no:cacheprovider")
+    chosen = ("--fault=no-block-transfer", "-k", "upload or abort", "-rs", "-p", "no:cacheprovider")
     printed = call((installed / "python", "-m", "pytest", "--self-test", *chosen), empty)
     assert "cases/test_abort.py ...." in printed
     assert "cases/test_segmented_upload.py ...." in printed
     assert str(ROOT) not in printed.replace(str(empty), "")
-    (skipped,) = (line for line in printed.splitlines() if line.startswith("SKIPPED"))
-    assert "site-packages/conformance/cases/test_specifiers.py" in skipped.replace(os.sep, "/")
+    skipped = [line for line in printed.splitlines() if line.startswith("SKIPPED")]
+    assert skipped
+    for line in skipped:
+        assert "site-packages/conformance/cases/test_" in line.replace(os.sep, "/")
     (report,) = (empty / "reports").iterdir()
     assert (report / "junit.xml").is_file()
 

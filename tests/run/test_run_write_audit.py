@@ -3,6 +3,8 @@
 The device keeps a record of its own; what the suite believes to have done is not asked.
 """
 
+from collections.abc import Sequence
+
 import pytest
 from run_bench import NODE_ID, Recording
 
@@ -22,6 +24,7 @@ from conformance.sdo.server import Server
 pytest_plugins = ["pytester"]
 
 NAMED = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string")
+NAME = Multiplexer(0x1008)
 WRITABLE = {Multiplexer(0x2001), Multiplexer(0x2004), Multiplexer(0x2010)}
 # The number to which writes of a careless device would go, and what looks like a missing object.
 ALSO_WRITABLE = {
@@ -47,8 +50,14 @@ def node_like(name: str | None, server: Recording) -> Node:
     return kind(NODE_ID, server) if issubclass(kind, Node) else Node(NODE_ID, server)
 
 
-def run(pytester: pytest.Pytester, server: Recording, node: Node, *arguments: str) -> int:
-    """Run the suite on the device."""
+def run(
+    pytester: pytest.Pytester,
+    server: Recording,
+    node: Node,
+    *arguments: str,
+    named: Sequence[str] = NAMED,
+) -> int:
+    """Run the suite on the device, with leave to write what is named."""
     channel = private_channel()
     with NodeHost(open_bus(BusSettings("virtual", channel)), node):
         result = pytester.runpytest_inprocess(
@@ -56,7 +65,7 @@ def run(pytester: pytest.Pytester, server: Recording, node: Node, *arguments: st
             f"--report-dir={pytester.path / 'reports'}",
             f"--node-id={NODE_ID}",
             *("--can-interface=virtual", f"--can-channel={channel}"),
-            *(f"--object={named}" for named in NAMED),
+            *(f"--object={name}" for name in named),
             *arguments,
         )
     assert server.requests, "the run has reached the device"
@@ -116,17 +125,18 @@ def test_a_device_that_makes_no_sense(pytester: pytest.Pytester, name: str) -> N
     assert server.values() == begin
 
 
-def test_without_leave_nothing_is_written(pytester: pytest.Pytester) -> None:
-    """A run without --object tries only what a device has to refuse."""
+def test_without_leave_no_value_is_changed(pytester: pytest.Pytester) -> None:
+    """What a device has to refuse is tried with the value that it has, in case it does not."""
     server = server_like(None)
-    channel = private_channel()
-    with NodeHost(open_bus(BusSettings("virtual", channel)), Node(NODE_ID, server)):
-        pytester.runpytest_inprocess(
-            *("-p", "no:cacheprovider", "-p", "no:hypothesispytest", "-q"),
-            f"--report-dir={pytester.path / 'reports'}",
-            f"--node-id={NODE_ID}",
-            *("--can-interface=virtual", f"--can-channel={channel}"),
-        )
-    assert server.requests
-    assert server.stored == []
+    server.entries[NAME].access = Access.RW  # unusual, and not forbidden
+    begin = server.values()
+    status = run(pytester, server, node_like(None, server), named=())
+    assert status == pytest.ExitCode.TESTS_FAILED
     assert {mux.index for mux in asked_to_write(server)} <= set(IDENTITY)
+    assert [(mux, value) for mux, value in server.stored if value != begin[mux]] == []
+
+
+def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) -> None:
+    server = server_like(None)
+    assert run(pytester, server, node_like(None, server), named=()) == pytest.ExitCode.OK
+    assert server.stored == []
