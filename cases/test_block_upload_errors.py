@@ -42,21 +42,21 @@ BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
 
 
 def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
-    """Start the upload of three segments in sub-blocks of two, and take so many of these.
+    """Start an upload in sub-blocks of two segments, and take none, the first, or all of them.
 
-    After the first the server waits for its acknowledgement, after the second it has sent the end.
+    After the first the server waits for its acknowledgement, after all it has sent the end.
     """
-    known, data = sdo.long_object(segments=3)
-    if len(data) > 21:
-        data = sdo.payload(20)
-        sdo.store(known, data)
+    known, _ = sdo.long_object(segments=3)
     sdo.initiate_block_upload(known, block_size=BLOCK_SIZE)
-    if sub_blocks:
-        sdo.start_block_upload(known, BLOCK_SIZE)
-    if sub_blocks > 1:
-        sdo.sub_block(known, BlockAck(BLOCK_SIZE, BLOCK_SIZE), BLOCK_SIZE)
-        sdo.send(BlockAck(1, BLOCK_SIZE))
-        sdo.checks.block_end(sdo.receive(), known.mux)
+    if sub_blocks == 0:
+        return known
+    segments = sdo.start_block_upload(known, BLOCK_SIZE)
+    if sub_blocks == 1:
+        return known
+    while not segments[-1].last:
+        segments = sdo.sub_block(known, BlockAck(BLOCK_SIZE, BLOCK_SIZE), BLOCK_SIZE)
+    sdo.send(BlockAck(len(segments), BLOCK_SIZE))
+    sdo.checks.block_end(sdo.receive(), known.mux)
     return known
 
 

@@ -6,7 +6,7 @@ Hypothesis's plugin would cost each of them a second; the cache of one must not 
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -41,14 +41,11 @@ def self_test(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
 def hosted(*nodes: HostedNode) -> Iterator[tuple[str, ...]]:
     """Host nodes on a virtual bus; yields the options that lead a run there."""
     channel = private_channel()
-    hosts = [NodeHost(open_bus(BusSettings("virtual", channel)), node) for node in nodes]
-    for host in hosts:
-        host.__enter__()
-    try:
+    with ExitStack() as stack:
+        for node in nodes:
+            bus = open_bus(BusSettings("virtual", channel))
+            stack.enter_context(NodeHost(bus, node))
         yield "--can-interface=virtual", f"--can-channel={channel}"
-    finally:
-        for host in hosts:
-            host.__exit__(None, None, None)
 
 
 @contextmanager

@@ -1,11 +1,11 @@
 """Whole runs of the suite over real SocketCAN: it and the device are processes of their own."""
 
+import re
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-import can
 import pytest
 
 from conformance.faults.device import REFERENCE_OBJECTS
@@ -16,7 +16,6 @@ from .programs import (
     CHANNEL,
     FLEET,
     REFERENCE,
-    RESPONSE_TIMEOUT,
     Run,
     findings,
     named,
@@ -94,15 +93,14 @@ def test_the_reference_server_passes(runs: dict[str, Future[Run]]) -> None:
 
 
 def test_the_log_has_the_frames_of_the_run(runs: dict[str, Future[Run]]) -> None:
-    node_id = PLANS["reference"].node_id
-    with can.CanutilsLogReader(runs["reference"].result().report("bus.log")) as log:
-        frames = list(log)
-    assert {message.channel for message in frames} == {CHANNEL}
-    sent = [message for message in frames if not message.is_rx]
-    answers = [message for message in frames if message.arbitration_id == 0x580 + node_id]
-    # Aborts and what is no request have no answer.
-    assert len(sent) > len(answers) > 1000
-    assert all(message.is_rx for message in answers)
+    """Other runs are on the bus, but this one's requests and answers are all there."""
+    log = runs["reference"].result().report("bus.log").read_text()
+    assert all(f") {CHANNEL} " in line for line in log.splitlines())
+    requests = re.findall(r" 603#\S* (.)$", log, re.MULTILINE)
+    answers = re.findall(r" 583#\S* (.)$", log, re.MULTILINE)
+    assert set(requests) == {"T"}
+    assert set(answers) == {"R"}
+    assert min(len(requests), len(answers)) > 1000
 
 
 @pytest.mark.parametrize(
@@ -142,11 +140,10 @@ def test_a_silent_node_is_not_waited_for_long(runs: dict[str, Future[Run]]) -> N
     run = runs["silent"].result()
     assert run.status == ExitCode.SILENT_NODE, run.output
     assert "Node 12 does not answer." in run.output
-    with can.CanutilsLogReader(run.report("bus.log")) as log:
-        reads = [message.timestamp for message in log if message.arbitration_id == 0x600 + 12]
-    # Three times an abort and a read.
-    assert len(reads) == 6
-    assert reads[-1] - reads[0] < 3 * RESPONSE_TIMEOUT
+    log = run.report("bus.log").read_text()
+    sent = [float(time) for time in re.findall(r"\((\S+)\) vcan0 60C#\S+ T", log)]
+    assert len(sent) == 6  # three times an abort and a read
+    assert sent[-1] - sent[0] < 10
 
 
 def test_a_missing_interface_is_named(runs: dict[str, Future[Run]]) -> None:
