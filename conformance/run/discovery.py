@@ -82,13 +82,18 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
 
 def _learn(sdo: Dialogue, known: KnownObject) -> bool:
     try:
-        sdo.device.values[known.mux] = sdo.upload(known)
+        value = sdo.upload(known)
     except (Violation, ServerAborted) as error:
         # A device that answers badly here is tested all the same.
         sdo.device.unreadable[known.mux] = str(error)
         sdo.end_transfer()
         sdo.drain()
         return False
+    if known.length is not None and len(value) < known.length:
+        sdo.device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
+        return False
+    # What reads too long for its type could not be written back as it was read.
+    sdo.device.values[known.mux] = value[: known.length]
     return True
 
 
