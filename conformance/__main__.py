@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     try:
         return int(options.command(options))
-    except (BenchError, OSError) as error:
+    except (BenchError, OSError, can.CanError) as error:
         print(f"conformance: {error}", file=sys.stderr)
         return BROKEN_BENCH
     except (UnknownServer, ValueError) as error:

@@ -6,7 +6,7 @@ from enum import IntEnum
 
 import pytest
 
-from conformance.bus.errors import BenchError, DeviceLost, SilentNode
+from conformance.bus.errors import BenchError, BusOff, DeviceLost, InterfaceLost, SilentNode
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
 from conformance.faults.hosting import virtual_host
@@ -125,6 +125,9 @@ class Running:
             report.user_properties = list(item.user_properties)
         if isinstance(error, BenchError):
             self._state.bench_errors.append(error)
+            report.longrepr = str(error)
+            if isinstance(error, InterfaceLost | BusOff):
+                item.session.shouldstop = "the bus is gone"
         result = item.stash.get(RESULT, None)
         if result is None or call.when == "teardown":
             return report

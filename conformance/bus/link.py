@@ -1,6 +1,7 @@
 """One python-can bus: frames out, frames in, each captured with its direction and time."""
 
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -18,6 +19,7 @@ from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
 SEND_LIMIT = 1.0
+MOST_ECHOES = 256
 RETRY_PAUSE = 0.002
 # Past its deadline, receiving looks at what has arrived already for so many seconds more.
 DRAIN_LIMIT = 0.25
@@ -49,6 +51,7 @@ class Link:
         self.name = name
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
+        self._sent: deque[CanFrame] = deque(maxlen=MOST_ECHOES)
 
     def listen(self, listener: Callable[[Captured], None]) -> None:
         """Hand every frame from now on to ``listener``."""
@@ -74,6 +77,7 @@ class Link:
                     ) from error
                 # The kernel has no event for room in the queue of the network device.
                 time.sleep(RETRY_PAUSE)
+        self._sent.append(frame)
         self._publish(Captured(time.time(), Direction.SENT, frame))
 
     def receive(self, timeout: float) -> CanFrame | None:
@@ -94,8 +98,13 @@ class Link:
                 return None
             if message.is_error_frame:
                 check_error_frame(self.name, message)
-            elif message.is_rx:
+            else:
                 frame = to_frame(message)
+                # SocketCAN denies is_rx of all frames from this machine, other processes' too;
+                # an echo is only what was sent from here.
+                if not message.is_rx and frame in self._sent:
+                    self._sent.remove(frame)
+                    continue
                 self._publish(Captured(time.time(), Direction.RECEIVED, frame))
                 return frame
 

@@ -122,9 +122,18 @@ def test_silence_takes_the_time_out_and_no_more(bench: Bench) -> None:
 def test_own_frames_that_come_back_are_not_received(bench: Bench) -> None:
     echo = message(0x605, READ)
     echo.is_rx = False
+    bench.link.send(CanFrame(0x605, READ))
     bench.bus.incoming.extend([echo, message(0x585, ANSWER)])
     assert bench.link.receive(0.5) == CanFrame(0x585, ANSWER)
-    assert len(bench.captured) == 1
+    assert len(bench.captured) == 2
+
+
+def test_frames_of_other_processes_of_this_machine_are_received(bench: Bench) -> None:
+    """SocketCAN says of them, as of our own, that they were not received."""
+    answer = message(0x585, ANSWER)
+    answer.is_rx = False
+    bench.bus.incoming.append(answer)
+    assert bench.link.receive(0.5) == CanFrame(0x585, ANSWER)
 
 
 # Error frames
