@@ -125,11 +125,11 @@ class DeafAfterAborts(Server):
 
 @fault("abort-reserved-bits-served", ABORT, "abort.reserved-bits")
 class ReservedBitsServed(Server):
-    """Takes 90h to 9Fh for an upload initiate."""
+    """Takes 81h to 9Fh for an upload initiate."""
 
     def on_abort(self, request: Abort) -> list[Response]:
         """Serve it."""
-        if request.reserved_bits & 0x10:
+        if request.reserved_bits:
             return self.on_upload_initiate(UploadInitiate(request.mux))
         return super().on_abort(request)
 

@@ -118,6 +118,19 @@ class PaddedRequests(Node):
         return super().receive(frame)
 
 
+@fault("short-download-cut", SHAPE, "frame.short-download-whole")
+class ShortDownloadCut(Node):
+    """Serves a download of fewer than 8 bytes, but loses its last byte."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Put 0 for the last byte of 1 or 2 that came."""
+        short = self.is_addressed(frame) and 4 < frame.dlc < FRAME_LENGTH
+        if short and frame.data[:1] in (b"\x2f", b"\x2b"):
+            cut = frame.data[:-1].ljust(FRAME_LENGTH, b"\0")
+            return super().receive(CanFrame(frame.can_id, cut))
+        return super().receive(frame)
+
+
 @fault("answers-all-nodes", SHAPE, "frame.other-node")
 class AnswersAllNodes(Node):
     """Answers requests to any node."""

@@ -43,7 +43,7 @@ class Recording(Server):
         super().__init__(ObjectDictionary(entries))
         self.entries = entries
         self.requests: list[bytes] = []
-        self.stored: list[tuple[Multiplexer, bytes]] = []
+        self.writes: list[tuple[Multiplexer, bytes]] = []
 
     def receive(self, frame: bytes) -> list[bytes]:
         self.requests.append(frame)
@@ -52,7 +52,7 @@ class Recording(Server):
     def store(self, entry: Entry, data: bytes) -> None:
         super().store(entry, data)
         mux = next(mux for mux, own in self.entries.items() if own is entry)
-        self.stored.append((mux, entry.value))
+        self.writes.append((mux, entry.value))
 
     def values(self) -> dict[Multiplexer, bytes]:
         return {mux: entry.value for mux, entry in self.entries.items()}

@@ -273,7 +273,7 @@ def test_unchanged_ends_the_transfer_that_is_left_open() -> None:
             sdo.initiate_download(TEXT, 14)
             sdo.download_segment(b"ABCDEFG", toggle=0)
         assert server.transfer is None
-    assert server.stored == []
+    assert server.writes == []
 
 
 def test_what_a_domain_keeps_of_an_aborted_write_is_open() -> None:

@@ -52,7 +52,7 @@ def test_nothing_is_written() -> None:
     server = recording()
     with discovered(server):
         pass
-    assert server.stored == []
+    assert server.writes == []
     assert not any(isinstance(decode_request(data), DownloadInitiate) for data in server.requests)
 
 
@@ -71,7 +71,7 @@ def test_a_transfer_that_an_earlier_client_left_is_ended_first() -> None:
     with discovered(server):
         pass
     assert server.requests[:2] == [ABORT, READ]
-    assert server.stored == []
+    assert server.writes == []
 
 
 def test_a_minimal_device() -> None:

@@ -137,7 +137,7 @@ def test_the_reaction_ends_the_open_transfer_first() -> None:
         assert sdo.tracker.open is None
     abort = Abort(TEXT.mux, AbortCode.GENERAL_ERROR).encode()
     assert server.requests == [b"\x00ABCDEFG", abort, READ]
-    assert server.stored == []
+    assert server.writes == []
 
 
 @pytest.mark.parametrize(

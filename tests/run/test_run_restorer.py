@@ -44,7 +44,7 @@ def test_what_was_written_is_put_back(known: KnownObject, value: bytes) -> None:
         assert server.values() != begin
         restorer.restore(sdo)
     assert server.values() == begin
-    assert server.stored == [(known.mux, value), (known.mux, begin[known.mux])]
+    assert server.writes == [(known.mux, value), (known.mux, begin[known.mux])]
     assert restorer.unrestored == {}
 
 
@@ -67,9 +67,9 @@ def test_nothing_is_written_that_reads_as_it_should() -> None:
         Restorer(bench.device).restore(sdo)
         assert sdo.try_download(NUMBER, b"\1\2") is not None
         sdo.download(TEXT, bench.device.values[TEXT.mux])
-        server.stored.clear()
+        server.writes.clear()
         Restorer(bench.device).restore(sdo)
-    assert server.stored == []
+    assert server.writes == []
 
 
 def test_the_zero_behind_a_string_does_not_count() -> None:
@@ -77,9 +77,9 @@ def test_the_zero_behind_a_string_does_not_count() -> None:
     with discovered(server) as bench:
         sdo = bench.dialogue()
         sdo.download(TEXT, b"text\0")
-        server.stored.clear()
+        server.writes.clear()
         Restorer(bench.device).restore(sdo)
-    assert server.stored == []
+    assert server.writes == []
 
 
 class _Refusing(Recording):

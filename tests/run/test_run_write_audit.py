@@ -82,7 +82,7 @@ def test_a_whole_run(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     begin = server.values()
     assert run(pytester, server, node_like(None, server)) == pytest.ExitCode.OK
-    assert {mux for mux, _ in server.stored} == WRITABLE
+    assert {mux for mux, _ in server.writes} == WRITABLE
     probed = asked_to_write(server) - WRITABLE
     assert probed
     assert {mux.index for mux in probed} <= set(IDENTITY), "the identity is read-only"
@@ -144,10 +144,10 @@ def test_without_leave_no_value_is_changed(pytester: pytest.Pytester) -> None:
     status = run(pytester, server, node_like(None, server), named=())
     assert status == pytest.ExitCode.TESTS_FAILED
     assert {mux.index for mux in asked_to_write(server)} <= set(IDENTITY)
-    assert [(mux, value) for mux, value in server.stored if value != begin[mux]] == []
+    assert [(mux, value) for mux, value in server.writes if value != begin[mux]] == []
 
 
 def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     assert run(pytester, server, node_like(None, server), named=()) == pytest.ExitCode.OK
-    assert server.stored == []
+    assert server.writes == []

@@ -97,6 +97,14 @@ def test_what_the_link_sends_does_not_come_back(link: Link, peer: Peer) -> None:
     assert link.receive(PATIENCE) == LAST
 
 
+def test_the_same_frame_from_another_program_does_come_in(link: Link, peer: Peer) -> None:
+    """It is the sign of a second client; the kernel marks it as one from this machine, too."""
+    request = CanFrame(0x600 + NODE_ID, bytes.fromhex("4000100000000000"))
+    link.send(request)
+    peer.send(request)
+    assert link.receive(PATIENCE) == request
+
+
 PASSED = [
     CanFrame(0x000, b"\x81\x05"),  # NMT
     CanFrame(0x085, bytes(8)),  # EMCY of the node
