@@ -1,7 +1,6 @@
 """One python-can bus: frames out, frames in, each captured with its direction and time."""
 
 import time
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
@@ -51,7 +50,7 @@ class Link:
         self.name = name
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
-        self._sent: deque[CanFrame] = deque(maxlen=MOST_ECHOES)
+        self._sent: dict[CanFrame, None] = {}  # the latest, in their order
 
     def listen(self, listener: Callable[[Captured], None]) -> None:
         """Hand every frame from now on to ``listener``."""
@@ -77,7 +76,10 @@ class Link:
                     ) from error
                 # The kernel has no event for room in the queue of the network device.
                 time.sleep(RETRY_PAUSE)
-        self._sent.append(frame)
+        self._sent.pop(frame, None)
+        self._sent[frame] = None
+        if len(self._sent) > MOST_ECHOES:
+            del self._sent[next(iter(self._sent))]
         self._publish(Captured(time.time(), Direction.SENT, frame))
 
     def receive(self, timeout: float) -> CanFrame | None:
@@ -103,7 +105,6 @@ class Link:
                 # SocketCAN denies is_rx of all frames from this machine, other processes' too;
                 # an echo is only what was sent from here.
                 if not message.is_rx and frame in self._sent:
-                    self._sent.remove(frame)
                     continue
                 self._publish(Captured(time.time(), Direction.RECEIVED, frame))
                 return frame
