@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import can
+from can.interfaces.socketcan import SocketcanBus
 
 from conformance.bus.errors import (
     SecondClient,
@@ -18,7 +19,6 @@ from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
 SEND_LIMIT = 1.0
-MOST_ECHOES = 256
 RETRY_PAUSE = 0.002
 # Past its deadline, receiving looks at what has arrived already for so many seconds more.
 DRAIN_LIMIT = 0.25
@@ -50,7 +50,9 @@ class Link:
         self.name = name
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
-        self._sent: dict[CanFrame, None] = {}  # the latest, in their order
+        # SocketCAN marks frames of all processes on this machine as not received, and echoes
+        # none of ours unless it was asked to.
+        self._marks_echoes = not isinstance(bus, SocketcanBus)
 
     def listen(self, listener: Callable[[Captured], None]) -> None:
         """Hand every frame from now on to ``listener``."""
@@ -76,10 +78,6 @@ class Link:
                     ) from error
                 # The kernel has no event for room in the queue of the network device.
                 time.sleep(RETRY_PAUSE)
-        self._sent.pop(frame, None)
-        self._sent[frame] = None
-        if len(self._sent) > MOST_ECHOES:
-            del self._sent[next(iter(self._sent))]
         self._publish(Captured(time.time(), Direction.SENT, frame))
 
     def receive(self, timeout: float) -> CanFrame | None:
@@ -100,12 +98,8 @@ class Link:
                 return None
             if message.is_error_frame:
                 check_error_frame(self.name, message)
-            else:
+            elif message.is_rx or not self._marks_echoes:
                 frame = to_frame(message)
-                # SocketCAN denies is_rx of all frames from this machine, other processes' too;
-                # an echo is only what was sent from here.
-                if not message.is_rx and frame in self._sent:
-                    continue
                 self._publish(Captured(time.time(), Direction.RECEIVED, frame))
                 return frame
 

@@ -67,6 +67,9 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         arguments["channel"] = settings.channel
     if settings.bitrate is not None and settings.interface not in ("socketcan", "virtual"):
         arguments["bitrate"] = settings.bitrate
+    if settings.interface == "socketcan":
+        # Echoes could not be told from frames that other processes send.
+        arguments["receive_own_messages"] = False
     try:
         return can.Bus(**arguments)
     except can.CanInterfaceNotImplementedError as error:

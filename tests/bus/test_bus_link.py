@@ -128,14 +128,6 @@ def test_own_frames_that_come_back_are_not_received(bench: Bench) -> None:
     assert len(bench.captured) == 2
 
 
-def test_frames_of_other_processes_of_this_machine_are_received(bench: Bench) -> None:
-    """SocketCAN says of them, as of our own, that they were not received."""
-    answer = message(0x585, ANSWER)
-    answer.is_rx = False
-    bench.bus.incoming.append(answer)
-    assert bench.link.receive(0.5) == CanFrame(0x585, ANSWER)
-
-
 # Error frames
 
 

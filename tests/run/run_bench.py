@@ -51,8 +51,7 @@ class Recording(Server):
 
     def store(self, entry: Entry, data: bytes) -> None:
         super().store(entry, data)
-        mux = next(mux for mux, own in self.entries.items() if own is entry)
-        self.writes.append((mux, entry.value))
+        self.writes += [(mux, own.value) for mux, own in self.entries.items() if own is entry]
 
     def values(self) -> dict[Multiplexer, bytes]:
         return {mux: entry.value for mux, entry in self.entries.items()}
