@@ -184,7 +184,10 @@ def test_a_missing_channel_is_an_error_of_the_bench() -> None:
 @pytest.mark.parametrize(
     ("settings", "arguments"),
     [
-        (BusSettings("socketcan", "can0", 500000), {"interface": "socketcan", "channel": "can0"}),
+        (
+            BusSettings("socketcan", "can0", 500000),
+            {"interface": "socketcan", "channel": "can0", "receive_own_messages": False},
+        ),
         (
             BusSettings("pcan", "PCAN_USBBUS1", 500000),
             {"interface": "pcan", "channel": "PCAN_USBBUS1", "bitrate": 500000},
