@@ -32,6 +32,7 @@ class Options:
     server: str | None
     report_dir: Path
     strict: bool
+    simulated: bool
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -79,6 +80,11 @@ def add_options(parser: pytest.Parser) -> None:
         help="with --self-test: a faulty or unusual server instead ('conformance faults' lists)",
     )
     group.addoption(
+        "--simulated",
+        action="store_true",
+        help="with --self-test: the server answers within the call that sends; nothing ever waits",
+    )
+    group.addoption(
         "--report-dir",
         metavar="DIR",
         default="reports",
@@ -103,6 +109,9 @@ def read_options(config: pytest.Config) -> Options | None:
     server = config.getoption("fault")
     if server is not None and not self_test:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
+    simulated = bool(config.getoption("simulated"))
+    if simulated and not self_test:
+        raise pytest.UsageError("--simulated goes with --self-test: a real device takes its time.")
     if not self_test and node_ids is None:
         return None
     if config.getoption("dist", default="no") != "no":
@@ -116,7 +125,7 @@ def read_options(config: pytest.Config) -> Options | None:
         raise pytest.UsageError(str(error)) from error
     objects = list(config.getoption("conformance_objects"))
     if self_test:
-        bus = BusSettings("virtual", private_channel())
+        bus = BusSettings("simulated" if simulated else "virtual", private_channel())
         objects = objects or list(REFERENCE_OBJECTS)
     else:
         bus = BusSettings(
@@ -136,7 +145,7 @@ def read_options(config: pytest.Config) -> Options | None:
         config.getoption("seed"),
     )
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
-    return Options(run, self_test, server, report_dir, _strict(config))
+    return Options(run, self_test, server, report_dir, _strict(config), simulated)
 
 
 def _strict(config: pytest.Config) -> bool:

@@ -1,15 +1,16 @@
 """A run within pytest: the bench is opened, each case judged, the reports written."""
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager
 from enum import IntEnum
 
 import pytest
 
 from conformance.bus.errors import BenchError, BusOff, DeviceLost, InterfaceLost, SilentNode
+from conformance.bus.link import Captured
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
-from conformance.faults.hosting import virtual_host
+from conformance.faults.hosting import simulated_bus, virtual_host
 from conformance.outcome import CaseFailed, Evidence, SummaryTerminal, attach, end_with
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.junit import write_junit
@@ -57,7 +58,6 @@ class Running:
 
     def _open(self) -> None:
         state, options = self._state, self._state.options
-        hosts = self._hosts()
         try:
             state.report_dir.mkdir(parents=True)
             state.log = BusLog(state.report_dir / "bus.log", options.run.bus.channel or "can0")
@@ -66,19 +66,23 @@ class Running:
                 f"The report folder {state.report_dir} cannot be made: {error}. "
                 "Choose another with --report-dir=DIR."
             ) from error
-        state.bench = Bench(options.run, hosts, state.log.write)
+        state.bench = self._bench(state.log.write)
         state.bench.open()
         devices = [session.device for session in state.bench.sessions.values()]
         state.properties = run_properties(options.run, devices)
 
-    def _hosts(self) -> list[AbstractContextManager[object]]:
+    def _bench(self, listener: Callable[[Captured], None]) -> Bench:
         options = self._state.options
-        if not options.self_test or options.run.bus.channel is None:
-            return []
-        return [
-            virtual_host(options.run.bus.channel, node_id, options.server)
-            for node_id in options.run.node_ids
-        ]
+        run = options.run
+        if options.simulated:
+            bus = simulated_bus(run.node_ids, options.server)
+            return Bench(run, [], listener, lambda settings: bus)
+        hosts: list[AbstractContextManager[object]] = []
+        if options.self_test and run.bus.channel is not None:
+            hosts += [
+                virtual_host(run.bus.channel, node_id, options.server) for node_id in run.node_ids
+            ]
+        return Bench(run, hosts, listener)
 
     # Cases
 

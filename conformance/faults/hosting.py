@@ -1,9 +1,12 @@
-"""The built-in device on python-can's virtual bus: what the self-test talks to."""
+"""The built-in device on a bus: what the self-test talks to."""
+
+from collections.abc import Iterable
 
 import can
 
 from conformance.bus.host import NodeHost
 from conformance.faults.catalogue import build_node
+from conformance.faults.simulated import SimulatedBus
 
 
 def virtual_host(channel: str, node_id: int, server: str | None) -> NodeHost:
@@ -13,3 +16,11 @@ def virtual_host(channel: str, node_id: int, server: str | None) -> NodeHost:
     """
     node = build_node(server, node_id)
     return NodeHost(can.Bus(interface="virtual", channel=channel), node)
+
+
+def simulated_bus(node_ids: Iterable[int], server: str | None) -> SimulatedBus:
+    """Return a bus with such servers on it, which answer within the call that sends.
+
+    Raises UnknownServer.
+    """
+    return SimulatedBus(build_node(server, node_id) for node_id in node_ids)

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 
+import can
+
 from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
@@ -47,18 +49,20 @@ class Bench:
         settings: RunSettings,
         hosts: list[AbstractContextManager[object]],
         listener: Callable[[Captured], None],
+        opener: Callable[[BusSettings], can.BusABC] = open_bus,
     ) -> None:
         """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame."""
         self.sessions: dict[int, DeviceSession] = {}
         self._settings = settings
         self._hosts = hosts
         self._listener = listener
+        self._open_bus = opener
         self._stack = ExitStack()
 
     def open(self) -> None:
         """Open the bus and get to know every device; raises BenchError."""
         settings = self._settings
-        link = Link(open_bus(settings.bus), str(settings.bus))
+        link = Link(self._open_bus(settings.bus), str(settings.bus))
         self._stack.callback(link.close)
         link.watch(settings.node_ids)
         link.listen(self._listener)

@@ -73,13 +73,14 @@ class _Collector:
             self._run.verdicts[values["case_id"]] = Verdict(values["verdict"])
 
 
-def run_cases(name: str | None, *arguments: str) -> Run:
+def run_cases(name: str | None, *arguments: str, simulated: bool = True) -> Run:
     """Run the cases against a server in this process; for None the reference server."""
     run = Run(name or "reference server")
     begin = time.monotonic()
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as out:
         command = [
             *("--self-test", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
+            *(["--simulated"] if simulated else []),
             *(f"--rootdir={folder}", f"--report-dir={folder}"),
             *([f"--fault={name}"] if name else []),
             *arguments,

@@ -36,6 +36,7 @@ WRONG = {
     "--can-bitrate=fast": "invalid int value: 'fast'",
     "--can-interface=socketcam": "python-can has no interface called 'socketcam'",
     "--fault=answers-late": "--fault=answers-late goes with --self-test.",
+    "--simulated": "--simulated goes with --self-test",
     "--self-test --fault=answer-late": "called 'answer-late'. Did you mean 'answers-late'?",
     "--self-test --fault=qqqq": "There is no fault or variant called 'qqqq'.",
     "--self-test --fault=": "There is no fault or variant called ''.",
