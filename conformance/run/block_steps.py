@@ -147,6 +147,12 @@ class BlockSteps(Steps):
                 segments.append(self.checks.block_segment(self.receive(), mux, due))
         return segments
 
+    def end_of_block_upload(self, target: Target, ack: BlockAck) -> BlockEnd:
+        """Acknowledge the last sub-block of a block upload and return the end frame."""
+        with self._served():
+            self.send(ack)
+            return self.checks.block_end(self.receive(), mux_of(target))
+
     def block_download(
         self, target: Target, data: bytes, *, sized: bool = True, crc: bool = True
     ) -> None:
