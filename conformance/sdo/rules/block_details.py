@@ -1,6 +1,5 @@
 """The CRC of block transfers, and how their segments are counted, lost and sent again."""
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 PROTOCOL_SWITCH = "7.2.4.3.5"
@@ -112,25 +111,5 @@ BLOCK_DETAIL_RULES = (
         rows=("8-break-moment", "O12"),
         reaction="A2h with the last segment in sequence",
         open="the moment",
-    ),
-    Rule(
-        "block-download.lost-last",
-        SUB_BLOCK_DOWNLOAD,
-        MAY,
-        "When the last segment of a sub-block is lost, both sides wait until one gives up.",
-        rows=("8-lost-last",),
-        reaction="silence, A2h, or abort",
-        codes=(AbortCode.TIMED_OUT,),
-        open="who gives up, and when",
-    ),
-    Rule(
-        "block-download.lost-acknowledgement",
-        SUB_BLOCK_DOWNLOAD,
-        MAY,
-        "When an acknowledgement is lost, the client gives up or sends the last segment again.",
-        rows=("8-lost-acknowledgement",),
-        reaction="A2h again, silence, or abort",
-        codes=(AbortCode.COMMAND_NOT_VALID,),
-        open="the reaction to a segment that came before",
     ),
 )
