@@ -18,17 +18,15 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message
 
-PROTOCOLS = "7.2.4.3"
 
-
-@must("specifier.unknown", clause=PROTOCOLS, request=UNKNOWN_SPECIFIERS)
+@must("specifier.unknown", "I6", request=UNKNOWN_SPECIFIERS)
 def test_unknown(sdo: Dialogue, request: bytes) -> None:
     """A command specifier that is not defined is aborted with 05040001h."""
     sdo.send(request)
     sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
 
 
-@must("specifier.unknown-is-over", clause=PROTOCOLS, request=UNKNOWN_SPECIFIERS)
+@must("specifier.unknown-is-over", "I6", "3.11-idle", request=UNKNOWN_SPECIFIERS)
 def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     """After an undefined command specifier the next request is served."""
     due = sdo.upload(VENDOR_ID)
@@ -37,14 +35,14 @@ def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_value(VENDOR_ID, due)
 
 
-@may("specifier.out-of-block", clause=PROTOCOLS, request=BLOCK_FRAMES)
+@may("specifier.out-of-block", "I9", "O5", "O6", request=BLOCK_FRAMES)
 def test_out_of_block(sdo: Dialogue, request: Message) -> None:
     """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
     sdo.send(request)
     sdo.expect_silence_or_abort()
 
 
-@must("specifier.block-upload", clause="7.2.4.3.13", crc=[True, False])
+@must("specifier.block-upload", "I36", "I1", "I31", clause="7.2.4.3.13", crc=[True, False])
 def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     """A block upload is served, or refused with 05040001h as not implemented; never silence.
 
@@ -54,7 +52,7 @@ def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     _served_or_unimplemented(sdo, DEVICE_TYPE, BlockUploadInitiateResponse)
 
 
-@must("specifier.block-download", clause="7.2.4.3.9", sized=[True, False])
+@must("specifier.block-download", "I36", "I1", clause="7.2.4.3.9", sized=[True, False])
 def test_block_download(sdo: Dialogue, variable: KnownObject, sized: bool) -> None:
     """A block download is served, or refused with 05040001h as not implemented; never silence."""
     size = len(sdo.device.values[variable.mux]) if sized else None
