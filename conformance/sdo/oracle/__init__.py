@@ -1,0 +1,16 @@
+"""The oracle: says of each response of an SDO server whether it was allowed, and by which rule."""
+
+from conformance.sdo.oracle import (
+    block_download,
+    block_upload,
+    segmented_download,
+    segmented_upload,
+)
+from conformance.sdo.oracle.branch import Freedom
+from conformance.sdo.oracle.follow import Awaited, Oracle
+from conformance.sdo.oracle.knowledge import Facts, Knowledge, Presence
+
+# Each of them registers the initiates that begin with it.
+SERVICES = (segmented_download, segmented_upload, block_download, block_upload)
+
+__all__ = ["SERVICES", "Awaited", "Facts", "Freedom", "Knowledge", "Oracle", "Presence"]

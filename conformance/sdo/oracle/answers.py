@@ -1,0 +1,157 @@
+"""Answers as they may be due: aborts of all sorts, and what every other response is held to."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.frames import Abort, UploadInitiateResponse, decode_response
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, State
+from conformance.sdo.oracle.citations import must, should
+from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.rules import (
+    ABORT_CODE,
+    FILLER,
+    MULTIPLEXER,
+    RESERVED,
+    UNUSED_COUNT,
+    Rule,
+    Violation,
+)
+
+Kind = TypeVar("Kind", bound=Message)
+Codes = tuple[AbortCode, ...]
+KNOWN_CODES = tuple(AbortCode)
+GENERAL: Codes = (AbortCode.GENERAL_ERROR,)
+NOT_VALID: Codes = (AbortCode.COMMAND_NOT_VALID,)
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """An abort that may be due: why, and with which codes.
+
+    ``tolerated`` codes are breaches of a SHOULD. ``muxes`` are those that the abort may name;
+    None stands for any. ``findings`` are noted when the server refuses: where it should not.
+    """
+
+    row: str
+    codes: Codes = NOT_VALID
+    muxes: tuple[Multiplexer, ...] | None = None
+    tolerated: Codes = GENERAL
+    findings: tuple[Violation, ...] = ()
+
+    def words(self) -> str:
+        """Say what is expected."""
+        if self.codes == KNOWN_CODES:
+            return "an abort with any code of CiA 301"
+        return "an abort with " + " or ".join(describe_code(code) for code in self.codes)
+
+    def branch(self, before: State, after: State, memory: Memory, *freedoms: Freedom) -> Branch:
+        """Build the branch of a server that refuses, and is in ``after`` then."""
+
+        def take(frame: bytes) -> Iterable[Branch]:
+            abort = self.read(frame)
+            rest = Branch(after, memory, self.row, freedoms=frozenset(freedoms))
+            return [rest.noting(*self._breaches(abort, frame), *self.findings)]
+
+        return Branch(before, memory, self.row, Due(self.row, self.words(), take))
+
+    def read(self, frame: bytes) -> Abort:
+        """Read an abort, or say that the frame is none."""
+        abort = decode_response(frame)
+        if not isinstance(abort, Abort):
+            raise Misfit(breach(self.row, self.words(), frame))
+        return abort
+
+    def _breaches(self, abort: Abort, frame: bytes) -> Iterable[Violation]:
+        yield from shape(abort, frame)
+        if self.muxes is not None and abort.mux not in self.muxes:
+            named = " or ".join(str(mux) for mux in self.muxes)
+            yield violation(MULTIPLEXER, f"multiplexer {named}", frame)
+        if abort.code not in KNOWN_CODES:
+            yield violation(ABORT_CODE, self.words(), frame)
+        elif abort.code in self.tolerated and abort.code not in self.codes:
+            rule = should("O28") if abort.code == AbortCode.GENERAL_ERROR else should(self.row)
+            yield violation(rule, self.words(), frame)
+        elif abort.code not in self.codes:
+            yield breach(self.row, self.words(), frame)
+
+    def named(self, *muxes: Multiplexer) -> "Refusal":
+        """Say which object the abort has to name."""
+        return replace(self, muxes=muxes)
+
+
+def violation(rule: Rule, expected: str, frame: bytes) -> Violation:
+    """Build a breach of a rule by a response."""
+    return Violation(rule, expected=expected, actual=describe_response(frame))
+
+
+def breach(row: str, expected: str, frame: bytes) -> Violation:
+    """Build a breach of a row of the protocol reference by a response."""
+    return violation(must(row), expected, frame)
+
+
+def expect(kind: type[Kind], frame: bytes, row: str, words: str) -> Kind:
+    """Read a response of one kind; raises Misfit for any other."""
+    response = decode_response(frame)
+    if not isinstance(response, kind):
+        raise Misfit(breach(row, words, frame))
+    return response
+
+
+def require(holds: bool, rule: Rule, expected: str, frame: bytes) -> None:
+    """Raise Misfit where a response of the right kind has a wrong content."""
+    if not holds:
+        raise Misfit(violation(rule, expected, frame), near=1)
+
+
+def require_mux(found: Multiplexer, due: Multiplexer, frame: bytes) -> None:
+    """Raise Misfit unless a response is about the object that was asked for."""
+    require(found == due, MULTIPLEXER, f"multiplexer {due}", frame)
+
+
+def shape(response: Message, frame: bytes) -> Iterable[Violation]:
+    """Yield what is wrong with a response though it can be followed: reserved bits and bytes."""
+    for found in response.reserved_fields():
+        yield Violation(RESERVED, expected="0", actual=f"{found} [{hex_bytes(frame)}]")
+
+
+def zero(rule: Rule, rest: bytes, frame: bytes) -> Iterable[Violation]:
+    """Yield a breach when bytes without data are not 0."""
+    if any(rest):
+        actual = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(frame)}]"
+        yield Violation(rule, expected="00 in bytes without data", actual=actual)
+
+
+def initiate_shape(
+    response: UploadInitiateResponse, frame: bytes, length: int | None
+) -> Iterable[Violation]:
+    """Yield what is wrong with an upload initiate response though it can be followed.
+
+    ``length`` is that of the object's type, which decides where no count is indicated.
+    """
+    yield from shape(response, frame)
+    if response.unused and not (response.expedited and response.sized):
+        yield violation(UNUSED_COUNT, "n = 0", frame)
+    if response.expedited:
+        count = len(response.data) if response.sized else length
+        yield from zero(FILLER, response.payload[count or 4 :], frame)
+    elif not response.sized:
+        yield from zero(RESERVED, response.payload, frame)
+
+
+def answered(
+    kind: type[Kind], row: str, words: str, before: State, after: Branch, **fields: object
+) -> Branch:
+    """Build the branch of a server that has to send one message with the fields given."""
+
+    def take(frame: bytes) -> Iterable[Branch]:
+        response = expect(kind, frame, row, words)
+        for name, due in fields.items():
+            rule = MULTIPLEXER if name == "mux" else must(row)
+            require(getattr(response, name) == due, rule, words, frame)
+        return [after.noting(*shape(response, frame))]
+
+    return Branch(before, after.memory, row, Due(row, words, take))

@@ -1,0 +1,301 @@
+"""Block downloads (CiA 301, 7.2.4.3.9 to 7.2.4.3.11)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    Request,
+    decode_segment,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.oracle.answers import (
+    NOT_VALID,
+    Codes,
+    Refusal,
+    answered,
+    expect,
+    require,
+    require_mux,
+    shape,
+)
+from conformance.sdo.oracle.branch import Branch, Due, Freedom, owing, quiet
+from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.reasons import (
+    LARGEST_BLOCK,
+    TOO_SHORT,
+    Reason,
+    Reasons,
+    announced_reasons,
+    excess_reasons,
+    final_reasons,
+    must_refuse,
+    must_refuse_now,
+    write_reasons,
+)
+from conformance.sdo.oracle.segmented_download import refused
+from conformance.sdo.oracle.states import IDLE, Running, begin
+from conformance.sdo.rules import BLOCK_ACK, BLOCK_SIZE
+
+SEGMENT = 7
+# Both the size and the CRC of a block download may be wrong at once: either is named.
+WRONG_CRC: Codes = (AbortCode.CRC_ERROR,)
+IMPOSSIBLE: Codes = (
+    AbortCode.INVALID_SEQUENCE_NUMBER,
+    AbortCode.INVALID_BLOCK_SIZE,
+    AbortCode.COMMAND_NOT_VALID,
+)
+
+
+def unsupported(service: type, mux: Multiplexer, memory: Memory) -> Reasons:
+    """Return why a block initiate is refused by a server that lacks the service.
+
+    A server that has served it for this object has it.
+    """
+    served = (service, mux) in memory.served
+    return () if served else (Reason("I36", NOT_VALID, binding=False),)
+
+
+@begin.register
+def _(request: BlockDownloadInitiate, memory: Memory) -> list[Branch]:
+    mux = request.mux
+    facts = memory.facts(mux)
+    reasons = (
+        *write_reasons(facts),
+        *announced_reasons(facts, request.size, block=True),
+        *unsupported(BlockDownloadInitiate, mux, memory),
+    )
+    branches = refused(IDLE, mux, reasons, memory)
+    if must_refuse_now(reasons):
+        return branches
+    words = f"A0h or A4h, block download initiate response {mux}"
+    late = tuple(reason for reason in reasons if reason.late)
+
+    def take(frame: bytes) -> Iterable[Branch]:
+        response = expect(BlockDownloadInitiateResponse, frame, "B1", words)
+        require_mux(response.mux, mux, frame)
+        require_block_size(response.block_size, frame)
+        begun = memory.begun(mux).serving(BlockDownloadInitiate, mux)
+        crc = response.crc_supported
+        state = SubBlock(
+            mux, request.size, late, crc and request.crc_supported, response.block_size
+        )
+        return [
+            quiet(state, begun, "I1", *_choices(response.block_size, crc, request)).noting(
+                *shape(response, frame)
+            )
+        ]
+
+    return [owing(IDLE, memory, Due("I1", words, take)), *branches]
+
+
+def _choices(block_size: int, crc: bool, request: BlockDownloadInitiate) -> Iterable[Freedom]:
+    yield Freedom("block download", "served")
+    yield Freedom("block size of a download", str(block_size))
+    client = "can" if request.crc_supported else "cannot"
+    yield Freedom(f"CRC of a block download, client {client}", "yes" if crc else "no")
+
+
+def require_block_size(block_size: int, frame: bytes) -> None:
+    """Raise Misfit for a block size that cannot be."""
+    require(1 <= block_size <= LARGEST_BLOCK, BLOCK_SIZE, "blksize 1 to 127", frame)
+
+
+@dataclass(frozen=True, slots=True)
+class _BlockDownload(Running):
+    """What both states share: announced size, why it may still fail, CRC, and the data so far."""
+
+    size: int | None
+    reasons: Reasons
+    crc: bool
+    block_size: int
+    data: bytes = b""
+
+
+@dataclass(frozen=True, slots=True)
+class SubBlock(_BlockDownload):
+    """Segments are due. ``expected`` is the number of the next one in sequence.
+
+    ``broken``: a segment was lost, and what follows in this sub-block is discarded. After a break
+    that was acknowledged at once, numbers above ``stale`` may belong to the sub-block before.
+    """
+
+    expected: int = 1
+    broken: bool = False
+    stale: int | None = None
+    name: ClassVar[str] = "block download"
+    abort_row: ClassVar[str] = "B4"
+
+    def decode(self, frame: bytes) -> Request:
+        """Within a sub-block everything but an abort is a segment."""
+        return decode_segment(frame)
+
+    def on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Take, or discard, a segment."""
+        if not isinstance(request, BlockSegment):
+            return self.foreign(memory, "B3")
+        branches = self._follow(request, memory)
+        if self.stale is not None and request.sequence > self.stale:
+            left_over = replace(self, stale=request.sequence)
+            return [quiet(left_over, memory, "B6"), *self._later(request, memory)]
+        return branches
+
+    def _follow(self, request: BlockSegment, memory: Memory) -> list[Branch]:
+        number = request.sequence
+        if not 1 <= number <= self.block_size:
+            refusal = Refusal("O14", IMPOSSIBLE, (self.mux,))
+            topic = "an impossible sequence number"
+            return [
+                refusal.branch(self, IDLE, memory, Freedom(topic, "aborts")),
+                quiet(self, memory, "O14", Freedom(topic, "ignored")),
+                *(
+                    branch.choosing(Freedom(topic, "breaks"))
+                    for branch in self._break(request, memory)
+                ),
+            ]
+        if self.broken:
+            return self._later(request, memory)
+        if number == self.expected:
+            return self._take(request, memory)
+        if number > self.expected:
+            return self._break(request, memory)
+        topic = "a repeated segment"
+        ignored = [quiet(self, memory, "B10", Freedom(topic, "ignored"))]
+        if request.last:
+            ignored.append(self._acknowledge(memory, "B10"))
+        return [
+            *ignored,
+            *(branch.choosing(Freedom(topic, "breaks")) for branch in self._break(request, memory)),
+        ]
+
+    def _take(self, request: BlockSegment, memory: Memory) -> list[Branch]:
+        """Take the segment that is due."""
+        data = self.data + request.payload
+        reasons = self.reasons + self._excess(len(data), memory)
+        if request.last:
+            reasons += self._shortfall(len(data), memory)
+        reasons = tuple(dict.fromkeys(reasons))
+        branches = refused(self, self.mux, reasons, memory)
+        taken = replace(self, data=data, reasons=reasons, expected=self.expected + 1, stale=None)
+        if request.last or request.sequence == self.block_size:
+            row = "B2" if request.last else "B1"
+            return [taken._acknowledge(memory, row, request), *branches]
+        return [quiet(taken, memory, "B1"), *branches]
+
+    def _excess(self, count: int, memory: Memory) -> Reasons:
+        """Say why so many bytes, fillers of the last segment left out, are too many."""
+        least = max(count - SEGMENT + 1, 0)
+        return excess_reasons(memory.facts(self.mux), self.size, least, "B12")
+
+    def _shortfall(self, count: int, memory: Memory) -> Reasons:
+        """Say why a transfer that ends after so many bytes, fillers included, has too few."""
+        least = max(self.size or 0, memory.facts(self.mux).length or 0)
+        return (Reason("E5", TOO_SHORT, late=True),) if count < least else ()
+
+    def _break(self, request: BlockSegment, memory: Memory) -> list[Branch]:
+        """Acknowledge what came in sequence before a gap: at once, or at the end."""
+        topic = "acknowledges a gap"
+        at_once = replace(self, stale=request.sequence)._acknowledge(memory, "B6")
+        return [
+            at_once.choosing(Freedom(topic, "at once")),
+            *(
+                branch.choosing(Freedom(topic, "at the end of the sub-block"))
+                for branch in self._later(request, memory)
+            ),
+        ]
+
+    def _later(self, request: BlockSegment, memory: Memory) -> list[Branch]:
+        """Discard a segment behind a gap; acknowledge what came before it at the end."""
+        if request.last or request.sequence >= self.block_size:
+            return [replace(self, stale=None)._acknowledge(memory, "B6")]
+        return [quiet(replace(self, broken=True, stale=None), memory, "B6")]
+
+    def _acknowledge(self, memory: Memory, row: str, last: BlockSegment | None = None) -> Branch:
+        """Build the branch of a server that acknowledges what came in sequence."""
+        number = self.expected - 1
+        words = f"A2h, block acknowledgement, ackseq {number}"
+
+        def take(frame: bytes) -> Iterable[Branch]:
+            response = expect(BlockAck, frame, row, words)
+            require(response.sequence == number, BLOCK_ACK, words, frame)
+            require_block_size(response.block_size, frame)
+            block_size = response.block_size
+            if last is not None and last.last:
+                ended = BlockDownloadEnd(
+                    self.mux, self.size, self.reasons, self.crc, block_size, self.data,
+                    last.encode(), frame,
+                )  # fmt: skip
+                rest = quiet(ended, memory, row)
+            else:
+                following = replace(self, expected=1, broken=False, block_size=block_size)
+                rest = quiet(following, memory, row)
+            chosen = Freedom("block size of a download", str(block_size))
+            return [rest.choosing(chosen).noting(*shape(response, frame))]
+
+        return owing(self, memory, Due(row, words, take))
+
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Give up, acknowledge what has come, or wait."""
+        again = replace(self, stale=None)._acknowledge(memory, "B14")
+        chosen = Freedom("server time-out in a sub-block", "acknowledges")
+        return [*Running.pass_time(self, memory), again.choosing(chosen)]
+
+
+@dataclass(frozen=True, slots=True)
+class BlockDownloadEnd(_BlockDownload):
+    """The last segment is acknowledged, the end is due.
+
+    ``last_segment`` and ``acknowledgement`` are kept: if the one is lost, both may come again.
+    """
+
+    last_segment: bytes = b""
+    acknowledgement: bytes = b""
+    name: ClassVar[str] = "block download"
+    abort_row: ClassVar[str] = "E10"
+    foreign_row: ClassVar[str] = "E7"
+
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Take the last segment again, or what a frame says otherwise."""
+        branches = Running.receive(self, frame, memory)
+        if frame != self.last_segment:
+            return branches
+        topic = "the last segment of a block download again"
+        return [
+            quiet(self, memory, "E8", Freedom(topic, "ignored")),
+            self._acknowledged_again(memory).choosing(Freedom(topic, "acknowledged")),
+            Refusal("E8").branch(self, IDLE, memory, Freedom(topic, "refused")),
+            *branches,
+        ]
+
+    def _acknowledged_again(self, memory: Memory) -> Branch:
+        due = BlockAck.decode(self.acknowledgement)
+        words = f"A2h, block acknowledgement, ackseq {due.sequence}, again"
+        return answered(
+            BlockAck, "E8", words, self, quiet(self, memory, "E8"), sequence=due.sequence
+        )
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Confirm the end, or refuse what came."""
+        if not isinstance(request, BlockEnd):
+            return self.foreign(memory)
+        facts = memory.facts(self.mux)
+        data = self.data[: len(self.data) - request.unused]
+        reasons = self.reasons + excess_reasons(facts, self.size, len(data), "E4")
+        reasons += final_reasons(facts, self.size, data, "E5")
+        wrong_crc = self.crc and request.crc != crc16(data)
+        if wrong_crc or (self.crc and must_refuse(reasons)):
+            reasons += (Reason("E2", WRONG_CRC, binding=wrong_crc),)
+        branches = refused(self, self.mux, tuple(dict.fromkeys(reasons)), memory)
+        if must_refuse(reasons):
+            return branches
+        after = quiet(IDLE, memory.learned(self.mux, data), "E1")
+        words = "A1h, block end response"
+        return [answered(BlockEndResponse, "E1", words, self, after), *branches]

@@ -1,0 +1,321 @@
+"""Block uploads (CiA 301, 7.2.4.3.13 to 7.2.4.3.15)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
+from conformance.sdo.describe import describe, hex_bytes
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    BlockUploadStart,
+    Request,
+    decode_segment,
+)
+from conformance.sdo.oracle.answers import (
+    Refusal,
+    answered,
+    expect,
+    require,
+    require_mux,
+    shape,
+    zero,
+)
+from conformance.sdo.oracle.block_download import unsupported
+from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, owing, quiet
+from conformance.sdo.oracle.citations import must
+from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.reasons import (
+    LARGEST_BLOCK,
+    Reason,
+    Reasons,
+    must_refuse,
+    read_reasons,
+)
+from conformance.sdo.oracle.segmented_download import refused
+from conformance.sdo.oracle.segmented_upload import require_value, upload_begins
+from conformance.sdo.oracle.states import IDLE, Running, begin
+from conformance.sdo.rules import BLOCK_CRC, BLOCK_SEQUENCE, FILLER, RESERVED, SIZE, Violation
+
+SEGMENT = 7
+
+
+@begin.register
+def _(request: BlockUploadInitiate, memory: Memory) -> list[Branch]:
+    mux = request.mux
+    value = memory.value(mux)
+    reasons = read_reasons(memory.facts(mux), value) + unsupported(BlockUploadInitiate, mux, memory)
+    branches: list[Branch] = []
+    if request.threshold and not must_refuse(reasons):
+        switched = upload_begins(mux, memory, request.threshold)
+        branches.append(switched.choosing(Freedom("block upload within pst", "switches")))
+    reasons += _block_size_reasons(request.block_size)
+    if not must_refuse(reasons):
+        branches.insert(0, _served(request, memory))
+    return branches + refused(IDLE, mux, reasons, memory)
+
+
+def _block_size_reasons(block_size: int) -> Reasons:
+    if 1 <= block_size <= LARGEST_BLOCK:
+        return ()
+    return (Reason("I29", (AbortCode.INVALID_BLOCK_SIZE,)),)
+
+
+def _served(request: BlockUploadInitiate, memory: Memory) -> Branch:
+    mux = request.mux
+    words = f"C0h to C6h, block upload initiate response {mux}"
+
+    def take(frame: bytes) -> Iterable[Branch]:
+        response = expect(BlockUploadInitiateResponse, frame, "I1", words)
+        require_mux(response.mux, mux, frame)
+        length = memory.facts(mux).length
+        size = response.size
+        fits = size is None or length in (None, size)
+        require(fits, SIZE, f"{length} bytes, as the type has", frame)
+        crc = response.crc_supported
+        state = NotStarted(mux, size, crc and request.crc_supported, request.block_size)
+        served = memory.serving(BlockUploadInitiate, mux)
+        findings = [*shape(response, frame)]
+        if size is None:
+            findings += zero(RESERVED, response.payload, frame)
+        rest = quiet(state, served, "I1", *_choices(size, crc, request))
+        return [rest.noting(*findings)]
+
+    return owing(IDLE, memory, Due("I1", words, take))
+
+
+def _choices(size: int | None, crc: bool, request: BlockUploadInitiate) -> Iterable[Freedom]:
+    yield Freedom("block upload", "served")
+    yield Freedom("size of a block upload", "not indicated" if size is None else "indicated")
+    client = "can" if request.crc_supported else "cannot"
+    yield Freedom(f"CRC of a block upload, client {client}", "yes" if crc else "no")
+    if request.threshold and size is not None and size <= request.threshold:
+        yield Freedom("block upload within pst", "in blocks")
+
+
+@dataclass(frozen=True, slots=True)
+class _BlockUpload(Running):
+    """What the states share.
+
+    ``data`` are the payloads that were acknowledged, ``sent`` those that were sent behind them;
+    ``total`` is the number of all segments once it is known.
+    """
+
+    size: int | None
+    crc: bool
+    block_size: int
+    data: bytes = b""
+    sent: bytes = b""
+    total: int | None = None
+    name: ClassVar[str] = "block upload"
+    abort_row: ClassVar[str] = "F14"
+
+    @property
+    def acknowledged(self) -> int:
+        """The number of segments that the client has acknowledged."""
+        return len(self.data) // SEGMENT
+
+    @property
+    def segments(self) -> int | None:
+        """The number of segments of the whole transfer; None while it is not known."""
+        if self.total is not None or self.size is None:
+            return self.total
+        return max(-(-self.size // SEGMENT), 1)
+
+    def sends(self, memory: Memory) -> list[Branch]:
+        """Send the next sub-block."""
+        sending = Sending(
+            self.mux, self.size, self.crc, self.block_size, self.data, self.sent, self.total
+        )
+        return [sending.segment_due(memory)]
+
+    def ends(self, memory: Memory) -> Branch:
+        """Send the end of the transfer: n, and the CRC."""
+        words = "C1h to DDh, block end"
+
+        def take(frame: bytes) -> Iterable[Branch]:
+            response = expect(BlockEnd, frame, "F6", words)
+            data = self.data[: len(self.data) - response.unused]
+            size = self.size
+            require(size in (None, len(data)), SIZE, f"{size} bytes, as announced", frame)
+            require_value(self.mux, data, memory, frame, whole=True)
+            crc = crc16(data) if self.crc else 0
+            require(response.crc == crc, BLOCK_CRC, f"CRC {crc:04X}h", frame)
+            fillers = self.data[len(data) :]
+            ended = BlockUploadEnd(
+                self.mux, size, self.crc, self.block_size, data, ended_with=frame
+            )
+            rest = quiet(ended, memory, "F6")
+            return [rest.noting(*shape(response, frame), *zero(FILLER, fillers, frame))]
+
+        return owing(self, memory, Due("F6", words, take))
+
+
+@dataclass(frozen=True, slots=True)
+class NotStarted(_BlockUpload):
+    """The initiate is answered, the start is due."""
+
+    foreign_row: ClassVar[str] = "F4"
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Send the first sub-block."""
+        if not isinstance(request, BlockUploadStart):
+            ack = isinstance(request, BlockAck | BlockEndResponse)
+            return self.foreign(memory, "F2" if ack else "F4")
+        branches = self.sends(memory)
+        if self.size == 0 or (self.size is None and not memory.value(self.mux)):
+            empty = replace(self, data=b"")
+            branches.append(
+                empty.ends(memory).choosing(Freedom("empty block upload", "no segment"))
+            )
+            branches.append(
+                Refusal("F17", (AbortCode.NO_DATA,), (self.mux,)).branch(self, IDLE, memory)
+            )
+        return branches
+
+
+@dataclass(frozen=True, slots=True)
+class Sending(_BlockUpload):
+    """The server sends a sub-block; ``number`` is that of the segment that is due."""
+
+    number: int = 1
+
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Wait: while a segment is due, requests stay in the backlog."""
+        raise AssertionError("a segment is due")
+
+    def segment_due(self, memory: Memory) -> Branch:
+        """Build the branch of a server that sends the next segment."""
+        row = "F7" if self._is_repeated() else "F1" if not self.data else "F5"
+        words = f"block segment {self.number}" + (", last" if self._is_last() else "")
+
+        def take(frame: bytes) -> Iterable[Branch]:
+            response = decode_segment(frame)
+            if not isinstance(response, BlockSegment):
+                raise Misfit(_breach(row, words, frame))
+            if response.sequence != self.number:
+                raise Misfit(
+                    Violation(BLOCK_SEQUENCE, expected=words, actual=_segment(frame)), near=1
+                )
+            self._check(response, row, words, frame, memory)
+            return self._sent(response, memory)
+
+        return owing(self, memory, Due(row, words, take))
+
+    @property
+    def _position(self) -> int:
+        return self.acknowledged + self.number
+
+    def _is_repeated(self) -> bool:
+        return self.number * SEGMENT <= len(self.sent)
+
+    def _is_last(self) -> bool | None:
+        """Say whether the segment that is due is the very last; None when it is not known."""
+        return None if self.segments is None else self._position == self.segments
+
+    def _check(
+        self, response: BlockSegment, row: str, words: str, frame: bytes, memory: Memory
+    ) -> None:
+        marked = self._is_last()
+        actual = _segment(frame)
+        if marked is not None and response.last != marked:
+            raise Misfit(Violation(must(row), expected=words, actual=actual), near=1)
+        start = (self.number - 1) * SEGMENT
+        before = self.sent[start : start + SEGMENT]
+        if before and response.payload != before:
+            expected = f"{hex_bytes(before)} again"
+            raise Misfit(Violation(must("F7"), expected=expected, actual=actual), near=1)
+        data = self.data + self.sent[:start] + response.payload
+        due = memory.value(self.mux)
+        facts = memory.facts(self.mux)
+        end = min(len(data), self.size) if self.size is not None else len(data)
+        if due is not None and not facts.begins(data[: min(end, len(due))], due):
+            expected = f"{self.mux} to read as {hex_bytes(due)}"
+            raise Misfit(Violation(must("I1"), expected=expected, actual=actual), near=1)
+
+    def _sent(self, response: BlockSegment, memory: Memory) -> Iterable[Branch]:
+        start = (self.number - 1) * SEGMENT
+        known = self.sent[:start] + response.payload + self.sent[start + SEGMENT :]
+        total = self._position if response.last else self.total
+        following = replace(self, sent=known, total=total, number=self.number + 1)
+        if response.last or self.number == self.block_size:
+            acknowledge = Unacknowledged(
+                self.mux, self.size, self.crc, self.block_size, self.data, known, total,
+                count=self.number,
+            )  # fmt: skip
+            return [quiet(acknowledge, memory, "F1")]
+        return [following.segment_due(memory)]
+
+
+def _segment(frame: bytes) -> str:
+    return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]"
+
+
+def _breach(row: str, expected: str, frame: bytes) -> Violation:
+    return Violation(must(row), expected=expected, actual=_segment(frame))
+
+
+@dataclass(frozen=True, slots=True)
+class Unacknowledged(_BlockUpload):
+    """A sub-block of ``count`` segments was sent, the acknowledgement is due."""
+
+    count: int = 0
+    foreign_row: ClassVar[str] = "F11"
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Send what is next, or what was lost, or the end."""
+        if not isinstance(request, BlockAck):
+            return self.foreign(memory)
+        refusals = []
+        if request.sequence > self.count:
+            codes = (AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID)
+            refusals.append(Refusal("F9", codes))
+        if not 1 <= request.block_size <= LARGEST_BLOCK:
+            refusals.append(Refusal("F10", (AbortCode.INVALID_BLOCK_SIZE,)))
+        if refusals:
+            return [refusal.named(self.mux).branch(self, IDLE, memory) for refusal in refusals]
+        taken = request.sequence * SEGMENT
+        following = replace(
+            self,
+            block_size=request.block_size,
+            data=self.data + self.sent[:taken],
+            sent=self.sent[taken:],
+        )
+        if request.sequence and following.acknowledged == self.segments:
+            return [following.ends(memory)]
+        return following.sends(memory)
+
+
+@dataclass(frozen=True, slots=True)
+class BlockUploadEnd(_BlockUpload):
+    """The end frame was sent, its confirmation is due, which is not answered."""
+
+    ended_with: bytes = b""
+    abort_row: ClassVar[str] = "G4"
+    foreign_row: ClassVar[str] = "G1"
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Be idle when the client has everything."""
+        if isinstance(request, BlockEndResponse):
+            steady = memory.facts(self.mux).steady
+            after = memory.learned(self.mux, self.data) if steady else memory
+            return [quiet(IDLE, after, "G1")]
+        if not isinstance(request, BlockAck):
+            return self.foreign(memory)
+        topic = "an acknowledgement behind the end of a block upload"
+        end = BlockEnd.decode(self.ended_with)
+        again = answered(
+            BlockEnd, "G2", f"{describe(end)}, again", self, quiet(self, memory, "G2"),
+            unused=end.unused, crc=end.crc,
+        )  # fmt: skip
+        return [
+            again.choosing(Freedom(topic, "end repeated")),
+            quiet(self, memory, "G2", Freedom(topic, "ignored")),
+            *(branch.choosing(Freedom(topic, "refused")) for branch in self.foreign(memory, "G2")),
+        ]

@@ -1,0 +1,269 @@
+"""Follows a conversation on one SDO channel, and judges each response of the server.
+
+Sans-I/O: frames go in, judgements come out. The caller says what was sent (``request``), what came
+(``response``), that nothing more came (``settled``), and that the client was silent for so long
+that a server may give up (``silence``). Each of the last three returns the breaches found, the
+first of which stops the following unless it is one of shape; the oracle then waits for the next
+initiate or abort of the client to find its way back.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from enum import Enum, auto
+
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import Abort, decode_response
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.oracle.answers import NOT_VALID, Refusal, violation
+from conformance.sdo.oracle.block_download import SubBlock
+from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, quiet
+from conformance.sdo.oracle.citations import must
+from conformance.sdo.oracle.knowledge import Knowledge, Memory
+from conformance.sdo.oracle.profile import Profile
+from conformance.sdo.oracle.states import IDLE, LOST
+from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
+
+REQUEST_BASE = 0x600
+RESPONSE_BASE = 0x580
+ABORT_COMMAND = 0x80
+# So many ways to go on at once mean that nothing can be said any more.
+MOST_BRANCHES = 1000
+SECOND = "a second request before the answer"
+
+
+class Awaited(Enum):
+    """What the server has to send now."""
+
+    NOTHING = auto()
+    MAYBE = auto()
+    ANSWER = auto()
+
+
+class Oracle:
+    """What is known of one server after what was said so far.
+
+    >>> oracle = Oracle()
+    >>> oracle.request(bytes.fromhex("40 18 10 01 00 00 00 00"))
+    >>> oracle.response(bytes.fromhex("43 18 10 01 04 00 00 00"))
+    []
+    """
+
+    def __init__(self, knowledge: Knowledge | None = None, node_id: int | None = None) -> None:
+        """Start with an idle server. ``node_id`` is needed for CAN frames as a whole only."""
+        self.profile = Profile()
+        self._node_id = node_id
+        self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), "I1")]
+        self._asked = False
+
+    @property
+    def awaited(self) -> Awaited:
+        """Whether an answer is due."""
+        owing = [branch.due is not None for branch in self._branches]
+        if all(owing):
+            return Awaited.ANSWER
+        lost = any(branch.state is LOST for branch in self._branches)
+        return Awaited.MAYBE if lost or any(owing) else Awaited.NOTHING
+
+    @property
+    def lost(self) -> bool:
+        """Whether the server broke the protocol so that it cannot be followed for now."""
+        return any(branch.state is LOST for branch in self._branches)
+
+    @property
+    def states(self) -> frozenset[str]:
+        """The names of the states that the server may be in."""
+        return frozenset(branch.state.name for branch in self._branches)
+
+    @property
+    def idle(self) -> bool:
+        """Whether the server is idle for sure."""
+        return all(branch.state is IDLE and branch.due is None for branch in self._branches)
+
+    @property
+    def values(self) -> dict[Multiplexer, frozenset[bytes] | None]:
+        """What objects that were written or read may hold now; None stands for anything."""
+        touched = {mux for branch in self._branches for mux in branch.memory.values}
+        return {mux: self.may_hold(mux) for mux in sorted(touched)}
+
+    def may_hold(self, mux: Multiplexer) -> frozenset[bytes] | None:
+        """Return the values that an object may have now; None stands for any."""
+        values = [branch.memory.now(mux) for branch in self._branches]
+        known = frozenset(value for value in values if value is not None)
+        return known if len(known) and None not in values else None
+
+    def request(self, frame: bytes | CanFrame) -> None:
+        """Take what the client sent: the data bytes of a request, or a whole CAN frame.
+
+        A CAN frame that is no request on this channel asks for nothing.
+        """
+        if isinstance(frame, CanFrame):
+            if not self._is_request(frame):
+                self._asked = True
+                return
+            frame = frame.data
+        self._asked = True
+        self._go_to([after for branch in self._branches for after in _hear(branch, frame)])
+
+    def response(self, frame: bytes | CanFrame) -> list[Violation]:
+        """Take what the server sent; return what was wrong with it."""
+        data, findings = self._shaped(frame)
+        fits: list[Branch] = []
+        misfits: list[Misfit] = []
+        for branch in self._branches:
+            try:
+                fits += _take(branch, data)
+            except Misfit as misfit:
+                misfits.append(misfit)
+        if not fits:
+            broken = self._misfit(misfits, data)
+            self._recover(data)
+        else:
+            broken = self._keep_best(fits)
+        self._asked = False
+        return findings + broken
+
+    def settled(self) -> list[Violation]:
+        """Take that nothing more came, as a fence or a time-out proves; return what is missing."""
+        resting = [branch for branch in self._branches if branch.due is None]
+        self._asked = False
+        if resting:
+            return self._keep_best(resting)
+        due = [branch.due for branch in self._branches if branch.due is not None]
+        expected = " or ".join(dict.fromkeys(answer.words for answer in due))
+        memory = self._branches[0].memory.in_doubt()
+        self._go_to([quiet(LOST, memory, due[0].row)])
+        return [Violation(must(due[0].row), expected=expected, actual="no answer")]
+
+    def silence(self) -> list[Violation]:
+        """Take that the client was silent for longer than a server's time-out may be."""
+        findings = self.settled()
+        self._go_to(
+            [
+                after.choosing(*branch.freedoms)
+                for branch in self._branches
+                for after in branch.state.pass_time(branch.memory)
+            ]
+        )
+        return findings
+
+    def observe(self, frame: CanFrame) -> list[Violation]:
+        """Take any CAN frame from the bus; return what was wrong with it."""
+        if self._node_id is not None and frame.can_id == RESPONSE_BASE + self._node_id:
+            return self.response(frame)
+        if self._is_request(frame):
+            self.request(frame)
+        return []
+
+    def _is_request(self, frame: CanFrame) -> bool:
+        addressed = self._node_id is None or frame.can_id == REQUEST_BASE + self._node_id
+        return addressed and not frame.extended and not frame.remote
+
+    def _shaped(self, frame: bytes | CanFrame) -> tuple[bytes, list[Violation]]:
+        """Return 8 data bytes, and what is wrong with the frame as a CAN frame."""
+        if isinstance(frame, bytes):
+            frame = CanFrame(RESPONSE_BASE + (self._node_id or 0), frame)
+        wrong = []
+        if self._node_id is not None and frame.can_id != RESPONSE_BASE + self._node_id:
+            wrong.append(f"identifier {frame.can_id:03X}h")
+        if frame.extended:
+            wrong.append("a 29-bit identifier")
+        if frame.remote:
+            wrong.append("a remote frame")
+        if frame.dlc != FRAME_LENGTH:
+            wrong.append(f"DLC {frame.dlc}")
+        data = frame.data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+        if not wrong:
+            return data, []
+        actual = f"{frame} ({', '.join(wrong)})"
+        expected = "a data frame of 8 bytes on the COB-ID of the channel"
+        return data, [Violation(FRAME_SHAPE, expected=expected, actual=actual)]
+
+    def _misfit(self, misfits: list[Misfit], data: bytes) -> list[Violation]:
+        if not misfits:
+            if self._asked:
+                return [violation(must(self._branches[0].row), "no answer", data)]
+            return [violation(UNSOLICITED, "nothing that was not asked for", data)]
+        nearest = max(misfits, key=lambda misfit: misfit.near)
+        found = nearest.violation
+        if nearest.near:
+            return [found]
+        expected = " or ".join(dict.fromkeys(misfit.violation.expected for misfit in misfits))
+        return [Violation(found.rule, expected=expected, actual=found.actual)]
+
+    def _recover(self, data: bytes) -> None:
+        """Think where a server may be that broke the protocol."""
+        memory = self._branches[0].memory.in_doubt()
+        if isinstance(decode_response(data), Abort):
+            branches = [quiet(IDLE, memory, "I10")]
+        else:
+            branches = [quiet(LOST, memory, "I10")]
+        self._go_to(branches)
+
+    def _keep_best(self, branches: list[Branch]) -> list[Violation]:
+        """Go on with those that break the fewest rules, and return what the best of them breaks."""
+        found = [branch for branch in branches if branch.state is not LOST]
+        clean = [branch for branch in found if not branch.failures]
+        if len(found) < len(branches) and not clean:
+            found = [branch for branch in branches if branch.state is LOST]
+        fewest = min(branch.failures for branch in found)
+        kept = [branch for branch in found if branch.failures == fewest]
+        best = min(kept, key=lambda branch: len(branch.findings))
+        self._go_to([replace(branch, findings=()) for branch in kept])
+        return list(best.findings)
+
+    def _go_to(self, branches: list[Branch]) -> None:
+        """Merge what is the same, and record the choices that all have in common."""
+        merged: list[Branch] = []
+        for branch in branches:
+            for position, other in enumerate(merged):
+                if replace(other, freedoms=branch.freedoms, row=branch.row) == branch:
+                    common = other.freedoms & branch.freedoms
+                    merged[position] = replace(other, freedoms=common)
+                    break
+            else:
+                merged.append(branch)
+        if len(merged) > MOST_BRANCHES:
+            merged = [quiet(LOST, merged[0].memory.in_doubt(), merged[0].row)]
+        common = frozenset.intersection(*(branch.freedoms for branch in merged))
+        self.profile.add(common)
+        self._branches = [
+            replace(branch, freedoms=branch.freedoms - common) if common else branch
+            for branch in merged
+        ]
+
+
+def _hear(branch: Branch, frame: bytes) -> Iterator[Branch]:
+    """Yield how a branch may go on with a request."""
+    if branch.due is None:
+        for after in branch.state.receive(frame, branch.memory):
+            yield after.choosing(*branch.freedoms)
+        return
+    # A request before the answer: it waits, or gets lost, or is too much for the server.
+    yield replace(branch, backlog=(*branch.backlog, frame))
+    if len(frame) == FRAME_LENGTH and frame[0] == ABORT_COMMAND:
+        yield replace(branch, state=IDLE, due=None, backlog=(), row="I10")
+    elif not isinstance(branch.state, SubBlock):
+        yield branch.choosing(Freedom(SECOND, "dropped"))
+        yield Refusal("O32", NOT_VALID).branch(
+            IDLE, IDLE, branch.memory, *branch.freedoms, Freedom(SECOND, "refused")
+        )
+
+
+def _take(branch: Branch, frame: bytes) -> Iterable[Branch]:
+    """Return how a branch may go on with a response; raises Misfit where it cannot."""
+    if branch.state is LOST:
+        return [branch]
+    if branch.due is None:
+        return []
+    branches = [after.choosing(*branch.freedoms) for after in branch.due.take(frame)]
+    for request in branch.backlog:
+        branches = [later for after in branches for later in _catch_up(after, request)]
+    return branches
+
+
+def _catch_up(branch: Branch, request: bytes) -> Iterator[Branch]:
+    """Yield how a branch may go on with a request that has waited for the answer before."""
+    for after in _hear(branch, request):
+        yield after.noting(*branch.findings)
+    if branch.due is None and not isinstance(branch.state, SubBlock):
+        yield branch.choosing(Freedom(SECOND, "dropped"))

@@ -1,0 +1,152 @@
+"""Expedited and segmented downloads (CiA 301, 7.2.4.3.3 and 7.2.4.3.4)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegment,
+    DownloadSegmentResponse,
+    Request,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.oracle.answers import Refusal, answered
+from conformance.sdo.oracle.branch import Branch, Freedom, State, quiet
+from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.reasons import (
+    LENGTHS,
+    TOO_LONG,
+    TOO_SHORT,
+    Reason,
+    Reasons,
+    announced_reasons,
+    excess_reasons,
+    final_reasons,
+    must_refuse,
+    must_refuse_now,
+    value_reasons,
+    write_reasons,
+)
+from conformance.sdo.oracle.states import IDLE, Running, begin
+
+SHORT = 4
+
+
+@begin.register
+def _(request: DownloadInitiate, memory: Memory) -> list[Branch]:
+    if request.expedited:
+        return _expedited(request, memory)
+    mux = request.mux
+    facts = memory.facts(mux)
+    reasons = (*write_reasons(facts), *announced_reasons(facts, request.size, block=False))
+    branches = refused(IDLE, mux, reasons, memory)
+    if not must_refuse_now(reasons):
+        late = tuple(reason for reason in reasons if reason.late)
+        begun = quiet(SegmentedDownload(mux, request.size, late), memory.begun(mux), "I27")
+        branches.insert(0, _confirmed(mux, begun))
+    return branches
+
+
+def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
+    mux = request.mux
+    facts = memory.facts(mux)
+    data = request.data if request.sized else request.data[: facts.length]
+    reasons = (*write_reasons(facts), *_length_reasons(request, facts.length))
+    if facts.length in (None, len(data)):
+        reasons += value_reasons(facts, data)
+    if facts.varies and facts.capacity is None:
+        reasons += excess_reasons(facts, None, len(data), "I19")
+    branches = refused(IDLE, mux, reasons, memory)
+    if not must_refuse(reasons):
+        # Without a count, only a type of fixed length says how many bytes are stored.
+        stored = data if request.sized or facts.length is not None else None
+        branches.insert(0, _confirmed(mux, quiet(IDLE, memory.learned(mux, stored), "I1")))
+    return branches
+
+
+def _length_reasons(request: DownloadInitiate, length: int | None) -> Reasons:
+    if not request.sized:
+        if length is None:
+            return (Reason("O20", LENGTHS, binding=False),)
+        if length > SHORT:
+            return (Reason("I20", TOO_SHORT),)
+        return (Reason("I21", TOO_LONG, binding=False),) if length < SHORT else ()
+    if length is None or len(request.data) == length:
+        return ()
+    if len(request.data) > length:
+        return (Reason("I19", TOO_LONG),)
+    return (Reason("I20", TOO_SHORT),)
+
+
+def _confirmed(mux: Multiplexer, after: Branch) -> Branch:
+    words = f"60h, download initiate response {mux}"
+    return answered(DownloadInitiateResponse, "I1", words, IDLE, after, mux=mux)
+
+
+def refused(before: State, mux: Multiplexer, reasons: Reasons, memory: Memory) -> list[Branch]:
+    """Return the branches of a server that refuses for one of the reasons."""
+    return [reason.refusal(mux).branch(before, IDLE, memory) for reason in reasons]
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentedDownload(Running):
+    """Segments are due. ``reasons`` are those from the initiate for which it may still fail."""
+
+    size: int | None
+    reasons: Reasons = ()
+    data: bytes = b""
+    toggle: int = 0
+    name: ClassVar[str] = "segmented download"
+    abort_row: ClassVar[str] = "D14"
+    foreign_row: ClassVar[str] = "D12"
+    restart_row: ClassVar[str] = "O8"
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Take a segment."""
+        if not isinstance(request, DownloadSegment):
+            return self.foreign(memory)
+        if request.toggle != self.toggle:
+            topic = "toggle error in a download"
+            refusal = Refusal("D3", (AbortCode.TOGGLE_NOT_ALTERNATED,), (self.mux,), ())
+            return [
+                refusal.branch(self, IDLE, memory, Freedom(topic, "aborts")),
+                quiet(self, memory, "D3", Freedom(topic, "ignored")),
+            ]
+        return [
+            branch.choosing(*freedoms)
+            for data, freedoms in self._readings(request, memory)
+            for branch in self._taken(data, request.last, memory)
+        ]
+
+    def _readings(
+        self, request: DownloadSegment, memory: Memory
+    ) -> Iterable[tuple[bytes, tuple[Freedom, ...]]]:
+        """Yield what a segment may hold: n = 0 in the last one also means "not stated"."""
+        yield request.data, ()
+        limit = self.size if self.size is not None else memory.facts(self.mux).length
+        if request.last and not request.unused and limit is not None:
+            room = limit - len(self.data)
+            if 0 <= room < len(request.data):
+                yield request.data[:room], (Freedom("n = 0 in a short last segment", "not stated"),)
+
+    def _taken(self, data: bytes, last: bool, memory: Memory) -> list[Branch]:
+        facts = memory.facts(self.mux)
+        whole = self.data + data
+        reasons = self.reasons + excess_reasons(facts, self.size, len(whole), "D4")
+        if last:
+            reasons += final_reasons(facts, self.size, whole, "D5")
+        branches = refused(self, self.mux, reasons, memory)
+        if last and must_refuse(reasons):
+            return branches
+        after = quiet(IDLE, memory.learned(self.mux, whole), "D2")
+        if not last:
+            late = tuple(dict.fromkeys(reason for reason in reasons if reason.late))
+            going = replace(self, reasons=late, data=whole, toggle=self.toggle ^ 1)
+            after = quiet(going, memory, "D1")
+        words = f"{0x20 | self.toggle << 4:02X}h, download segment response, t={self.toggle}"
+        row = "D2" if last else "D1"
+        confirmed = answered(DownloadSegmentResponse, row, words, self, after, toggle=self.toggle)
+        return [confirmed, *branches]

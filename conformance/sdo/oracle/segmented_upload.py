@@ -1,0 +1,157 @@
+"""Expedited and segmented uploads (CiA 301, 7.2.4.3.6 and 7.2.4.3.7)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import hex_bytes
+from conformance.sdo.frames import (
+    Request,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.oracle.answers import (
+    Refusal,
+    expect,
+    initiate_shape,
+    require,
+    require_mux,
+    zero,
+)
+from conformance.sdo.oracle.branch import Branch, Due, Freedom, owing, quiet
+from conformance.sdo.oracle.citations import must
+from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.reasons import must_refuse, read_reasons
+from conformance.sdo.oracle.segmented_download import refused
+from conformance.sdo.oracle.states import IDLE, Running, begin
+from conformance.sdo.rules import FILLER, SIZE, TOGGLE, UPLOAD_ENDS
+
+# Empty segments are allowed; a server that sends nothing else never comes to an end.
+MOST_EMPTY_SEGMENTS = 16
+
+
+@begin.register
+def _(request: UploadInitiate, memory: Memory) -> list[Branch]:
+    reasons = read_reasons(memory.facts(request.mux), memory.value(request.mux))
+    branches = refused(IDLE, request.mux, reasons, memory)
+    return branches if must_refuse(reasons) else [upload_begins(request.mux, memory), *branches]
+
+
+def upload_begins(mux: Multiplexer, memory: Memory, most: int | None = None) -> Branch:
+    """Build the branch of a server that answers with an ordinary upload.
+
+    ``most`` is pst where a block upload becomes one: it may have so many bytes.
+    """
+    words = f"4xh, upload initiate response {mux}"
+    row = "I1" if most is None else "I30"
+
+    def take(frame: bytes) -> Iterable[Branch]:
+        response = expect(UploadInitiateResponse, frame, row, words)
+        require_mux(response.mux, mux, frame)
+        facts = memory.facts(mux)
+        shape = tuple(initiate_shape(response, frame, facts.length))
+        if response.expedited:
+            data = response.data
+            if not response.sized:
+                data = data[: _uncounted(mux, memory)]
+            require_value(mux, data, memory, frame, whole=True)
+            require(most is None or len(data) <= most, must("I32"), f"{most} bytes at most", frame)
+            kind = "counted" if response.sized else "not counted"
+            known = response.sized or facts.length is not None
+            after = memory.learned(mux, data) if known and facts.steady else memory
+            rest = quiet(IDLE, after, "I1", Freedom("expedited upload", kind))
+        else:
+            size = response.size
+            _require_size(mux, size, memory, most, frame)
+            choice = "not indicated" if size is None else "indicated"
+            state = SegmentedUpload(mux, size, most)
+            rest = quiet(state, memory, "I1", Freedom("size of a segmented upload", choice))
+        return [rest.noting(*shape)]
+
+    return owing(IDLE, memory, Due(row, words, take))
+
+
+def _uncounted(mux: Multiplexer, memory: Memory) -> int | None:
+    """Return how many bytes count where the answer does not say it."""
+    value = memory.value(mux)
+    return memory.facts(mux).length or (len(value) if value is not None else None)
+
+
+def _require_size(
+    mux: Multiplexer, size: int | None, memory: Memory, most: int | None, frame: bytes
+) -> None:
+    if size is None:
+        return
+    length = memory.facts(mux).length
+    require(length in (None, size), SIZE, f"{length} bytes, as the type has", frame)
+    require(most is None or size <= most, must("I32"), f"{most} bytes at most, as pst says", frame)
+
+
+def require_value(
+    mux: Multiplexer, data: bytes, memory: Memory, frame: bytes, *, whole: bool
+) -> None:
+    """Raise Misfit when data, or their beginning, are not what the object has to read as."""
+    facts = memory.facts(mux)
+    due = memory.value(mux)
+    if whole:
+        fits = facts.length in (None, len(data))
+        require(fits, SIZE, f"{facts.length} bytes, as the type has", frame)
+    if due is not None:
+        holds = facts.same(data, due) if whole else facts.begins(data, due)
+        require(holds, must("I1"), f"{mux} to read as {hex_bytes(due)}", frame)
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentedUpload(Running):
+    """The client asks for segments. ``most`` is pst where a block upload became this one."""
+
+    size: int | None
+    most: int | None = None
+    data: bytes = b""
+    toggle: int = 0
+    empty: int = 0
+    name: ClassVar[str] = "segmented upload"
+    abort_row: ClassVar[str] = "U7"
+    foreign_row: ClassVar[str] = "U10"
+    restart_row: ClassVar[str] = "O8"
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Send the next segment."""
+        if not isinstance(request, UploadSegment):
+            return self.foreign(memory)
+        if request.toggle != self.toggle:
+            codes = (AbortCode.TOGGLE_NOT_ALTERNATED,)
+            return [Refusal("U2", codes, (self.mux,), ()).branch(self, IDLE, memory)]
+        return [self._segment(memory)]
+
+    def _segment(self, memory: Memory) -> Branch:
+        words = f"upload segment response, t={self.toggle}"
+
+        def take(frame: bytes) -> Iterable[Branch]:
+            response = expect(UploadSegmentResponse, frame, "U1", words)
+            require(response.toggle == self.toggle, TOGGLE, words, frame)
+            data = self.data + response.data
+            self._require_length(data, response.last, frame)
+            require_value(self.mux, data, memory, frame, whole=response.last)
+            shape = zero(FILLER, response.payload[len(response.data) :], frame)
+            empty = self.empty + (not response.data)
+            if response.last:
+                steady = memory.facts(self.mux).steady
+                after = memory.learned(self.mux, data) if steady else memory
+                return [quiet(IDLE, after, "U1").noting(*shape)]
+            require(empty <= MOST_EMPTY_SEGMENTS, UPLOAD_ENDS, "a last segment", frame)
+            going = replace(self, data=data, toggle=self.toggle ^ 1, empty=empty)
+            return [quiet(going, memory, "U1").noting(*shape)]
+
+        return owing(self, memory, Due("U1", words, take))
+
+    def _require_length(self, data: bytes, last: bool, frame: bytes) -> None:
+        if self.size is not None:
+            fits = len(data) == self.size if last else len(data) <= self.size
+            require(fits, SIZE, f"{self.size} bytes, as announced", frame)
+        if self.most is not None:
+            require(len(data) <= self.most, must("I32"), f"{self.most} bytes at most", frame)

@@ -1,0 +1,248 @@
+"""The idle server, and what all states have in common (CiA 301, 7.2.4.2 and 7.2.4.3.17)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import singledispatch
+from typing import ClassVar
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockSegment,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    Request,
+    Unknown,
+    UploadInitiate,
+    decode_request,
+)
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.oracle.answers import GENERAL, KNOWN_CODES, Codes, Refusal
+from conformance.sdo.oracle.branch import Branch, Freedom, quiet
+from conformance.sdo.oracle.citations import should
+from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.short_frames import completed
+from conformance.sdo.rules import Violation
+
+Initiate = DownloadInitiate | UploadInitiate | BlockDownloadInitiate | BlockUploadInitiate
+WRONG_LENGTH: Codes = (
+    AbortCode.COMMAND_NOT_VALID,
+    AbortCode.LENGTH_MISMATCH,
+    AbortCode.LENGTH_TOO_HIGH,
+    AbortCode.LENGTH_TOO_LOW,
+    AbortCode.GENERAL_ERROR,
+)
+TIMED_OUT: Codes = (AbortCode.TIMED_OUT,)
+RESERVED_BYTES: Codes = (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE)
+
+
+@singledispatch
+def begin(request: Request, memory: Memory) -> list[Branch]:
+    """Return all that an idle server may do with a request of 8 bytes without reserved bits.
+
+    The services register what begins with them. Any other frame belongs to a transfer, and there
+    is none.
+    """
+    row = "I9"
+    return [
+        quiet(IDLE, memory, row, Freedom("a frame of a transfer when idle", "ignored")),
+        Refusal(row, tolerated=KNOWN_CODES).branch(
+            IDLE, IDLE, memory, Freedom("a frame of a transfer when idle", "refused")
+        ),
+    ]
+
+
+@begin.register
+def _(request: Unknown, memory: Memory) -> list[Branch]:
+    return [Refusal("I6").branch(IDLE, IDLE, memory)]
+
+
+class Answering:
+    """What every state does with a request, apart from what is its own: ``on``."""
+
+    name: ClassVar[str] = ""
+
+    def decode(self, frame: bytes) -> Request:
+        """Read a request of 8 bytes."""
+        return decode_request(frame)
+
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Return all that a server may do with the data bytes of a request."""
+        if len(frame) != FRAME_LENGTH:
+            return self.on_wrong_length(frame, memory)
+        request = self.decode(frame)
+        if isinstance(request, Abort):
+            return self.on_abort(request, memory)
+        branches = self.on(plain(request), memory)
+        return branches + [
+            refusal.branch(self, IDLE, memory, Freedom(topic, "refused"))
+            for topic, refusal in oddities(request)
+        ]
+
+    def on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Return all that a server may do with a request that has no reserved bits or bytes."""
+        raise NotImplementedError
+
+    def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
+        """Return all that a server may do with an abort."""
+        raise NotImplementedError
+
+    def on_wrong_length(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Ignore it, refuse it, or serve what has all the bytes that it needs (not defined)."""
+        topic = "a frame of a wrong length"
+        refusal = Refusal("O1", WRONG_LENGTH, tolerated=KNOWN_CODES)
+        branches = [
+            quiet(self, memory, "O1", Freedom(topic, "ignored")),
+            quiet(IDLE, memory, "O1", Freedom(topic, "ends the transfer")),
+            refusal.branch(self, IDLE, memory, Freedom(topic, "refused")),
+        ]
+        request = completed(self.decode, frame, memory)
+        if request is not None and not isinstance(request, Abort):
+            served = Freedom(topic, "served")
+            branches += [branch.choosing(served) for branch in self.on(plain(request), memory)]
+        return branches
+
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Return all that a server may do when its client is silent for long."""
+        return [quiet(self, memory, "O11")]
+
+
+@dataclass(frozen=True, slots=True)
+class Idle(Answering):
+    """No transfer runs."""
+
+    name: ClassVar[str] = "idle"
+
+    def on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Begin what the request begins."""
+        return begin(request, memory)
+
+    def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
+        """Keep silent; what an abort with reserved bits is, is open."""
+        if not request.reserved_bits:
+            return [quiet(IDLE, memory, "I10")]
+        return [quiet(IDLE, memory, "I11"), Refusal("I11").branch(IDLE, IDLE, memory)]
+
+
+IDLE = Idle()
+
+
+@dataclass(frozen=True, slots=True)
+class Running(Answering):
+    """A transfer runs. ``rows`` are the rows of the reference that say so for each state."""
+
+    mux: Multiplexer
+    abort_row: ClassVar[str]
+    foreign_row: ClassVar[str]
+    restart_row: ClassVar[str] = "O9"
+
+    def on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Go on with the transfer, or begin another."""
+        if isinstance(request, Initiate):
+            return self.restart(request, memory)
+        return self.go_on(request, memory)
+
+    def go_on(self, request: Request, memory: Memory) -> list[Branch]:
+        """Return what a server may do with a request that is no initiate: states override it."""
+        return self.foreign(memory)
+
+    def foreign(self, memory: Memory, row: str = "") -> list[Branch]:
+        """Refuse a frame that does not belong here, and end the transfer."""
+        return [Refusal(row or self.foreign_row).named(self.mux).branch(self, IDLE, memory)]
+
+    def restart(self, request: Initiate, memory: Memory) -> list[Branch]:
+        """Serve a new initiate, or refuse it; the running transfer is over in both cases."""
+        topic = f"a new initiate in a {self.name}"
+        missed: tuple[Violation, ...] = ()
+        if self.restart_row == "O8":
+            expected = f"the transfer of {request.mux} to begin"
+            missed = (Violation(should("O8"), expected=expected, actual="an abort"),)
+        refusal = Refusal(self.restart_row, KNOWN_CODES, (self.mux, request.mux), findings=missed)
+        return [
+            *(branch.choosing(Freedom(topic, "served")) for branch in begin(request, memory)),
+            refusal.branch(self, IDLE, memory, Freedom(topic, "refused")),
+        ]
+
+    def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
+        """End the transfer in silence; whether an odd abort is one, is open."""
+        if request.mux == self.mux and not request.reserved_bits:
+            return [quiet(IDLE, memory, self.abort_row)]
+        topic = "an abort with reserved bits" if request.reserved_bits else "an abort of another"
+        return [
+            quiet(IDLE, memory, "O10", Freedom(topic, "ends the transfer")),
+            quiet(self, memory, "O10", Freedom(topic, "ignored")),
+            Refusal("O10").branch(self, IDLE, memory, Freedom(topic, "refused")),
+        ]
+
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Wait for ever, or give up."""
+        refusal = Refusal("O11", TIMED_OUT, (self.mux,), tolerated=())
+        return [
+            quiet(self, memory, "O11"),
+            refusal.branch(self, IDLE, memory, Freedom("server time-out", "aborts")),
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Lost(Answering):
+    """Nobody knows where the server is: it has broken the protocol. Anything goes for now."""
+
+    name: ClassVar[str] = "lost"
+
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Find the way back with an abort of the client, or with a new transfer."""
+        branches = [quiet(self, memory, "O1")]
+        if len(frame) == FRAME_LENGTH:
+            request = decode_request(frame)
+            if isinstance(request, Abort) and not request.reserved_bits:
+                return [quiet(IDLE, memory, "I10")]
+            if isinstance(request, Initiate):
+                branches += IDLE.receive(frame, memory)
+        return branches
+
+
+LOST = Lost()
+
+
+def plain(request: Request) -> Request:
+    """Return a request without what a server may ignore: reserved bits and bytes, a vain n."""
+    changes: dict[str, object] = {}
+    if getattr(request, "reserved_bits", 0):
+        changes["reserved_bits"] = 0
+    if any(getattr(request, "reserved", b"")):
+        changes["reserved"] = bytes(len(request.reserved))  # type: ignore[union-attr]
+    if _vain_count(request):
+        changes["unused"] = 0
+    if _reserved_payload(request):
+        changes["payload"] = bytes(4)
+    return replace(request, **changes) if changes else request  # type: ignore[arg-type]
+
+
+def _vain_count(request: Request) -> bool:
+    """Say whether n is not 0 where it has no meaning."""
+    if not isinstance(request, DownloadInitiate):
+        return False
+    return bool(request.unused) and not (request.expedited and request.sized)
+
+
+def _reserved_payload(request: Request) -> bytes:
+    """Return the bytes of an initiate that carry neither data nor a size."""
+    if isinstance(request, DownloadInitiate) and not request.expedited and not request.sized:
+        return request.payload
+    if isinstance(request, BlockDownloadInitiate) and not request.sized:
+        return request.payload
+    return b""
+
+
+def oddities(request: Request) -> Iterable[tuple[str, Refusal]]:
+    """Yield the refusals that reserved bits and bytes of a request allow."""
+    if isinstance(request, BlockSegment | Unknown):
+        return
+    if getattr(request, "reserved_bits", 0):
+        yield "reserved bits in a request", Refusal("O2")
+    if any(getattr(request, "reserved", b"")) or any(_reserved_payload(request)):
+        tolerated = (*RESERVED_BYTES, *GENERAL)
+        yield "reserved bytes in a request", Refusal("O3", (), tolerated=tolerated)
+    if _vain_count(request):
+        yield "n where it has no meaning", Refusal("O4")

@@ -1,0 +1,73 @@
+"""A server and the oracle in lockstep, without a bus."""
+
+from dataclasses import dataclass, field
+
+from conformance.faults.device import reference_entries
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.node import Node
+from conformance.sdo.objects import Access, Entry, ObjectDictionary
+from conformance.sdo.oracle import Facts, Knowledge, Oracle, Presence
+from conformance.sdo.rules import Violation
+from conformance.sdo.server import Server
+
+NODE_ID = 5
+
+
+def facts_of(entry: Entry, *, roomy: bool) -> Facts:
+    return Facts(
+        Presence.PRESENT,
+        entry.access,
+        entry.data_type,
+        entry.value,
+        steady=entry.access is not Access.WO,
+        low=entry.low,
+        high=entry.high,
+        any_value=True,
+        capacity=entry.capacity if roomy else None,
+    )
+
+
+def known_entries(
+    entries: dict[Multiplexer, Entry] | None = None, *, roomy: bool = True
+) -> Knowledge:
+    """Tell what is known of the built-in device; ``roomy``: how long its strings may get, too."""
+    entries = entries if entries is not None else reference_entries(NODE_ID)
+    return Knowledge.complete({mux: facts_of(entry, roomy=roomy) for mux, entry in entries.items()})
+
+
+@dataclass
+class Lockstep:
+    """Sends requests to a node and shows the oracle what comes of them."""
+
+    node: Node = field(default_factory=lambda: reference_node())
+    oracle: Oracle = field(default_factory=lambda: Oracle(known_entries(), NODE_ID))
+    log: list[str] = field(default_factory=list)
+    found: list[Violation] = field(default_factory=list)
+
+    def send(self, request: bytes | CanFrame) -> list[Violation]:
+        """Send a request and judge all that comes back, until nothing more does."""
+        frame = CanFrame(0x600 + NODE_ID, request) if isinstance(request, bytes) else request
+        self.oracle.request(frame)
+        self.log.append(f"> {frame}")
+        return self._judge(self.node.receive(frame))
+
+    def wait(self) -> list[Violation]:
+        """Let the server's time-out pass."""
+        found = self.oracle.silence()
+        self.log.append("> ...")
+        return found + self._judge(self.node.expire())
+
+    def _judge(self, answers: list[CanFrame]) -> list[Violation]:
+        found = []
+        for answer in answers:
+            self.log.append(f"< {answer}")
+            found += self.oracle.response(answer)
+        found += self.oracle.settled()
+        self.found += found
+        self.log += [f"  {violation.rule.level} {violation}" for violation in found]
+        return found
+
+
+def reference_node() -> Node:
+    return Node(NODE_ID, Server(ObjectDictionary(reference_entries(NODE_ID))))
