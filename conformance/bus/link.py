@@ -58,6 +58,10 @@ class Link:
         """Hand every frame from now on to ``listener``."""
         self._listeners.append(listener)
 
+    def ignore(self, listener: Callable[[Captured], None]) -> None:
+        """Hand no more frames to a listener."""
+        self._listeners.remove(listener)
+
     def send(self, frame: CanFrame) -> None:
         """Send one frame; raises TransmitBufferFull or InterfaceLost."""
         message = to_message(frame)

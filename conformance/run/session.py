@@ -10,21 +10,18 @@ from conformance.device.device import Device, NotTestable
 from conformance.run.afterwards import Restorer, leave
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
-from conformance.run.verdict import Afterwards, CaseResult, Unimplemented, Verdict
+from conformance.run.verdict import INCIDENTAL, Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.rules import (
-    FILLER,
     NO_REBOOT,
     NOT_REFUSED,
-    RESERVED,
     UNSOLICITED,
     Level,
     Rule,
     Violation,
 )
 
-INCIDENTAL = (RESERVED, FILLER)
 MOST_INCIDENTS = 200
 
 

@@ -4,6 +4,11 @@ from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from typing import Any, Self
 
+from conformance.sdo.rules import FILLER, RESERVED
+
+# Flaws that a device may have in every answer: they are judged once, for the whole run.
+INCIDENTAL = (RESERVED, FILLER)
+
 
 class Verdict(StrEnum):
     """The outcome of a case."""

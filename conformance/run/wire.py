@@ -64,7 +64,7 @@ class Wire:
 
         Raises Violation when none comes in time, or one that has not the shape of a response.
         """
-        frame = self._next()
+        frame = self.next_frame()
         if frame is None:
             raise Violation(
                 ANSWERED,
@@ -74,7 +74,8 @@ class Wire:
             )
         return self._take(frame)
 
-    def _next(self, timeout: float | None = None) -> CanFrame | None:
+    def next_frame(self, timeout: float | None = None) -> CanFrame | None:
+        """Return the next response as it came, or None."""
         begin = time.monotonic()
         frame = self.channel.receive(timeout)
         now = time.monotonic()
@@ -101,7 +102,7 @@ class Wire:
         self._send_baseline(0)
         retried = False
         while True:
-            frame = self._next()
+            frame = self.next_frame()
             if frame is None:
                 # One request right behind another may get lost in a small device (a read is
                 # harmless to repeat); one that follows silence may not.

@@ -1,0 +1,34 @@
+"""One field of the matrix: lead the server into a state, send one frame, judge what follows."""
+
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.objects import KnownObject
+from conformance.run.dialogue import Dialogue
+from conformance.run.lockstep import Lockstep, knowledge_of
+from conformance.run.matrix.states import SIZE, STATES
+from conformance.run.matrix.stimuli import Stimulus, Targets
+from conformance.sdo.oracle import Oracle
+
+
+def perform(
+    state: str, stimulus: Stimulus, sdo: Dialogue, device: Device, known: KnownObject
+) -> None:
+    """Judge the reaction to a stimulus, the value that ``known`` has then, and the next transfers.
+
+    ``known`` is a writable string. The oracle follows from the first frame on. Raises Violation,
+    NotTestable and Unimplemented.
+    """
+    targets = Targets(
+        device.node_id,
+        known.mux,
+        sdo.missing_object(),
+        sdo.missing_sub_index(DEVICE_TYPE.index),
+    )
+    oracle = Oracle(knowledge_of(device, {known.mux: SIZE}), device.node_id)
+    lockstep = Lockstep(sdo, oracle)
+    with lockstep.following():
+        STATES[state](sdo, known)
+        lockstep.check()
+        lockstep.send(stimulus(targets))
+        lockstep.settle(known.mux)
+        sdo.upload(known)
+        lockstep.check()
