@@ -9,6 +9,7 @@ from conformance.faults import (
     block_downloads,
     block_leaks,
     block_lost_segments,
+    block_requests,
     block_upload_frames,
     block_upload_states,
     block_uploads,
@@ -42,6 +43,7 @@ _MODULES = (
     block_upload_frames,
     block_upload_states,
     block_leaks,
+    block_requests,
     variants,
     block_variants,
 )
