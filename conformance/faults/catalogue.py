@@ -18,6 +18,7 @@ from conformance.faults import (
     downloads,
     frames,
     leaks,
+    narrow,
     states,
     uploads,
     variants,
@@ -44,6 +45,7 @@ _MODULES = (
     block_upload_states,
     block_leaks,
     block_requests,
+    narrow,
     variants,
     block_variants,
 )
