@@ -20,14 +20,14 @@ ANY_ABORT = {
 }
 
 
-@must("abort.not-answered", clause=ABORT, abort=ANY_ABORT)
+@must("abort.not-answered", "I10", "2.13-no-response", abort=ANY_ABORT)
 def test_not_answered(sdo: Dialogue, abort: Abort) -> None:
     """An abort is never answered, whatever it says, also when no transfer is running."""
     sdo.send(abort)
     sdo.expect_nothing()
 
 
-@must("abort.repeated", clause=ABORT)
+@must("abort.repeated", "I10", "3.11-idle")
 def test_repeated(sdo: Dialogue) -> None:
     """One abort after another: none is answered, and the server serves the next request."""
     due = sdo.upload(VENDOR_ID)
@@ -37,7 +37,7 @@ def test_repeated(sdo: Dialogue) -> None:
     sdo.expect_value(VENDOR_ID, due)
 
 
-@must("abort.after-a-transfer", clause=ABORT)
+@must("abort.after-a-transfer", "I10")
 def test_after_a_transfer(sdo: Dialogue, number: KnownObject) -> None:
     """An abort behind a download that is over undoes nothing and is not answered."""
     value = sdo.write_number(number)
@@ -46,14 +46,14 @@ def test_after_a_transfer(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_value(number, value)
 
 
-@may("abort.reserved-bits", clause=ABORT, bits=[0x01, 0x10, 0x1F])
+@may("abort.reserved-bits", "I11", "O2", bits=[0x01, 0x10, 0x1F])
 def test_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """81h to 9Fh without a transfer is never answered positively."""
     sdo.send(Abort(VENDOR_ID.mux, AbortCode.GENERAL_ERROR, bits))
     sdo.expect_silence_or_abort()
 
 
-@must("abort.frame", clause=ABORT)
+@must("abort.frame", "2.13-abort-code", "2.13-reserved")
 def test_frame(sdo: Dialogue) -> None:
     """An abort of the server is exactly 80h, the multiplexer, and a code of table 22."""
     for mux in (sdo.missing_object(), sdo.missing_sub_index(DEVICE_TYPE.index)):
@@ -62,7 +62,7 @@ def test_frame(sdo: Dialogue) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@must("abort.own-multiplexer", clause=ABORT)
+@must("abort.own-multiplexer", "2.13-multiplexer", clause=ABORT)
 def test_own_multiplexer(sdo: Dialogue) -> None:
     """An abort names the object that was just refused, not one of an earlier transfer."""
     missing = sdo.missing_object()
@@ -77,7 +77,7 @@ def test_own_multiplexer(sdo: Dialogue) -> None:
         sdo.expect_abort(code, of=mux)
 
 
-@must("abort.own-multiplexer-download", clause=ABORT)
+@must("abort.own-multiplexer-download", "2.13-multiplexer", clause=ABORT)
 def test_own_multiplexer_download(sdo: Dialogue) -> None:
     """The abort of a refused download names its object, not the one read before."""
     missing = sdo.missing_object()
@@ -86,7 +86,7 @@ def test_own_multiplexer_download(sdo: Dialogue) -> None:
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("abort.many", clause=ABORT)
+@must("abort.many", "3.11-idle", "2.13-one-response", clause=ABORT)
 def test_many(sdo: Dialogue) -> None:
     """Refusal after refusal is answered, each with one abort: nothing runs out."""
     missing = sdo.missing_object()
@@ -95,7 +95,7 @@ def test_many(sdo: Dialogue) -> None:
         sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("abort.many-transfers", clause=ABORT)
+@must("abort.many-transfers", "3.11-idle", "U7", clause=ABORT)
 def test_many_transfers(sdo: Dialogue) -> None:
     """Transfer after transfer is started and aborted by the client: nothing runs out."""
     known, data = sdo.long_object()

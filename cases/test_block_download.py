@@ -12,13 +12,11 @@ from conformance.sdo.frames import Abort, BlockEnd, BlockSegment, decode_respons
 from conformance.sdo.rules import RESERVED
 
 INITIATE = "7.2.4.3.9"
-SUB_BLOCK = "7.2.4.3.10"
-END = "7.2.4.3.11"
 CRC = "7.2.4.3.16"
 SERVICE = "7.2.4.2.10"
 
 
-@must("block-download.size", clause=SUB_BLOCK, size=BLOCK_SIZES)
+@must("block-download.size", "B1", "B2", "B3", "E1", "8-multiple-of-7", size=BLOCK_SIZES)
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block download is stored whole; segments that look like other requests are segments."""
     sdo.store(variable, sdo.payload(size), segmented=True)
@@ -27,7 +25,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("block-download.size-not-indicated", clause=INITIATE, size=EDGE_SIZES)
+@must("block-download.size-not-indicated", "B18", size=EDGE_SIZES)
 def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block download that does not say its size (C4h) is stored whole."""
     sdo.store(variable, sdo.payload(size), segmented=True)
@@ -36,7 +34,7 @@ def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> 
     sdo.expect_value(variable, data)
 
 
-@must("block-download.without-crc", clause=CRC, size=[1, 7, 20, 890])
+@must("block-download.without-crc", "B19", "5-offered-unasked", size=[1, 7, 20, 890])
 def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A client that has no CRC is served; the CRC field is 0 then."""
     sdo.store(variable, sdo.payload(size), segmented=True)
@@ -45,7 +43,7 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("block-download.number", clause=SUB_BLOCK, length=[1, 2, 4, 8])
+@must("block-download.number", "B2", "E1", "6-type-length", length=[1, 2, 4, 8])
 def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     """A number may come in a block, however short it is."""
     known = device.number(length)
@@ -56,13 +54,13 @@ def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     sdo.expect_value(known, wanted)
 
 
-@must("block-download.write-only", clause=INITIATE)
+@must("block-download.write-only", "I1", clause=INITIATE)
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """A write-only object takes a value in a block."""
     sdo.block_download(write_only, bytes(write_only.length or 4))
 
 
-@must("block-download.again", clause=SERVICE)
+@must("block-download.again", "3.11-idle", "E1", clause=SERVICE)
 def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     """One block download after another: the object holds the last and nothing else."""
     for size in (50, 7, 30, 3):
@@ -72,7 +70,7 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.expect_value(variable, data)
 
 
-@must("block-download.reserved", clause=INITIATE)
+@must("block-download.reserved", "2.13-reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of A4h, A2h and A1h are 0."""
     sdo.store(variable, sdo.payload(20))
@@ -82,7 +80,12 @@ def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
 
 @must(
     "block-download.lost",
-    clause=SERVICE,
+    "B8",
+    "B6",
+    "B7",
+    "5-covers",
+    "8-ackseq",
+    "8-break-moment",
     lost={"first": (2, 0), "middle": (3, 1), "before-last": (5, 3)},
 )
 def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> None:
@@ -108,7 +111,7 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     sdo.expect_value(variable, data)
 
 
-@must("block-download.lost-twice", clause=SERVICE)
+@must("block-download.lost-twice", "B8", "B6", "B7", "8-ackseq")
 def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     """What is sent again may get lost again."""
     data = sdo.payload(28)
@@ -131,7 +134,7 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.repeated-segment", clause=SUB_BLOCK)
+@may("block-download.repeated-segment", "B10")
 def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     """A segment that comes twice is ignored or taken for a gap; it is not stored twice."""
     data = sdo.payload(21)
@@ -160,7 +163,7 @@ def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.sequence-zero", clause=SUB_BLOCK)
+@may("block-download.sequence-zero", "B5")
 def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
     """Sequence number 0 is none: the segment is refused or dropped, never stored."""
     data = sdo.payload(14)
@@ -185,7 +188,7 @@ def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data)
 
 
-@may("block-download.crc-unused", clause=CRC)
+@may("block-download.crc-unused", "E3")
 def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
     """Without a CRC its field is not looked at: nothing is refused for it."""
     data = sdo.payload(14)
@@ -206,7 +209,7 @@ def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.expect_value(variable, data)
 
 
-@may("block-download.empty", clause=INITIATE)
+@may("block-download.empty", "B17", "6-zero-bytes", "5-empty")
 def test_empty(sdo: Dialogue, text: KnownObject) -> None:
     """A block download of no bytes stores an empty value or is refused; it never hangs."""
     sdo.store(text, sdo.payload(9))

@@ -19,10 +19,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
-INITIATE = "7.2.4.3.9"
-END = "7.2.4.3.11"
 CRC = "7.2.4.3.16"
-ABORT = "7.2.4.3.17"
 TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH, AbortCode.CRC_ERROR)
 TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH, AbortCode.CRC_ERROR)
 READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
@@ -54,7 +51,13 @@ def begin_block_download(sdo: Dialogue, text: KnownObject, segments: int, size: 
     return data
 
 
-@must("block-download.crc", clause=CRC, flipped=[0x0001, 0x0100, 0x8000, 0xFFFF])
+@must(
+    "block-download.crc",
+    "E2",
+    "5-polynomial",
+    "5-placement",
+    flipped=[0x0001, 0x0100, 0x8000, 0xFFFF],
+)
 def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
     """A wrong CRC is refused as such, and nothing is stored."""
     sdo.store(text, sdo.payload(14))
@@ -67,7 +70,7 @@ def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
         sdo.expect_abort(AbortCode.CRC_ERROR, of=text)
 
 
-@must("block-download.unused-too-many", clause=END, unused=[1, 7])
+@must("block-download.unused-too-many", "E4", unused=[1, 7])
 def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
     """An end frame whose n leaves fewer bytes than announced is refused, and nothing is stored."""
     sdo.store(text, sdo.payload(14))
@@ -77,7 +80,7 @@ def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
         sdo.expect_abort(*TOO_SHORT, of=text)
 
 
-@must("block-download.too-few", clause=END)
+@must("block-download.too-few", "E5", "6-announced-download")
 def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
     """Fewer bytes than announced are refused, and nothing is stored."""
     sdo.store(text, sdo.payload(20))
@@ -85,7 +88,7 @@ def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_block_download_refused(text, sdo.payload(13), *TOO_SHORT, size=20)
 
 
-@must("block-download.too-many", clause=END)
+@must("block-download.too-many", "B12", "6-announced-download")
 def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
     """More bytes than announced are refused, at the end at the latest, and nothing is stored."""
     sdo.store(text, sdo.payload(21))
@@ -93,7 +96,7 @@ def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_block_download_refused(text, sdo.payload(21), *TOO_LONG, size=10)
 
 
-@must("block-download.number-too-long", clause=ABORT, length=[1, 2, 4])
+@must("block-download.number-too-long", "I35", "O18", length=[1, 2, 4])
 def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     """More bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
@@ -101,7 +104,7 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_block_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
 
 
-@must("block-download.number-too-short", clause=ABORT, length=[2, 4, 8])
+@must("block-download.number-too-short", "I35", "O18", length=[2, 4, 8])
 def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     """Fewer bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
@@ -109,9 +112,7 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_block_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
 
 
-@must(
-    "block-download.read-only", clause=ABORT, target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)}
-)
+@must("block-download.read-only", "I5", target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)})
 def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     """A read-only object refuses a block download, at the end at the latest."""
     mux = Multiplexer(*target)
@@ -121,21 +122,21 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
-@must("block-download.object-missing", clause=ABORT)
+@must("block-download.object-missing", "I2")
 def test_object_missing(sdo: Dialogue) -> None:
     """A block download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
-@must("block-download.sub-index-missing", clause=ABORT)
+@must("block-download.sub-index-missing", "I3")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A block download to a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
-@must("block-download.foreign-at-end", clause=END, request=FOREIGN_AT_END)
+@must("block-download.foreign-at-end", "E7", request=FOREIGN_AT_END)
 def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     """A request of another service where the end is due ends the download with 05040001h."""
     sdo.store(text, sdo.payload(14))
@@ -146,7 +147,7 @@ def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> Non
         sdo.expect_dead(BlockEnd(0, crc16(data)))
 
 
-@must("block-download.client-abort", clause=ABORT, segments=BEGUN)
+@must("block-download.client-abort", "B4", "E10", "3.11-value-kept", segments=BEGUN)
 def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
     sdo.store(text, sdo.payload(14))
@@ -156,7 +157,7 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
         sdo.expect_nothing()
 
 
-@must("block-download.client-abort-then-end", clause=ABORT)
+@must("block-download.client-abort-then-end", "E10", "7-client", "3.11-value-kept")
 def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
     """An end frame right behind an abort completes nothing."""
     sdo.store(text, sdo.payload(14))
@@ -166,7 +167,7 @@ def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_dead(BlockEnd(0, crc16(data)))
 
 
-@must("block-download.restart", clause=INITIATE)
+@must("block-download.restart", "3.11-nothing-afterwards", "7-client")
 def test_restart(sdo: Dialogue, text: KnownObject) -> None:
     """After an abort the next block download holds nothing of the old one."""
     sdo.store(text, sdo.payload(14))

@@ -8,7 +8,6 @@ from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort
 
-SERVICE = "7.2.4.2"
 WRITE: dict[str, Callable[[Dialogue, KnownObject, bytes], None]] = {
     "block": lambda sdo, known, data: sdo.block_download(known, data),
     "block-unsized": lambda sdo, known, data: sdo.block_download(known, data, sized=False),
@@ -28,7 +27,7 @@ PAIRS = {
 }
 
 
-@must("block-sequence.pairs", clause=SERVICE, pair=PAIRS)
+@must("block-sequence.pairs", "3.11-idle", pair=PAIRS)
 def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str]) -> None:
     """Two downloads in a row, of whatever kind, each read back: the object holds the last."""
     first, second, read = pair
@@ -42,7 +41,7 @@ def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str])
             raise sdo.breach(f"{variable} reads {due!r}", f"{found!r}")
 
 
-@must("block-sequence.abandoned-download", clause=SERVICE)
+@must("block-sequence.abandoned-download", "3.11-nothing-afterwards")
 def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
     """Segments of a block download that was aborted do not turn up in the next one."""
     sdo.store(text, sdo.payload(30))
@@ -56,7 +55,7 @@ def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data[:3] if kind == "expedited" else data)
 
 
-@must("block-sequence.abandoned-upload", clause=SERVICE)
+@must("block-sequence.abandoned-upload", "3.11-nothing-afterwards", "F14")
 def test_abandoned_upload(sdo: Dialogue, variable: KnownObject) -> None:
     """A block upload that was aborted starts again from the first byte."""
     data = sdo.payload(40)

@@ -18,10 +18,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.rules import FILLER, RESERVED
 
-PROTOCOL = "7.2.4.3.5"
 INITIATE = "7.2.4.3.13"
 SUB_BLOCK = "7.2.4.3.14"
-END = "7.2.4.3.15"
 CRC = "7.2.4.3.16"
 LENGTH = 60
 
@@ -38,7 +36,18 @@ def expect_block_upload(
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
 
 
-@must("block-upload.size", clause=SUB_BLOCK, size=BLOCK_SIZES)
+@must(
+    "block-upload.size",
+    "F1",
+    "F5",
+    "F6",
+    "2.13-size",
+    "2.13-crc",
+    "5-polynomial",
+    "5-placement",
+    "5-server-without",
+    size=BLOCK_SIZES,
+)
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block upload delivers the bytes of the object, with the right size and CRC."""
     data = sdo.payload(size)
@@ -46,7 +55,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     expect_block_upload(sdo, variable, data)
 
 
-@must("block-upload.without-crc", clause=CRC, size=[1, 7, 20, 890])
+@must("block-upload.without-crc", "5-client-without", "5-offered-unasked", size=[1, 7, 20, 890])
 def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A client that has no CRC is served, and the CRC field is 0."""
     data = sdo.payload(size)
@@ -54,7 +63,15 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     expect_block_upload(sdo, variable, data, crc=False)
 
 
-@must("block-upload.block-size", clause=SUB_BLOCK, block_size=[1, 2, 7, 20, 126, 127])
+@must(
+    "block-upload.block-size",
+    "F1",
+    "F5",
+    "2.13-block-size",
+    "2.13-last-segment",
+    "8-end-of-sub-block",
+    block_size=[1, 2, 7, 20, 126, 127],
+)
 def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
     """A sub-block has as many segments as the client asked for, and the last one what is left."""
     for size in (7 * block_size - 1, 7 * block_size, 7 * block_size + 1):
@@ -63,7 +80,7 @@ def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> No
         expect_block_upload(sdo, variable, data, block_size=block_size)
 
 
-@must("block-upload.block-size-changes", clause=SUB_BLOCK)
+@must("block-upload.block-size-changes", "F5", "2.13-block-size")
 def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for the next sub-block, larger or smaller."""
     data = sdo.payload(210)
@@ -73,7 +90,7 @@ def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
     )
 
 
-@must("block-upload.same-as-segmented", clause=SUB_BLOCK)
+@must("block-upload.same-as-segmented", "F1", "F6")
 def test_same_as_segmented(sdo: Dialogue) -> None:
     """An object reads the same in blocks as in segments."""
     known, _ = sdo.long_object()
@@ -83,7 +100,7 @@ def test_same_as_segmented(sdo: Dialogue) -> None:
         raise sdo.breach(f"{known} reads {shown(segmented)}", f"{known} reads {shown(found)}")
 
 
-@must("block-upload.again", clause=SUB_BLOCK)
+@must("block-upload.again", "3.11-idle", clause=SUB_BLOCK)
 def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     """One block upload after another: each delivers its own object's bytes."""
     for size in (50, 7, 30, 3):
@@ -96,7 +113,11 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
 
 @must(
     "block-upload.acknowledged",
-    clause=SUB_BLOCK,
+    "F7",
+    "F8",
+    "2.13-sequence",
+    "5-covers",
+    "8-numbering",
     taken={"none": 0, "first": 1, "all-but-last": -1},
 )
 def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
@@ -113,7 +134,7 @@ def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
     expect_block_upload(sdo, variable, data, acknowledge=acknowledge)
 
 
-@must("block-upload.acknowledged-repeatedly", clause=SUB_BLOCK)
+@must("block-upload.acknowledged-repeatedly", "F7", "F8", "8-numbering")
 def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     """Segments that get lost again and again come again and again."""
     data = sdo.payload(LENGTH)
@@ -126,7 +147,7 @@ def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     expect_block_upload(sdo, variable, data, acknowledge=acknowledge)
 
 
-@must("block-upload.block-size-with-retransmission", clause=SUB_BLOCK)
+@must("block-upload.block-size-with-retransmission", "F7", "F8", "2.13-block-size")
 def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for what is sent again as well."""
     data = sdo.payload(LENGTH)
@@ -150,7 +171,7 @@ def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) ->
     )
 
 
-@must("block-upload.threshold", clause=PROTOCOL, threshold=[0, 1, 5, 13, 14, 255])
+@must("block-upload.threshold", "I31", "I32", "I30", threshold=[0, 1, 5, 13, 14, 255])
 def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
     """Up to pst bytes may come as an ordinary upload; more, or any with pst = 0, must not."""
     data = sdo.payload(14)
@@ -169,7 +190,7 @@ def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None
     expect_block_upload(sdo, variable, data, threshold=threshold)
 
 
-@must("block-upload.reserved", clause=INITIATE)
+@must("block-upload.reserved", "2.13-reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of the answers in a block upload are 0."""
     data = sdo.payload(20)
@@ -178,7 +199,7 @@ def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@should("block-upload.filler", clause=SUB_BLOCK, size=[1, 8, 20])
+@should("block-upload.filler", "2.13-filler", clause=SUB_BLOCK, size=[1, 8, 20])
 def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """The bytes of the last segment that hold no data are 0."""
     sdo.store(variable, sdo.payload(size))
@@ -186,7 +207,7 @@ def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_clean(FILLER)
 
 
-@must("block-upload.next-request", clause=END)
+@must("block-upload.next-request", "3.1-next-request", "G1")
 def test_next_request(sdo: Dialogue) -> None:
     """A request right behind the end of a block upload is served."""
     due = sdo.upload(VENDOR_ID)
@@ -200,7 +221,7 @@ def test_next_request(sdo: Dialogue) -> None:
             raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))
 
 
-@may("block-upload.empty", clause=INITIATE)
+@may("block-upload.empty", "F17", "6-zero-bytes", "5-empty")
 def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
     sdo.store(variable, sdo.payload(9))
@@ -214,7 +235,7 @@ def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.info(f"{variable} is empty and refused: {describe_response(abort.encode())}")
 
 
-@must("block-upload.constant", clause=SUB_BLOCK)
+@must("block-upload.constant", "F1", "F6")
 def test_constant(sdo: Dialogue) -> None:
     """The vendor-ID reads the same in a block, of one segment, as expedited."""
     due = sdo.upload(VENDOR_ID)

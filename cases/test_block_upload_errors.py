@@ -20,9 +20,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
-INITIATE = "7.2.4.3.13"
-SUB_BLOCK = "7.2.4.3.14"
-ABORT = "7.2.4.3.17"
 BLOCK_SIZE = 2
 NOT_STARTED = {
     "A1h": BlockEndResponse().encode(),
@@ -60,7 +57,7 @@ def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
     return known
 
 
-@must("block-upload.invalid-block-size", clause=INITIATE, block_size=[0, 128, 255])
+@must("block-upload.invalid-block-size", "I29", block_size=[0, 128, 255])
 def test_invalid_block_size(sdo: Dialogue, block_size: int) -> None:
     """A block size of 0 or beyond 127 is refused."""
     known, _ = sdo.long_object()
@@ -70,7 +67,7 @@ def test_invalid_block_size(sdo: Dialogue, block_size: int) -> None:
     sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known)
 
 
-@must("block-upload.not-started", clause=INITIATE, request=NOT_STARTED)
+@must("block-upload.not-started", "F2", "F4", request=NOT_STARTED)
 def test_not_started(sdo: Dialogue, request: bytes) -> None:
     """Anything but the start where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 0)
@@ -79,7 +76,7 @@ def test_not_started(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_dead(BlockUploadStart())
 
 
-@must("block-upload.foreign", clause=SUB_BLOCK, request=FOREIGN)
+@must("block-upload.foreign", "F11", request=FOREIGN)
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 1)
@@ -90,7 +87,7 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
 
 @must(
     "block-upload.acknowledges-too-many",
-    clause=SUB_BLOCK,
+    "F9",
     sequence={"one-more": BLOCK_SIZE + 1, "128": 128, "255": 255},
 )
 def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
@@ -101,7 +98,7 @@ def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
-@must("block-upload.acknowledges-block-size", clause=SUB_BLOCK, block_size=[0, 128, 255])
+@must("block-upload.acknowledges-block-size", "F10", block_size=[0, 128, 255])
 def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     """An acknowledgement with a block size of 0 or beyond 127 ends the upload."""
     known = begin_block_upload(sdo, 1)
@@ -110,7 +107,7 @@ def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
-@must("block-upload.client-abort", clause=ABORT, sub_blocks=BEGUN)
+@must("block-upload.client-abort", "F14", "G4", sub_blocks=BEGUN)
 def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
     """An abort of the client is not answered and ends the upload."""
     known = begin_block_upload(sdo, sub_blocks)
@@ -118,7 +115,7 @@ def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
     sdo.expect_nothing()
 
 
-@must("block-upload.client-abort-then-ack", clause=ABORT)
+@must("block-upload.client-abort-then-ack", "F14", "7-client", "3.11-nothing-afterwards")
 def test_client_abort_then_ack(sdo: Dialogue) -> None:
     """An acknowledgement right behind an abort brings no more segments."""
     known = begin_block_upload(sdo, 1)
@@ -138,20 +135,20 @@ def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> 
     sdo.expect_abort(*codes, of=mux)
 
 
-@must("block-upload.object-missing", clause=ABORT)
+@must("block-upload.object-missing", "I2")
 def test_object_missing(sdo: Dialogue) -> None:
     """The block upload of an object that does not exist is aborted as such."""
     refused_block_upload(sdo, sdo.missing_object(), AbortCode.OBJECT_MISSING)
 
 
-@must("block-upload.sub-index-missing", clause=ABORT)
+@must("block-upload.sub-index-missing", "I3")
 def test_sub_index_missing(sdo: Dialogue) -> None:
     """The block upload of a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
     refused_block_upload(sdo, missing, AbortCode.SUB_INDEX_MISSING)
 
 
-@must("block-upload.write-only", clause=ABORT)
+@must("block-upload.write-only", "I4")
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """The block upload of a write-only object is aborted as such."""
     refused_block_upload(

@@ -21,14 +21,21 @@ TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
 READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
-@must("download.stored", clause=DOWNLOAD, length=[1, 2, 3, 4])
+@must(
+    "download.stored",
+    "I1",
+    "6-expedited-size",
+    "6-type-length",
+    clause=DOWNLOAD,
+    length=[1, 2, 3, 4],
+)
 def test_stored(sdo: Dialogue, device: Device, length: int) -> None:
     """A number that was written reads back as it was written."""
     known = device.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=False))
 
 
-@must("download.confirmation", clause=DOWNLOAD)
+@must("download.confirmation", "2.13-multiplexer", "2.13-reserved", clause=DOWNLOAD)
 def test_confirmation(sdo: Dialogue, number: KnownObject) -> None:
     """The confirmation is 60h with the multiplexer of the request, all reserved bytes 0."""
     value = sdo.upload(number)
@@ -40,14 +47,14 @@ def test_confirmation(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect(DownloadInitiateResponse(number.mux))
 
 
-@must("download.same-value", clause=DOWNLOAD)
+@must("download.same-value", "I1", clause=DOWNLOAD)
 def test_same_value(sdo: Dialogue, number: KnownObject) -> None:
     """A writable object takes the value that it has."""
     with sdo.unchanged(number) as value:
         sdo.download(number, value)
 
 
-@must("download.twice", clause=DOWNLOAD)
+@must("download.twice", "I1", clause=DOWNLOAD)
 def test_twice(sdo: Dialogue, number: KnownObject) -> None:
     """One value after another: the last one stays."""
     before = sdo.upload(number)
@@ -56,7 +63,14 @@ def test_twice(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_value(number, before)
 
 
-@must("download.text", clause=DOWNLOAD, size=[1, 2, 3, 4])
+@must(
+    "download.text",
+    "I1",
+    "6-expedited-size",
+    "6-variable-length",
+    clause=DOWNLOAD,
+    size=[1, 2, 3, 4],
+)
 def test_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A string takes 1 to 4 bytes in one frame, and has that length afterwards."""
     data = sdo.payload(size)
@@ -64,14 +78,14 @@ def test_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("download.size-not-indicated", clause=DOWNLOAD)
+@must("download.size-not-indicated", "I22")
 def test_size_not_indicated(sdo: Dialogue, device: Device) -> None:
     """22h with 4 bytes for an object of 4 bytes is served: the type says how many count."""
     known = device.number(4)
     sdo.expect_value(known, sdo.write_number(known, segmented=False, sized=False))
 
 
-@may("download.size-not-indicated-short", clause=DOWNLOAD, length=[1, 2, 3])
+@may("download.size-not-indicated-short", "I21", length=[1, 2, 3])
 def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) -> None:
     """22h for a shorter object stores the low bytes, or is refused for its length."""
     known = device.number(length)
@@ -87,7 +101,7 @@ def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) ->
         sdo.expect_value(known, wanted)
 
 
-@must("download.unused-bytes-ignored", clause=DOWNLOAD, length=[1, 2, 3])
+@must("download.unused-bytes-ignored", "I18", length=[1, 2, 3])
 def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> None:
     """Bytes behind the data are not looked at, and never stored."""
     known = device.number(length)
@@ -97,7 +111,7 @@ def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> Non
         sdo.expect(DownloadInitiateResponse(known.mux))
 
 
-@must("download.unused-bytes-of-text", clause=DOWNLOAD, size=[1, 2, 3])
+@must("download.unused-bytes-of-text", "I18", size=[1, 2, 3])
 def test_unused_bytes_of_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A string gets the bytes that count and none of those behind them."""
     data = sdo.payload(size)
@@ -110,7 +124,8 @@ def test_unused_bytes_of_text(sdo: Dialogue, variable: KnownObject, size: int) -
 
 @must(
     "download.too-long",
-    clause=ABORT,
+    "I19",
+    "O18",
     lengths={
         "2-into-1": (1, 2),
         "4-into-1": (1, 4),
@@ -130,7 +145,8 @@ def test_too_long(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> No
 
 @must(
     "download.too-short",
-    clause=ABORT,
+    "I20",
+    "O18",
     lengths={
         "1-into-2": (2, 1),
         "2-into-3": (3, 2),
@@ -149,7 +165,7 @@ def test_too_short(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> N
         sdo.expect_abort(*TOO_SHORT, of=known)
 
 
-@must("download.read-only", clause=ABORT, target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)})
+@must("download.read-only", "I5", target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)})
 def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     """A read-only object refuses even the value that it has."""
     mux = Multiplexer(*target)
@@ -160,7 +176,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
-@must("download.object-missing", clause=ABORT)
+@must("download.object-missing", "I2", "O28")
 def test_object_missing(sdo: Dialogue) -> None:
     """The download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
@@ -168,7 +184,7 @@ def test_object_missing(sdo: Dialogue) -> None:
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("download.sub-index-missing", clause=ABORT)
+@must("download.sub-index-missing", "I3")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """The download to a sub-index that a writable object does not have is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
@@ -176,14 +192,14 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
 
 
-@must("download.write-only", clause=DOWNLOAD)
+@must("download.write-only", "I1", clause=DOWNLOAD)
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """A write-only object takes a value."""
     length = write_only.length or 4
     sdo.download(write_only, bytes(length))
 
 
-@must("download.refused-once", clause=ABORT)
+@must("download.refused-once", "2.13-one-response", clause=ABORT)
 def test_refused_once(sdo: Dialogue) -> None:
     """A refused download is answered by one abort and nothing else."""
     value = sdo.upload(DEVICE_TYPE)
@@ -192,7 +208,7 @@ def test_refused_once(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@must("download.refused-is-over", clause=ABORT)
+@must("download.refused-is-over", "3.11-idle", clause=ABORT)
 def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
     """After a refused download the right one is served."""
     known = device.number(4)
@@ -202,7 +218,7 @@ def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
     sdo.expect_value(known, sdo.write_number(known))
 
 
-@may("download.request-reserved-bit", clause=DOWNLOAD, command={"33h": 0x33, "37h": 0x37})
+@may("download.request-reserved-bit", "I13", "O2", command={"33h": 0x33, "37h": 0x37})
 def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> None:
     """Bit 4 of the request may be ignored or refused; silence is neither."""
     known = device.number(4 - ((command >> 2) & 3))
@@ -213,7 +229,7 @@ def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> No
         sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("download.unused-without-size", clause=DOWNLOAD, unused=[1, 2, 3])
+@may("download.unused-without-size", "I14", unused=[1, 2, 3])
 def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None:
     """n without an indicated size is ignored or refused; it never shortens the data."""
     known = device.number(4)
@@ -222,7 +238,7 @@ def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None
         sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID)
 
 
-@must("download.reserved", clause=DOWNLOAD)
+@must("download.reserved", "2.13-reserved", clause=DOWNLOAD)
 def test_reserved(sdo: Dialogue, device: Device) -> None:
     """Reserved bits and bytes of the confirmation are 0, whatever was written."""
     for length in (1, 2, 4):
@@ -231,7 +247,7 @@ def test_reserved(sdo: Dialogue, device: Device) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@must("download.neighbours", clause=DOWNLOAD)
+@must("download.neighbours", "I1", clause=DOWNLOAD)
 def test_neighbours(sdo: Dialogue, device: Device, number: KnownObject) -> None:
     """A download changes its own object and no other."""
     others = [

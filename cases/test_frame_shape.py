@@ -8,14 +8,22 @@ from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockEnd,
+    BlockEndResponse,
+    DownloadInitiate,
+    UploadInitiate,
+    UploadSegment,
+    decode_response,
+)
 
 SHAPE = "7.2.4.3"
 CHANNEL = "7.3.5"
 READ_VENDOR_ID = UploadInitiate(VENDOR_ID.mux).encode()
 
 
-@must("frame.one-answer", clause=SHAPE)
+@must("frame.one-answer", "2.13-one-response", "2.13-no-response", clause=SHAPE)
 def test_one_answer(sdo: Dialogue) -> None:
     """A request is answered by one frame and not by two."""
     sdo.initiate_upload(VENDOR_ID)
@@ -23,7 +31,7 @@ def test_one_answer(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@must("frame.one-identifier", clause=CHANNEL)
+@must("frame.one-identifier", "2.13-frame", clause=CHANNEL)
 def test_one_identifier(sdo: Dialogue) -> None:
     """A response is sent on the channel's own identifier and on no other."""
     sdo.send(UploadInitiate(VENDOR_ID.mux))
@@ -35,7 +43,7 @@ def test_one_identifier(sdo: Dialogue) -> None:
             raise sdo.breach(f"nothing but {sdo.channel.response_id:03X}h", f"also {frame}")
 
 
-@must("frame.other-node", clause=CHANNEL, bit=[0, 1, 2, 3, 4, 5, 6])
+@must("frame.other-node", "1.2-request", bit=[0, 1, 2, 3, 4, 5, 6])
 def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
     """A request to another node is not answered. Each bit of the node-ID counts."""
     other = device.node_id ^ 1 << bit
@@ -45,7 +53,7 @@ def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
     sdo.expect_nothing()
 
 
-@must("frame.remote", clause=SHAPE, dlc=[0, 8])
+@must("frame.remote", "1.1-remote", dlc=[0, 8])
 def test_remote(sdo: Dialogue, dlc: int) -> None:
     """A remote frame carries no request: nothing may be served in answer to it."""
     sdo.upload(VENDOR_ID)
@@ -53,7 +61,7 @@ def test_remote(sdo: Dialogue, dlc: int) -> None:
     sdo.expect_silence_or_abort()
 
 
-@should("frame.remote-ignored", clause=SHAPE)
+@should("frame.remote-ignored", "1.1-remote-ignored")
 def test_remote_ignored(sdo: Dialogue) -> None:
     """A remote frame on the request identifier is ignored."""
     sdo.upload(VENDOR_ID)
@@ -61,14 +69,14 @@ def test_remote_ignored(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@should("frame.extended-ignored", clause=SHAPE)
+@should("frame.extended-ignored", "1.1-extended")
 def test_extended_ignored(sdo: Dialogue) -> None:
     """A 29-bit identifier of the same number is another identifier: the frame is ignored."""
     sdo.send_frame(CanFrame(sdo.channel.request_id, READ_VENDOR_ID, extended=True))
     sdo.expect_nothing()
 
 
-@may("frame.short", clause=SHAPE, dlc=[0, 1, 2, 3, 4, 5, 6, 7])
+@may("frame.short", "3.9-initiate", dlc=[0, 1, 2, 3, 4, 5, 6, 7])
 def test_short(sdo: Dialogue, dlc: int) -> None:
     """A request of fewer than 8 bytes is ignored, refused or, when whole, served rightly.
 
@@ -90,7 +98,7 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
         raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", describe_response(answer))
 
 
-@may("frame.short-download", clause=SHAPE, lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)})
+@may("frame.short-download", "3.9-download-cut", lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)})
 def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
     """A download whose data is cut off must not change the object."""
     length, dlc = lengths
@@ -103,7 +111,7 @@ def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int])
             raise sdo.breach("no answer, or an abort", describe_response(answer))
 
 
-@may("frame.short-download-whole", clause=SHAPE, length=[1, 2])
+@may("frame.short-download-whole", "3.9-download-whole", length=[1, 2])
 def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> None:
     """A short download that holds all its data may be served; if so, it is stored rightly."""
     known = device.number(length)
@@ -115,7 +123,7 @@ def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> Non
     sdo.expect_value(known, wanted if served else before)
 
 
-@may("frame.short-segment", clause=SHAPE, dlc=[1, 4])
+@may("frame.short-segment", "3.9-segment", dlc=[1, 4])
 def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
     """A segment that is cut off must not complete a download."""
     sdo.store(text, sdo.payload(14))
@@ -128,7 +136,41 @@ def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
             raise sdo.breach("no answer, or an abort", describe_response(answer))
 
 
-@may("frame.short-abort", clause=SHAPE)
+@may("frame.short-segment-request", "U13", dlc=[1, 4, 7])
+def test_short_segment_request(sdo: Dialogue, dlc: int) -> None:
+    """A request for a segment that is cut short brings the segment that is due, or no data."""
+    known, data = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    sdo.send(UploadSegment(0).encode()[:dlc])
+    answer = sdo.reaction()
+    if answer is None:
+        return
+    if isinstance(decode_response(answer), Abort):
+        sdo.checks.abort(answer, None)
+        return
+    segment = sdo.checks.upload_segment(answer, known.mux, 0)
+    if not data.startswith(segment.data):
+        raise sdo.breach(f"the first segment of {known}, or no data", describe_response(answer))
+
+
+@may("frame.short-block-segment", "B13", dlc=[1, 4])
+def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
+    """A segment of a block download that is cut off must not complete it.
+
+    The end request follows at once, without a CRC to refuse it for.
+    """
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        sdo.initiate_block_download(text, 7, crc=False)
+        sdo.send((b"\x81" + sdo.payload(7))[:dlc])
+        sdo.send(BlockEnd(0))
+        sdo.end_transfer()
+        for answer in sdo.fence():
+            if isinstance(decode_response(answer), BlockEndResponse):
+                raise sdo.breach("an abort of the end, or no answer", describe_response(answer))
+
+
+@may("frame.short-abort", "3.9-abort")
 def test_short_abort(sdo: Dialogue) -> None:
     """An abort of 4 bytes may end a transfer or be ignored; it is not served."""
     known, _ = sdo.long_object()
@@ -138,7 +180,7 @@ def test_short_abort(sdo: Dialogue) -> None:
     sdo.expect_silence_or_abort()
 
 
-@must("frame.mirror", clause=CHANNEL)
+@must("frame.mirror", "2.13-specifier", clause=CHANNEL)
 def test_mirror(sdo: Dialogue) -> None:
     """What a server answers is not its request sent back."""
     for mux in (DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID.mux):

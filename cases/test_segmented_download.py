@@ -23,7 +23,7 @@ TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
 READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
-@must("segmented-download.size", clause=SEGMENT, size=[*SHORT_SIZES, *LONG_SIZES])
+@must("segmented-download.size", "D2", "D1", "2.13-toggle", size=[*SHORT_SIZES, *LONG_SIZES])
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download of an indicated size is stored whole."""
     data = sdo.payload(size)
@@ -31,7 +31,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.size-not-indicated", clause=INITIATE, size=EDGE_SIZES)
+@must("segmented-download.size-not-indicated", "I27", size=EDGE_SIZES)
 def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download that does not say its size (20h) is stored whole."""
     data = sdo.payload(size)
@@ -39,27 +39,27 @@ def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> 
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.number", clause=SEGMENT, length=[1, 2, 3, 4, 8])
+@must("segmented-download.number", "D2", "6-short-data", length=[1, 2, 3, 4, 8])
 def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     """A number may come in a segment, however short it is."""
     known = device.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=True))
 
 
-@must("segmented-download.number-size-not-indicated", clause=INITIATE, length=[1, 2, 3, 4, 8])
+@must("segmented-download.number-size-not-indicated", "I27", "6-short-data", length=[1, 2, 3, 4, 8])
 def test_number_size_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
     """A number may come in a segment without its size (20h)."""
     known = device.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=True, sized=False))
 
 
-@must("segmented-download.write-only", clause=INITIATE)
+@must("segmented-download.write-only", "I1", clause=INITIATE)
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """A write-only object takes a value in a segment."""
     sdo.download(write_only, bytes(write_only.length or 4), segmented=True)
 
 
-@must("segmented-download.empty-last", clause=SEGMENT, size=[7, 14])
+@must("segmented-download.empty-last", "D7", size=[7, 14])
 def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """The last segment may hold no data when all bytes have come."""
     data = sdo.payload(size)
@@ -74,7 +74,7 @@ def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
 
 @must(
     "segmented-download.short-segments",
-    clause=SEGMENT,
+    "D6",
     lengths={"3-then-5": (3, 5), "1-1-1-1-1": (1, 1, 1, 1, 1), "6-7-2": (6, 7, 2)},
 )
 def test_short_segments(sdo: Dialogue, variable: KnownObject, lengths: tuple[int, ...]) -> None:
@@ -97,7 +97,7 @@ FILLED = {
 }
 
 
-@must("segmented-download.filler-ignored", clause=SEGMENT, how=FILLED)
+@must("segmented-download.filler-ignored", "D9", how=FILLED)
 def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bool]) -> None:
     """Bytes of the last segment behind its data are not stored."""
     size, sized = how
@@ -114,7 +114,7 @@ def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bo
     sdo.expect_value(variable, data)
 
 
-@may("segmented-download.unused-not-stated", clause=SEGMENT)
+@may("segmented-download.unused-not-stated", "D8")
 def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
     """n = 0 in a last segment that is not full: the announced bytes are stored, or none."""
     before = sdo.payload(9)
@@ -132,7 +132,7 @@ def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data)
 
 
-@may("segmented-download.empty", clause=INITIATE)
+@may("segmented-download.empty", "D20", "6-zero-bytes")
 def test_empty(sdo: Dialogue, text: KnownObject) -> None:
     """A download of no bytes stores an empty value or is refused; it never hangs."""
     before = sdo.payload(9)
@@ -141,7 +141,12 @@ def test_empty(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, before)
 
 
-@must("segmented-download.too-many", clause=ABORT, lengths={"7-7-1": (7, 7, 1), "7-6": (7, 6)})
+@must(
+    "segmented-download.too-many",
+    "D4",
+    "6-announced-download",
+    lengths={"7-7-1": (7, 7, 1), "7-6": (7, 6)},
+)
 def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) -> None:
     """More bytes than announced are refused, at the latest with the last, and nothing is stored."""
     sdo.store(text, sdo.payload(sum(lengths)))
@@ -149,7 +154,12 @@ def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) ->
         sdo.expect_download_refused(text, sdo.payload(sum(lengths)), *TOO_LONG, size=8)
 
 
-@must("segmented-download.too-few", clause=ABORT, sizes={"10-of-14": (10, 14), "7-of-8": (7, 8)})
+@must(
+    "segmented-download.too-few",
+    "D5",
+    "6-announced-download",
+    sizes={"10-of-14": (10, 14), "7-of-8": (7, 8)},
+)
 def test_too_few(sdo: Dialogue, text: KnownObject, sizes: tuple[int, int]) -> None:
     """Fewer bytes than announced are refused, and nothing is stored."""
     sent, announced = sizes
@@ -158,7 +168,7 @@ def test_too_few(sdo: Dialogue, text: KnownObject, sizes: tuple[int, int]) -> No
         sdo.expect_download_refused(text, sdo.payload(sent), *TOO_SHORT, size=announced)
 
 
-@must("segmented-download.number-too-long", clause=ABORT, length=[1, 2, 4, 8])
+@must("segmented-download.number-too-long", "I23", "O18", length=[1, 2, 4, 8])
 def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     """A size that is too large for a number is refused, at the latest with the last segment."""
     known = device.number(length)
@@ -166,7 +176,7 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
 
 
-@must("segmented-download.number-too-long-not-indicated", clause=ABORT, length=[1, 2, 4, 8])
+@must("segmented-download.number-too-long-not-indicated", "I23", "O18", length=[1, 2, 4, 8])
 def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
     """More bytes than a number has are refused though no size was indicated."""
     known = device.number(length)
@@ -174,7 +184,7 @@ def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: in
         sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=None)
 
 
-@must("segmented-download.number-too-short", clause=ABORT, length=[2, 4, 8])
+@must("segmented-download.number-too-short", "I24", "O18", length=[2, 4, 8])
 def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     """A size that is too small for a number is refused, at the latest with the last segment."""
     known = device.number(length)
@@ -182,7 +192,7 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
 
 
-@must("segmented-download.number-too-short-not-indicated", clause=ABORT, length=[2, 4, 8])
+@must("segmented-download.number-too-short-not-indicated", "I24", "O18", length=[2, 4, 8])
 def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
     """Fewer bytes than a number has are refused though no size was indicated."""
     known = device.number(length)
@@ -190,7 +200,7 @@ def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: i
         sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=None)
 
 
-@must("segmented-download.number-empty", clause=ABORT, length=[1, 4])
+@must("segmented-download.number-empty", "I25", "O18", length=[1, 4])
 def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
     """No number has 0 bytes."""
     known = device.number(length)
@@ -198,7 +208,7 @@ def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_download_refused(known, b"", *TOO_SHORT, size=0)
 
 
-@may("segmented-download.huge-size", clause=INITIATE, size=[0xFFFFFFFF, 0x80000000])
+@may("segmented-download.huge-size", "I26", size=[0xFFFFFFFF, 0x80000000])
 def test_huge_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A size beyond any memory is accepted for the time being, or refused; the server lives on."""
     sdo.send(DownloadInitiate.with_size(variable.mux, size))
@@ -213,7 +223,7 @@ def test_huge_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
 
 @must(
     "segmented-download.read-only",
-    clause=ABORT,
+    "I5",
     target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)},
 )
 def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
@@ -225,7 +235,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
-@must("segmented-download.read-only-text", clause=ABORT)
+@must("segmented-download.read-only-text", "I5")
 def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     """A constant text refuses the value that it has."""
     value = sdo.upload(read_only_text)
@@ -233,42 +243,42 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     sdo.expect_value(read_only_text, value)
 
 
-@must("segmented-download.object-missing", clause=ABORT)
+@must("segmented-download.object-missing", "I2")
 def test_object_missing(sdo: Dialogue) -> None:
     """A segmented download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
     sdo.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
-@must("segmented-download.sub-index-missing", clause=ABORT)
+@must("segmented-download.sub-index-missing", "I3")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A segmented download to a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
     sdo.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
-@must("segmented-download.reserved", clause=SEGMENT)
+@must("segmented-download.reserved", "2.13-reserved", clause=SEGMENT)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of the confirmations (60h, 20h, 30h) are 0."""
     sdo.store(variable, sdo.payload(20))
     sdo.expect_clean(RESERVED)
 
 
-@may("segmented-download.request-reserved-bit", clause=INITIATE)
+@may("segmented-download.request-reserved-bit", "I13", "O2")
 def test_request_reserved_bit(sdo: Dialogue, variable: KnownObject) -> None:
     """Bit 4 of a segmented initiate may be ignored or refused; silence is neither."""
     sdo.send(DownloadInitiate(variable.mux, sized=True, payload=b"\x08\0\0\0", reserved_bits=1))
     sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.unused-without-data", clause=INITIATE, unused=[1, 3])
+@may("segmented-download.unused-without-data", "I14", unused=[1, 3])
 def test_unused_without_data(sdo: Dialogue, variable: KnownObject, unused: int) -> None:
     """n in a segmented initiate has no meaning: it is ignored or refused."""
     sdo.send(DownloadInitiate(variable.mux, sized=True, unused=unused, payload=b"\x08\0\0\0"))
     sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.request-reserved-bytes", clause=INITIATE)
+@may("segmented-download.request-reserved-bytes", "O3", "I27", clause=INITIATE)
 def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
     """Without a size (20h) bytes 4 to 7 are reserved: ignored, or at most refused."""
     data = sdo.payload(9)
@@ -284,7 +294,7 @@ def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("segmented-download.refused-is-over", clause=ABORT)
+@must("segmented-download.refused-is-over", "3.11-idle", "3.11-nothing-afterwards", clause=ABORT)
 def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
     """After a refused download the next one is stored, with nothing of the old one in it."""
     sdo.store(text, sdo.payload(14))
@@ -294,7 +304,7 @@ def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("segmented-download.other-objects", clause=SEGMENT)
+@must("segmented-download.other-objects", "D2")
 def test_other_objects(sdo: Dialogue, text: KnownObject, number: KnownObject) -> None:
     """A segmented download changes its own object and no other."""
     before = {mux: sdo.upload(mux) for mux in (DEVICE_TYPE, IDENTITY_COUNT, number.mux)}

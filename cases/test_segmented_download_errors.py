@@ -16,9 +16,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
-INITIATE = "7.2.4.3.3"
-SEGMENT = "7.2.4.3.4"
-ABORT = "7.2.4.3.17"
 SIZE = 21
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
 
@@ -32,7 +29,7 @@ def begin_download(sdo: Dialogue, text: KnownObject, segments: int) -> bytes:
     return data
 
 
-@must("segmented-download.toggle", clause=SEGMENT, segments=BEGUN)
+@must("segmented-download.toggle", "D3", segments=BEGUN)
 def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """A segment whose toggle bit did not alternate is refused or ignored, and never stored.
 
@@ -59,7 +56,7 @@ def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     sdo.expect_nothing()
 
 
-@must("segmented-download.toggle-ignored-data", clause=SEGMENT)
+@must("segmented-download.toggle-ignored-data", "D3")
 def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     """A server that ignores a repeated segment does not store it twice."""
     sdo.store(text, sdo.payload(SIZE))
@@ -78,7 +75,7 @@ def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("segmented-download.toggle-afterwards", clause=SEGMENT, segments=[1, 2])
+@must("segmented-download.toggle-afterwards", "D1", "3.11-idle", segments=[1, 2])
 def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
     sdo.store(text, sdo.payload(SIZE))
@@ -88,13 +85,13 @@ def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> N
     sdo.download_segment(sdo.payload(7), toggle=0)
 
 
-@must("segmented-download.foreign", clause=SEGMENT, request=FOREIGN_IN_DOWNLOAD)
+@must("segmented-download.foreign", "D10", "D11", "D12", request=FOREIGN_IN_DOWNLOAD)
 def test_foreign(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     """A request of another service before the first segment ends the download with 05040001h."""
     _foreign(sdo, text, request, 0)
 
 
-@must("segmented-download.foreign-later", clause=SEGMENT, request=FOREIGN_IN_DOWNLOAD)
+@must("segmented-download.foreign-later", "D10", "D11", "D12", request=FOREIGN_IN_DOWNLOAD)
 def test_foreign_later(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     """A request of another service between segments ends the download with 05040001h."""
     _foreign(sdo, text, request, 1)
@@ -109,7 +106,7 @@ def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) ->
         sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=segments % 2, last=True))
 
 
-@must("segmented-download.restart", clause=INITIATE, segments=BEGUN)
+@must("segmented-download.restart", "D13", "O8", segments=BEGUN)
 def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """The same initiate again starts a new download, or is refused and ends the transfer."""
     sdo.store(text, sdo.payload(SIZE))
@@ -124,7 +121,7 @@ def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
         sdo.expect_value(text, data)
 
 
-@must("segmented-download.new-upload", clause=INITIATE, segments=BEGUN)
+@must("segmented-download.new-upload", "D13", "O8", segments=BEGUN)
 def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
     """An upload in mid-download is served with its data or refused; the download is over.
 
@@ -145,7 +142,7 @@ def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segme
         sdo.expect_value(number, due)
 
 
-@must("segmented-download.new-download", clause=INITIATE, segments=BEGUN)
+@must("segmented-download.new-download", "D13", "O8", segments=BEGUN)
 def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
     """A download of another object in mid-download is served or refused; the old one is over."""
     value = sdo.upload(number)
@@ -162,7 +159,7 @@ def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, seg
         sdo.expect_value(number, value)
 
 
-@must("segmented-download.client-abort", clause=ABORT, segments=BEGUN)
+@must("segmented-download.client-abort", "D14", "3.11-value-kept", segments=BEGUN)
 def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
     sdo.store(text, sdo.payload(SIZE))
@@ -172,7 +169,13 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
         sdo.expect_nothing()
 
 
-@must("segmented-download.client-abort-then-segment", clause=ABORT, segments=BEGUN)
+@must(
+    "segmented-download.client-abort-then-segment",
+    "D14",
+    "7-client",
+    "3.11-value-kept",
+    segments=BEGUN,
+)
 def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """A last segment right behind an abort completes nothing."""
     sdo.store(text, sdo.payload(SIZE))
@@ -185,7 +188,7 @@ def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: i
 
 @may(
     "segmented-download.foreign-abort",
-    clause=ABORT,
+    "D15",
     mux={"other-object": Multiplexer(0x1018, 1), "none": Multiplexer(0, 0)},
 )
 def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> None:
@@ -201,7 +204,7 @@ def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> No
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.abort-reserved-bits", clause=ABORT, bits=[0x01, 0x10, 0x1F])
+@may("segmented-download.abort-reserved-bits", "D16", "O2", bits=[0x01, 0x10, 0x1F])
 def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> None:
     """81h to 9Fh is an abort with reserved bits, or no valid request; never a segment."""
     sdo.store(text, sdo.payload(SIZE))
@@ -212,7 +215,7 @@ def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> Non
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.after-the-last", clause=SEGMENT)
+@may("segmented-download.after-the-last", "D19", "O5")
 def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
     """After the last segment another one is refused or ignored, and changes nothing."""
     for toggle in (0, 1):
@@ -222,7 +225,7 @@ def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data)
 
 
-@may("segmented-download.without-initiate", clause=SEGMENT, last={"middle": False, "last": True})
+@may("segmented-download.without-initiate", "I7", "O5", "O6", last={"middle": False, "last": True})
 def test_without_initiate(sdo: Dialogue, last: bool) -> None:
     """A segment without a download is refused or ignored."""
     for toggle in (0, 1):

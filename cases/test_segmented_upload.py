@@ -19,7 +19,6 @@ from conformance.sdo.rules import FILLER, RESERVED
 
 INITIATE = "7.2.4.3.6"
 SEGMENT = "7.2.4.3.7"
-ABORT = "7.2.4.3.17"
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
 
 
@@ -32,7 +31,17 @@ def begin_upload(sdo: Dialogue, segments: int) -> KnownObject:
     return known
 
 
-@must("segmented-upload.size", clause=SEGMENT, size=[*SHORT_SIZES, *LONG_SIZES])
+@must(
+    "segmented-upload.size",
+    "U1",
+    "2.13-size",
+    "2.13-toggle",
+    "2.13-last-segment",
+    "2.13-unused-count",
+    "2.13-unusual",
+    "6-long-data",
+    size=[*SHORT_SIZES, *LONG_SIZES],
+)
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """An upload delivers the bytes of the object, no more and no fewer, and says so rightly."""
     data = sdo.payload(size)
@@ -40,7 +49,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("segmented-upload.again", clause=SEGMENT)
+@must("segmented-upload.again", "U1")
 def test_again(sdo: Dialogue) -> None:
     """A second upload of the same object delivers the same."""
     known, data = sdo.long_object()
@@ -48,7 +57,7 @@ def test_again(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@must("segmented-upload.read-only-text", clause=SEGMENT)
+@must("segmented-upload.read-only-text", "U1", "object.constant")
 def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     """A text longer than 4 bytes comes in segments; a constant one is the same every time."""
     sdo.start_segmented_upload(read_only_text)
@@ -59,7 +68,7 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
         raise sdo.breach(f"{first!r} again", f"{second!r}")
 
 
-@must("segmented-upload.toggle-first", clause=SEGMENT)
+@must("segmented-upload.toggle-first", "U2")
 def test_toggle_first(sdo: Dialogue) -> None:
     """The first segment request has t = 0; 70h ends the transfer and brings no data."""
     known = begin_upload(sdo, 0)
@@ -68,7 +77,7 @@ def test_toggle_first(sdo: Dialogue) -> None:
     sdo.expect_dead(UploadSegment(0))
 
 
-@must("segmented-upload.toggle-repeated", clause=SEGMENT, segments=[1, 2])
+@must("segmented-upload.toggle-repeated", "U2", segments=[1, 2])
 def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
     """A repeated toggle bit ends the transfer and brings no data."""
     known = begin_upload(sdo, segments)
@@ -77,7 +86,7 @@ def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.toggle-afterwards", clause=SEGMENT, segments=[1, 2])
+@must("segmented-upload.toggle-afterwards", "U1", "3.11-idle", segments=[1, 2])
 def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
     known = begin_upload(sdo, segments)
@@ -86,7 +95,7 @@ def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
     sdo.upload_segment(toggle=0)
 
 
-@must("segmented-upload.reserved", clause=INITIATE)
+@must("segmented-upload.reserved", "2.13-reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue) -> None:
     """Reserved bits of the answers in an upload are 0, and the d field without a size is too."""
     known, data = sdo.long_object()
@@ -94,7 +103,7 @@ def test_reserved(sdo: Dialogue) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@should("segmented-upload.filler", clause=SEGMENT, size=[8, 9, 13, 15, 20])
+@should("segmented-upload.filler", "2.13-filler", clause=SEGMENT, size=[8, 9, 13, 15, 20])
 def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """The bytes of the last segment that hold no data are 0."""
     data = sdo.payload(size)
@@ -103,7 +112,7 @@ def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_clean(FILLER)
 
 
-@must("segmented-upload.foreign", clause=SEGMENT, request=FOREIGN_IN_UPLOAD)
+@must("segmented-upload.foreign", "U3", "U4", "U10", request=FOREIGN_IN_UPLOAD)
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """A request of another service before the first segment ends the upload with 05040001h."""
     known = begin_upload(sdo, 0)
@@ -112,7 +121,7 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_dead(UploadSegment(0))
 
 
-@must("segmented-upload.foreign-later", clause=SEGMENT, request=FOREIGN_IN_UPLOAD)
+@must("segmented-upload.foreign-later", "U3", "U4", "U10", request=FOREIGN_IN_UPLOAD)
 def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
     """A request of another service between segments ends the upload with 05040001h."""
     known = begin_upload(sdo, 1)
@@ -121,7 +130,7 @@ def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_dead(UploadSegment(1))
 
 
-@must("segmented-upload.restart", clause=INITIATE, segments=BEGUN)
+@must("segmented-upload.restart", "U6", "O8", segments=BEGUN)
 def test_restart(sdo: Dialogue, segments: int) -> None:
     """The same initiate again starts from the first byte, or is refused and ends the transfer."""
     known, data = sdo.long_object()
@@ -136,7 +145,7 @@ def test_restart(sdo: Dialogue, segments: int) -> None:
             raise sdo.breach("the object from its first byte", f"{found!r}")
 
 
-@must("segmented-upload.new-upload", clause=INITIATE, segments=BEGUN)
+@must("segmented-upload.new-upload", "U5", "O8", segments=BEGUN)
 def test_new_upload(sdo: Dialogue, segments: int) -> None:
     """An upload of another object is served with its data, or refused; the old one is over."""
     due = sdo.upload(IDENTITY_COUNT)
@@ -150,7 +159,7 @@ def test_new_upload(sdo: Dialogue, segments: int) -> None:
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.new-download", clause=INITIATE)
+@must("segmented-upload.new-download", "U5", "O8")
 def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
     """A download in the middle of an upload is served or refused; the upload is over."""
     value = sdo.upload(number)
@@ -168,7 +177,7 @@ def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_value(number, value)
 
 
-@must("segmented-upload.client-abort", clause=ABORT, segments=BEGUN)
+@must("segmented-upload.client-abort", "U7", segments=BEGUN)
 def test_client_abort(sdo: Dialogue, segments: int) -> None:
     """An abort of the client is not answered and ends the upload."""
     known = begin_upload(sdo, segments)
@@ -177,7 +186,13 @@ def test_client_abort(sdo: Dialogue, segments: int) -> None:
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.client-abort-then-segment", clause=ABORT, segments=BEGUN)
+@must(
+    "segmented-upload.client-abort-then-segment",
+    "U7",
+    "7-client",
+    "3.11-nothing-afterwards",
+    segments=BEGUN,
+)
 def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
     """A segment request right behind an abort brings no data."""
     known = begin_upload(sdo, segments)
@@ -185,7 +200,7 @@ def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.client-abort-then-upload", clause=ABORT)
+@must("segmented-upload.client-abort-then-upload", "U7", "3.11-idle")
 def test_client_abort_then_upload(sdo: Dialogue) -> None:
     """An upload right behind an abort is served whole."""
     known, data = sdo.long_object()
@@ -195,7 +210,7 @@ def test_client_abort_then_upload(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@may("segmented-upload.after-the-last", clause=SEGMENT)
+@may("segmented-upload.after-the-last", "U11", "O5")
 def test_after_the_last(sdo: Dialogue) -> None:
     """After the last segment there are no more: abort or silence, but no data."""
     known, data = sdo.long_object()
@@ -204,7 +219,7 @@ def test_after_the_last(sdo: Dialogue) -> None:
         sdo.expect_dead(UploadSegment(toggle))
 
 
-@may("segmented-upload.without-initiate", clause=SEGMENT)
+@may("segmented-upload.without-initiate", "I8", "O5", "O6")
 def test_without_initiate(sdo: Dialogue) -> None:
     """A segment request without an upload brings no data: abort or silence."""
     for toggle in (0, 1):
@@ -212,7 +227,7 @@ def test_without_initiate(sdo: Dialogue) -> None:
         sdo.expect_dead(UploadSegment(toggle))
 
 
-@may("segmented-upload.request-reserved-bytes", clause=SEGMENT)
+@may("segmented-upload.request-reserved-bytes", "U9", "O3")
 def test_request_reserved_bytes(sdo: Dialogue) -> None:
     """Segment requests that repeat the multiplexer, as some clients do, are served or refused."""
     known, data = sdo.long_object()
@@ -221,7 +236,7 @@ def test_request_reserved_bytes(sdo: Dialogue) -> None:
     _compare_or_abort(sdo, known, response, data, UploadSegment(0, 0, multiplexer + bytes(4)))
 
 
-@may("segmented-upload.request-reserved-bits", clause=SEGMENT, bits=[0x01, 0x0F])
+@may("segmented-upload.request-reserved-bits", "U8", "O2", bits=[0x01, 0x0F])
 def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of a segment request may be ignored or refused; silence is neither."""
     known, data = sdo.long_object()
@@ -249,7 +264,7 @@ def _compare_or_abort(
         raise sdo.breach(f"the first bytes of {data!r}", describe_response(frame))
 
 
-@may("segmented-upload.empty", clause=SEGMENT)
+@may("segmented-upload.empty", "6-zero-bytes")
 def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
     if sdo.try_download(variable, b"", segmented=True) is not None:

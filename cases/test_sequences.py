@@ -7,7 +7,6 @@ from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, UploadInitiate
 
-SERVICE = "7.2.4.2"
 # Kind, size: expedited, segmented with the size indicated, segmented without.
 KINDS = {
     "expedited-4": (False, True, 4),
@@ -23,7 +22,7 @@ PAIRS = {
 Kind = tuple[bool, bool, int]
 
 
-@must("sequence.downloads", clause=SERVICE, pair=PAIRS)
+@must("sequence.downloads", "3.11-idle", pair=PAIRS)
 def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
     """One download after another to the same object: it holds the second and nothing else."""
     for segmented, sized, size in pair:
@@ -32,7 +31,7 @@ def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]
         sdo.expect_value(variable, data)
 
 
-@must("sequence.downloads-unread", clause=SERVICE, pair=PAIRS)
+@must("sequence.downloads-unread", "3.11-idle", pair=PAIRS)
 def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
     """Two downloads without a read between them: the object holds the second."""
     data = b""
@@ -42,7 +41,7 @@ def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind
     sdo.expect_value(variable, data)
 
 
-@must("sequence.uploads", clause=SERVICE)
+@must("sequence.uploads", "3.11-idle", "object.constant")
 def test_uploads(sdo: Dialogue, device: Device) -> None:
     """Uploads of all known objects in turn, long and short: each reads as at the beginning."""
     due = {mux: sdo.upload(mux) for mux in device.steady()}
@@ -53,7 +52,7 @@ def test_uploads(sdo: Dialogue, device: Device) -> None:
                 raise sdo.breach(f"{other} reads {due[other].hex(' ')}", found.hex(" "))
 
 
-@must("sequence.upload-then-download", clause=SERVICE, size=[3, 7, 20])
+@must("sequence.upload-then-download", "3.11-idle", size=[3, 7, 20])
 def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download right after an upload of the same object stores its own bytes."""
     sdo.store(variable, sdo.payload(17))
@@ -63,7 +62,11 @@ def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -
     sdo.expect_value(variable, data)
 
 
-@must("sequence.abandoned-download", clause=SERVICE, sized={"sized": True, "unsized": False})
+@must(
+    "sequence.abandoned-download",
+    "3.11-nothing-afterwards",
+    sized={"sized": True, "unsized": False},
+)
 def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> None:
     """Segments of a download that was aborted do not turn up in the next one."""
     sdo.store(text, sdo.payload(21))
@@ -76,7 +79,7 @@ def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> No
     sdo.expect_value(text, data)
 
 
-@must("sequence.abandoned-upload", clause=SERVICE)
+@must("sequence.abandoned-upload", "3.11-nothing-afterwards", "U7")
 def test_abandoned_upload(sdo: Dialogue) -> None:
     """An upload that was aborted starts again from the first byte."""
     known, data = sdo.long_object()
@@ -87,7 +90,7 @@ def test_abandoned_upload(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@must("sequence.sized-aborted-then-unsized", clause=SERVICE)
+@must("sequence.sized-aborted-then-unsized", "3.11-nothing-afterwards")
 def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
     """The size of a download that was aborted is not held against the next one."""
     sdo.store(text, sdo.payload(20))
@@ -98,7 +101,7 @@ def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("sequence.refused-then-served", clause=SERVICE)
+@must("sequence.refused-then-served", "3.11-nothing-afterwards")
 def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
     """A refused request leaves no trace in the transfer that follows."""
     missing = sdo.missing_object()

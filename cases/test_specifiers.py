@@ -1,5 +1,7 @@
 """Command specifiers that have no meaning, and services that a server may lack (7.2.4.3)."""
 
+from dataclasses import replace
+
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
@@ -18,17 +20,15 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message
 
-PROTOCOLS = "7.2.4.3"
 
-
-@must("specifier.unknown", clause=PROTOCOLS, request=UNKNOWN_SPECIFIERS)
+@must("specifier.unknown", "I6", request=UNKNOWN_SPECIFIERS)
 def test_unknown(sdo: Dialogue, request: bytes) -> None:
     """A command specifier that is not defined is aborted with 05040001h."""
     sdo.send(request)
     sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
 
 
-@must("specifier.unknown-is-over", clause=PROTOCOLS, request=UNKNOWN_SPECIFIERS)
+@must("specifier.unknown-is-over", "I6", "3.11-idle", request=UNKNOWN_SPECIFIERS)
 def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     """After an undefined command specifier the next request is served."""
     due = sdo.upload(VENDOR_ID)
@@ -37,14 +37,54 @@ def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_value(VENDOR_ID, due)
 
 
-@may("specifier.out-of-block", clause=PROTOCOLS, request=BLOCK_FRAMES)
+@may("specifier.out-of-block", "I9", "O5", "O6", request=BLOCK_FRAMES)
 def test_out_of_block(sdo: Dialogue, request: Message) -> None:
     """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
     sdo.send(request)
     sdo.expect_silence_or_abort()
 
 
-@must("specifier.block-upload", clause="7.2.4.3.13", crc=[True, False])
+@must("specifier.sub-command", "I34", command={"A6h": 0xA6, "C7h": 0xC7})
+def test_sub_command(sdo: Dialogue, variable: KnownObject, command: int) -> None:
+    """A block initiate whose sub-command bits name none is not served.
+
+    Silence is accepted: the frame may pass for an acknowledgement or an end out of place.
+    """
+    ordinary = BlockUploadInitiate(variable.mux, 127).encode()
+    sdo.send(bytes([command]) + ordinary[1:])
+    sdo.tracker.open = variable.mux  # the server may have begun a transfer
+    sdo.expect_silence_or_abort()
+
+
+@may("specifier.block-download-reserved-bits", "I15", "O2", bits={"08h": 1, "10h": 2, "18h": 3})
+def test_block_download_reserved_bits(sdo: Dialogue, variable: KnownObject, bits: int) -> None:
+    """Bits 4 and 3 of a block download initiate may be ignored or refused; silence is neither."""
+    size = len(sdo.device.values[variable.mux])
+    sdo.initiate_block_download(variable, size)
+    sdo.end_transfer()
+    request = BlockDownloadInitiate.with_size(variable.mux, size)
+    sdo.send(replace(request, reserved_bits=bits))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), None)
+    else:
+        sdo.checks.block_download_initiate(frame, variable.mux)
+
+
+@may("specifier.block-upload-reserved-bits", "I16", "O2", bits={"08h": 1, "10h": 2, "18h": 3})
+def test_block_upload_reserved_bits(sdo: Dialogue, bits: int) -> None:
+    """Bits 4 and 3 of a block upload initiate may be ignored or refused; silence is neither."""
+    sdo.initiate_block_upload(VENDOR_ID)
+    sdo.end_transfer()
+    sdo.send(BlockUploadInitiate(VENDOR_ID.mux, 127, reserved_bits=bits))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), None)
+    else:
+        sdo.checks.block_upload_initiate(frame, VENDOR_ID.mux)
+
+
+@must("specifier.block-upload", "I36", "I1", "I31", clause="7.2.4.3.13", crc=[True, False])
 def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     """A block upload is served, or refused with 05040001h as not implemented; never silence.
 
@@ -54,7 +94,7 @@ def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     _served_or_unimplemented(sdo, DEVICE_TYPE, BlockUploadInitiateResponse)
 
 
-@must("specifier.block-download", clause="7.2.4.3.9", sized=[True, False])
+@must("specifier.block-download", "I36", "I1", clause="7.2.4.3.9", sized=[True, False])
 def test_block_download(sdo: Dialogue, variable: KnownObject, sized: bool) -> None:
     """A block download is served, or refused with 05040001h as not implemented; never silence."""
     size = len(sdo.device.values[variable.mux]) if sized else None

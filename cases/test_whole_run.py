@@ -16,21 +16,21 @@ def judge(sdo: Dialogue, incidents: list[Incident], expected: str) -> None:
         )
 
 
-@must("run.reserved", clause="7.2.4.3")
+@must("run.reserved", "2.13-reserved")
 def test_reserved(sdo: Dialogue, whole_run: WholeRun) -> None:
     """In no response of the whole run a reserved bit or byte was other than 0."""
     found = [incident for incident in whole_run.incidents if incident.violation.rule is RESERVED]
     judge(sdo, found, "reserved bits and bytes are 0")
 
 
-@should("run.filler", clause="7.2.4.3")
+@should("run.filler", "2.13-filler")
 def test_filler(sdo: Dialogue, whole_run: WholeRun) -> None:
     """In no response of the whole run a byte without data was other than 0."""
     found = [incident for incident in whole_run.incidents if incident.violation.rule is FILLER]
     judge(sdo, found, "bytes without data are 0")
 
 
-@must("run.no-late-response", clause="7.2.4.2")
+@must("run.no-late-response", "2.13-no-response")
 def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
     """No response came after its case was over."""
     judge(sdo, whole_run.late, "no response between the cases")

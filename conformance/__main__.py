@@ -1,4 +1,4 @@
-"""The command line beside pytest: serve the reference server, list faults, decode logs."""
+"""The command line beside pytest: serve a server, list faults and rules, decode logs."""
 
 import argparse
 import signal
@@ -18,9 +18,11 @@ from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.judging import Finding, LogJudge, Seen
 from conformance.options import HIGHEST_NODE_ID
+from conformance.rule_listing import rule_lines
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.rules import UnknownRule
 
 DONE, BROKEN_BENCH, WRONG_USE, NOT_ALLOWED = 0, 1, 2, 3
 
@@ -36,7 +38,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (BenchError, OSError, can.CanError) as error:
         print(f"conformance: {error}", file=sys.stderr)
         return BROKEN_BENCH
-    except (UnknownServer, ValueError) as error:
+    except (UnknownServer, UnknownRule, ValueError) as error:
         print(f"conformance: {error}", file=sys.stderr)
         return WRONG_USE
 
@@ -56,6 +58,10 @@ def _parser() -> argparse.ArgumentParser:
 
     listing = commands.add_parser("faults", help="list the faulty and the unusual servers")
     listing.set_defaults(command=_faults)
+
+    rules = commands.add_parser("rules", help="list what is required of a server, and its cases")
+    rules.add_argument("names", nargs="*", metavar="RULE", help="only these, by id or row")
+    rules.set_defaults(command=_rules)
 
     decode = commands.add_parser("decode", help="show a candump log as SDO messages in words")
     decode.add_argument("log", help="a file as 'candump -L' or a run's bus.log writes it")
@@ -97,6 +103,12 @@ def _faults(options: argparse.Namespace) -> int:
             marks = f" [{deviation.defect_class}]" if deviation.defect_class else ""
             soft = " (SHOULD)" if deviation.soft else ""
             print(f"  {deviation.name}{marks}{soft}\n      {deviation.sentence}")
+    return DONE
+
+
+def _rules(options: argparse.Namespace) -> int:
+    for line in rule_lines(options.names):
+        print(line)
     return DONE
 
 

@@ -1,10 +1,12 @@
-"""How a function becomes a case: its id, clause and level stand above it, its sentence in it.
+"""How a function becomes a case: its id, level and rules stand above it, its sentence in it.
 
-    @must("segmented-upload.size", clause="7.2.4.3.7", size=[8, 14])
+    @must("segmented-upload.size", "U1", "2.13-size", size=[8, 14])
     def test_size(sdo, device, size):
         '''An upload delivers the bytes of the object.'''
 
-is two cases, ``segmented-upload.size[8]`` and ``segmented-upload.size[14]``.
+is two cases, ``segmented-upload.size[8]`` and ``segmented-upload.size[14]``. Both test the rules
+that cover rows U1 and 2.13-size (``python -m conformance rules U1 2.13-size`` shows them), and
+their clause is that of the first.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +14,7 @@ from dataclasses import dataclass, field
 from inspect import getdoc
 from typing import Any, TypeVar
 
-from conformance.sdo.rules import Level, Rule
+from conformance.sdo.rules import Level, Rule, rule_of
 
 Function = TypeVar("Function", bound=Callable[..., None])
 Values = Mapping[str, Any] | Sequence[Any]
@@ -21,9 +23,14 @@ ATTRIBUTE = "conformance_case"
 
 @dataclass(frozen=True, slots=True)
 class CaseInfo:
-    """What the decorator said: the rule, and the values for which the case is run."""
+    """What the decorator said: what the case requires, and the values for which it is run.
+
+    ``rule`` is the requirement as the case puts it, with the rows that it cites; ``cites`` are the
+    rules of the registry behind them.
+    """
 
     rule: Rule
+    cites: tuple[Rule, ...] = ()
     argument: str | None = None
     values: dict[str, Any] = field(default_factory=dict)
 
@@ -37,37 +44,52 @@ class CaseInfo:
         ]
 
 
-def must(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+def must(
+    id_: str, *rules: str, clause: str | None = None, **each: Values
+) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
 
-    ``each`` is at most one argument with its values: a sequence, or a mapping from label to value.
+    ``rules`` are the rules that the case tests, each by a row or its id. ``clause`` is for a case
+    on a narrower clause than that of the first rule. ``each`` is at most one argument with its
+    values: a sequence, or a mapping from label to value.
+
+    Raises UnknownRule for a rule that is not in the registry.
     """
-    return _case(Level.MUST, id_, clause, each)
+    return _case(Level.MUST, id_, rules, clause, each)
 
 
-def should(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+def should(
+    id_: str, *rules: str, clause: str | None = None, **each: Values
+) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device only with --strict."""
-    return _case(Level.SHOULD, id_, clause, each)
+    return _case(Level.SHOULD, id_, rules, clause, each)
 
 
-def may(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+def may(
+    id_: str, *rules: str, clause: str | None = None, **each: Values
+) -> Callable[[Function], Function]:
     """Mark a case on what the specification leaves open; it fails for what no choice allows."""
-    return _case(Level.MAY, id_, clause, each)
+    return _case(Level.MAY, id_, rules, clause, each)
 
 
 def _case(
-    level: Level, id_: str, clause: str, each: dict[str, Values]
+    level: Level, id_: str, names: tuple[str, ...], clause: str | None, each: dict[str, Values]
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
         raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
+    cites = tuple(dict.fromkeys(rule_of(name) for name in names))
+    if clause is None:
+        if not cites:
+            raise ValueError(f"{id_} names neither a rule nor a clause")
+        clause = cites[0].clause
 
     def mark(function: Function) -> Function:
         sentence = " ".join((getdoc(function) or "").split())
-        rule = Rule(id_, clause, level, sentence)
+        rule = Rule(id_, clause, level, sentence, names)
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, argument, dict(values)))
+        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, dict(values)))
         return function
 
     return mark

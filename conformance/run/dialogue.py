@@ -21,20 +21,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType
-from conformance.sdo.rules import MULTIPLEXER, Level, Rule, Violation
-
-SUBSTITUTE = Rule(
-    "abort.precise-code",
-    "7.2.4.3.17",
-    Level.SHOULD,
-    "An abort names the reason; 08000000h (general error) is for what no other code covers.",
-)
-RESTART = Rule(
-    "server.new-initiate-served",
-    "7.2.4.3.3",
-    Level.SHOULD,
-    "A new initiate ends the running transfer and is served.",
-)
+from conformance.sdo.rules import MULTIPLEXER, RESTART, SUBSTITUTE, Rule, Violation
 
 
 def named(codes: tuple[AbortCode, ...]) -> str:

@@ -15,6 +15,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.rules import (
     FILLER,
+    NO_REBOOT,
     NOT_REFUSED,
     RESERVED,
     UNSOLICITED,
@@ -24,9 +25,6 @@ from conformance.sdo.rules import (
 )
 
 INCIDENTAL = (RESERVED, FILLER)
-REBOOTED = Rule(
-    "server.no-reboot", "7.3.2.2.1", Level.MUST, "No SDO request makes a device start again."
-)
 MOST_INCIDENTS = 200
 
 
@@ -82,7 +80,13 @@ class DeviceSession:
         self._frames.clear()
         self._last_case = case_id
         result = CaseResult(
-            case_id, service, self.device.node_id, rule.level.value, rule.clause, rule.sentence
+            case_id,
+            service,
+            self.device.node_id,
+            rule.level.value,
+            rule.clause,
+            rule.sentence,
+            rows=list(rule.rows),
         )
         return CaseRun(self, sdo, result)
 
@@ -187,7 +191,7 @@ class CaseRun:
             self._breach(leaving.violation)
         if session.device.boot_ups > self._boot_ups:
             self._breach(
-                Violation(REBOOTED, expected="no boot-up message", actual="the device booted")
+                Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
             )
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True

@@ -1,9 +1,9 @@
-"""How a function becomes a case: its id, its level, its sentence, and the values it is run for."""
+"""How a function becomes a case: its id, level, rules, sentence, and the values it is run for."""
 
 import pytest
 
 from conformance.run.case import CaseInfo, case_info, may, must, should
-from conformance.sdo.rules import Level, Rule
+from conformance.sdo.rules import Level, Rule, UnknownRule, rule_of
 
 CLAUSE = "7.2.4.3.6"
 
@@ -42,6 +42,34 @@ def of_a_may() -> None:
 def test_the_decorator_says_what_reports_need(function: object, rule: Rule) -> None:
     assert info(function).rule == rule
     assert info(function).variations() == [(rule.id, {})]
+
+
+def test_a_case_names_rules_by_their_rows_and_ids() -> None:
+    @must("upload.x", "U2", "segmented-upload.restart")
+    def case() -> None:
+        """A sentence."""
+
+    assert info(case).cites == (rule_of("U2"), rule_of("U6"))
+    rows = ("U2", "segmented-upload.restart")
+    assert info(case).rule == Rule("upload.x", "7.2.4.3.7", Level.MUST, "A sentence.", rows)
+
+
+def test_a_narrower_clause_replaces_that_of_the_rule() -> None:
+    @should("upload.x", "U2", clause="7.5.2.1")
+    def case() -> None:
+        """A sentence."""
+
+    assert info(case).rule.clause == "7.5.2.1"
+
+
+def test_an_unknown_rule_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UnknownRule, match="'U22'; the nearest is 'U"):
+        must("upload.x", "U22")
+
+
+def test_without_a_rule_there_is_a_clause() -> None:
+    with pytest.raises(ValueError, match=r"upload\.x names neither a rule nor a clause"):
+        must("upload.x")(of_a_must)
 
 
 def test_each_value_of_a_sequence_is_a_case() -> None:

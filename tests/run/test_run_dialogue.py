@@ -16,7 +16,7 @@ from run_bench import (
 )
 
 from conformance.faults.catalogue import build_node
-from conformance.run.dialogue import RESTART, SUBSTITUTE, Dialogue
+from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -26,7 +26,16 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Message, Multiplexer
-from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED, SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.rules import (
+    FILLER,
+    MULTIPLEXER,
+    RESERVED,
+    RESTART,
+    SPECIFIER,
+    SUBSTITUTE,
+    UNSOLICITED,
+    Violation,
+)
 
 READ = UploadInitiate(Multiplexer(0x1018, 1))
 OTHER = Multiplexer(0x1018, 2)

@@ -1,0 +1,80 @@
+"""The rules as a text, each with the cases that test it or the reason why none does."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+from conformance.collection import case_files
+from conformance.run.case import CaseInfo, case_info
+from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.rules import CHAPTERS, RULES, Rule, rule_of
+
+
+def scripted_cases() -> list[CaseInfo]:
+    """Return what the decorators of the suite's own cases say, file by file."""
+    return [info for path in case_files() for info in _cases_in(path)]
+
+
+def _cases_in(path: Path) -> Iterator[CaseInfo]:
+    spec = spec_from_file_location(f"conformance_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{path} is not a Python file")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    for value in vars(module).values():
+        info = case_info(value)
+        if info is not None:
+            yield info
+
+
+def cases_of_rules(cases: Iterable[CaseInfo]) -> dict[str, list[str]]:
+    """Return for each rule, by its id, the ids of the cases that test it."""
+    found: dict[str, list[str]] = {rule.id: [] for rule in RULES}
+    for case in cases:
+        for rule in case.cites:
+            found[rule.id].append(case.rule.id)
+    return found
+
+
+def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
+    """Yield the lines of ``conformance rules``: all rules, or those of these ids and rows.
+
+    Raises UnknownRule.
+    """
+    tested = cases_of_rules(scripted_cases())
+    chosen = [rule_of(name) for name in names] or list(RULES)
+    for chapter in CHAPTERS:
+        rules = [rule for rule in chapter.rules if rule in chosen]
+        if rules:
+            yield f"{chapter.title}:"
+        for rule in rules:
+            yield from _lines(rule, tested[rule.id])
+    if not names:
+        yield _totals(tested)
+
+
+def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
+    rows = f"  [{' '.join(rule.rows)}]" if rule.rows else ""
+    yield f"  {rule.id}  {rule.level}  {rule.clause}{rows}"
+    yield f"      {rule.sentence}"
+    if rule.reaction:
+        yield f"      accepted: {rule.reaction}"
+    if rule.codes:
+        yield f"      abort codes: {', '.join(map(describe_code, rule.codes))}"
+    if rule.open:
+        yield f"      open: {rule.open}"
+    if cases:
+        yield f"      tested by: {', '.join(cases)}"
+    else:
+        yield f"      not tested: {rule.untestable or 'there is no case yet'}"
+
+
+def _totals(tested: Mapping[str, Sequence[str]]) -> str:
+    rows = sum(len(rule.rows) for rule in RULES)
+    with_cases = sum(bool(cases) for cases in tested.values())
+    cases = len({case for cases in tested.values() for case in cases})
+    reasons = sum(bool(rule.untestable) for rule in RULES)
+    return (
+        f"{len(RULES)} rules on {rows} rows: {with_cases} tested by {cases} cases, "
+        f"{reasons} not testable, {len(RULES) - with_cases - reasons} without a case"
+    )

@@ -1,0 +1,66 @@
+"""What is required of a server: the one registry of rules, and what a breach of one is."""
+
+from conformance.sdo.rules.aftermath import (
+    CONSTANT,
+    IDLE_AFTERWARDS,
+    NO_REBOOT,
+    SUBSTITUTE,
+)
+from conformance.sdo.rules.block_details import BLOCK_ACK
+from conformance.sdo.rules.block_download import BLOCK_PROGRESS
+from conformance.sdo.rules.freedoms import RESTART
+from conformance.sdo.rules.idle import MISSING_REFUSED, NOT_REFUSED
+from conformance.sdo.rules.model import Level, Rule, Violation
+from conformance.sdo.rules.registry import CHAPTERS, RULES, Chapter, UnknownRule, rule_of
+from conformance.sdo.rules.responses import (
+    ABORT_CODE,
+    ANSWERED,
+    BLOCK_CRC,
+    BLOCK_SEQUENCE,
+    BLOCK_SIZE,
+    FILLER,
+    FRAME_SHAPE,
+    MULTIPLEXER,
+    RESERVED,
+    SIZE,
+    SPECIFIER,
+    TOGGLE,
+    UNSOLICITED,
+    UNUSED_COUNT,
+    UPLOAD_ENDS,
+)
+
+__all__ = [
+    "ABORT_CODE",
+    "ANSWERED",
+    "BLOCK_ACK",
+    "BLOCK_CRC",
+    "BLOCK_PROGRESS",
+    "BLOCK_SEQUENCE",
+    "BLOCK_SIZE",
+    "CHAPTERS",
+    "CONSTANT",
+    "FILLER",
+    "FRAME_SHAPE",
+    "IDLE_AFTERWARDS",
+    "MISSING_REFUSED",
+    "MULTIPLEXER",
+    "NOT_REFUSED",
+    "NO_REBOOT",
+    "RESERVED",
+    "RESTART",
+    "RULES",
+    "SIZE",
+    "SPECIFIER",
+    "SUBSTITUTE",
+    "TOGGLE",
+    "UNSOLICITED",
+    "UNUSED_COUNT",
+    "UPLOAD_ENDS",
+    "Chapter",
+    "Level",
+    "Rule",
+    "UnknownRule",
+    "Violation",
+    "rule_of",
+]

@@ -1,0 +1,87 @@
+"""What holds between transfers, and after one has ended by whatever means."""
+
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
+
+SERVICES = "7.2.4.2"
+ABORT = "7.2.4.3.17"
+
+IDLE_AFTERWARDS = Rule(
+    "server.idle-afterwards",
+    SERVICES,
+    MUST,
+    "After a transfer has ended, whoever ended it, the server is idle and serves the next one.",
+    rows=("3.11-idle",),
+    reaction="the next request is served, and nothing more comes of the old transfer",
+)
+CONSTANT = Rule(
+    "object.constant",
+    "7.4.7",
+    MUST,
+    "A constant reads the same from the beginning of a run to its end.",
+)
+NO_REBOOT = Rule(
+    "server.no-reboot",
+    "7.3.2.2.1",
+    MUST,
+    "No SDO request makes a device start again.",
+    untestable="Every case watches for the boot-up message; no request should bring it about.",
+)
+SUBSTITUTE = Rule(
+    "abort.precise-code",
+    ABORT,
+    SHOULD,
+    "An abort names the reason; 08000000h (general error) is for what no other code covers.",
+    rows=("O28",),
+    open="the general error is tolerated where the official test accepts it",
+)
+
+AFTERMATH_RULES = (
+    IDLE_AFTERWARDS,
+    Rule(
+        "server.next-request",
+        "7.2.4.3.15",
+        MUST,
+        "A request right behind the end confirmation of a block upload is served.",
+        rows=("3.1-next-request",),
+        reaction="served",
+    ),
+    Rule(
+        "server.value-kept",
+        ABORT,
+        MUST,
+        "A download that was aborted, by whichever side, leaves the object with its value.",
+        rows=("3.11-value-kept",),
+        reaction="the object reads as before",
+        open="what a domain holds",
+    ),
+    Rule(
+        "server.partial-domain",
+        ABORT,
+        MAY,
+        "A domain may hold anything after a download that was aborted; the server lives on.",
+        rows=("3.11-partial-domain", "O30"),
+        reaction="any content",
+        open="the content",
+    ),
+    Rule(
+        "server.nothing-afterwards",
+        ABORT,
+        MUST,
+        "Nothing is sent for a transfer that was aborted, and none of its data turns up again.",
+        rows=("3.11-nothing-afterwards",),
+        reaction="silence",
+    ),
+    Rule(
+        "abort.order-of-checks",
+        ABORT,
+        MAY,
+        "Of two reasons to refuse an initiate a server may name either.",
+        rows=("3.10", "O17"),
+        reaction="abort with the code of either reason",
+        open="the order",
+        untestable="Every order is right: a case sends requests with one error only.",
+    ),
+    SUBSTITUTE,
+    CONSTANT,
+    NO_REBOOT,
+)

@@ -1,0 +1,72 @@
+"""Choices of a server that belong to no single state: what each of them may never lead to."""
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.rules.accepted import NOT_VALID
+from conformance.sdo.rules.model import MAY, SHOULD, Rule
+
+PROTOCOLS = "7.2.4.3"
+INITIATE = "7.2.4.3.3"
+ABORT = "7.2.4.3.17"
+
+RESTART = Rule(
+    "server.new-initiate-served",
+    INITIATE,
+    SHOULD,
+    "A new initiate ends the running transfer and is served.",
+    rows=("O8", "O9"),
+    reaction="served; an abort and idle are tolerated",
+    open="a server may refuse it, in segmented and in block transfers",
+)
+
+FREEDOM_RULES = (
+    Rule(
+        "request.reserved-bits",
+        PROTOCOLS,
+        MAY,
+        "Reserved bits of a request may be ignored, or refused as no valid command.",
+        rows=("O2", "6-request-reserved"),
+        reaction="served, or abort",
+        codes=NOT_VALID,
+        open="served or refused",
+    ),
+    Rule(
+        "request.reserved-bytes",
+        PROTOCOLS,
+        MAY,
+        "Reserved bytes of a request are ignored, or at most refused.",
+        rows=("O3",),
+        reaction="served, or abort",
+        codes=(AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE),
+        open="served or refused",
+    ),
+    Rule(
+        "request.out-of-transfer",
+        PROTOCOLS,
+        MAY,
+        "A frame that belongs inside a transfer has no positive answer while none runs.",
+        rows=("O5",),
+        reaction="abort, or silence",
+        codes=NOT_VALID,
+        open="abort or silence; another code of table 22 is tolerated",
+    ),
+    Rule(
+        "abort.any-multiplexer",
+        ABORT,
+        MAY,
+        "Without a transfer, and for a frame without a multiplexer, an abort may carry any.",
+        rows=("O6",),
+        reaction="abort with any multiplexer",
+        open="the multiplexer",
+    ),
+    RESTART,
+    Rule(
+        "request.behind-another",
+        PROTOCOLS,
+        MAY,
+        "A request sent before the one in front was answered is served, refused or dropped.",
+        rows=("O32",),
+        reaction="served in order, silence, or abort",
+        codes=NOT_VALID,
+        open="which of the three; the answers are not mixed up",
+    ),
+)

@@ -1,0 +1,53 @@
+"""What a rule is: what it asks for, how binding it is, and what a breach of it is."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from conformance.sdo.abort_codes import AbortCode
+
+
+class Level(StrEnum):
+    """How binding a rule is."""
+
+    MUST = "MUST"
+    SHOULD = "SHOULD"
+    MAY = "MAY"
+
+
+MUST, SHOULD, MAY = Level.MUST, Level.SHOULD, Level.MAY
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """One requirement on a server: a stable id, the clause of CiA 301, and one sentence.
+
+    A MAY is a freedom of the server; it is broken by what no choice allows.
+
+    ``rows`` are the labels under which the protocol reference of the project lists what the rule
+    covers, such as ``D3`` or ``5-covers``; each row belongs to one rule. ``reaction`` says in words
+    what is accepted. ``codes`` are the abort codes accepted where an abort is due or allowed, the
+    most precise first; empty where there is no abort, or where any code of CiA 301 will do.
+    ``open`` says what the specification leaves to the server. ``untestable`` says why no case tests
+    the rule; it is empty when one does.
+    """
+
+    id: str
+    clause: str
+    level: Level
+    sentence: str
+    rows: tuple[str, ...] = ()
+    reaction: str = ""
+    codes: tuple[AbortCode, ...] = ()
+    open: str = ""
+    untestable: str = ""
+
+
+class Violation(Exception):
+    """A response, or its absence, that a rule does not allow."""
+
+    def __init__(self, rule: Rule, *, expected: str, actual: str) -> None:
+        """Say in words what the rule asked for and what came instead."""
+        super().__init__(f"{rule.id}: expected {expected}; got {actual}")
+        self.rule = rule
+        self.expected = expected
+        self.actual = actual

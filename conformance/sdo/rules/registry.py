@@ -1,0 +1,77 @@
+"""All rules, chapter by chapter, and how to find one by its id or by a row it covers."""
+
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from conformance.sdo.rules.aftermath import AFTERMATH_RULES
+from conformance.sdo.rules.block_details import BLOCK_DETAIL_RULES, CRC_RULES
+from conformance.sdo.rules.block_download import BLOCK_DOWNLOAD_RULES
+from conformance.sdo.rules.block_upload import BLOCK_UPLOAD_RULES
+from conformance.sdo.rules.channels import CHANNEL_RULES
+from conformance.sdo.rules.freedoms import FREEDOM_RULES
+from conformance.sdo.rules.idle import IDLE_RULES
+from conformance.sdo.rules.model import Rule
+from conformance.sdo.rules.responses import RESPONSE_RULES
+from conformance.sdo.rules.segmented_download import SEGMENTED_DOWNLOAD_RULES
+from conformance.sdo.rules.segmented_upload import SEGMENTED_UPLOAD_RULES
+from conformance.sdo.rules.shape import SHAPE_RULES
+from conformance.sdo.rules.sizes import SIZE_RULES
+from conformance.sdo.rules.timing import TIMING_RULES
+
+
+@dataclass(frozen=True, slots=True)
+class Chapter:
+    """Rules on one subject."""
+
+    title: str
+    rules: tuple[Rule, ...]
+
+
+class UnknownRule(LookupError):
+    """Neither the id of a rule nor the label of a row."""
+
+
+CHAPTERS = (
+    Chapter("every response", RESPONSE_RULES),
+    Chapter("channels and NMT states", CHANNEL_RULES),
+    Chapter("idle server", IDLE_RULES),
+    Chapter("segmented download", SEGMENTED_DOWNLOAD_RULES),
+    Chapter("segmented upload", SEGMENTED_UPLOAD_RULES),
+    Chapter("block download", BLOCK_DOWNLOAD_RULES),
+    Chapter("block upload", BLOCK_UPLOAD_RULES),
+    Chapter("short requests", SHAPE_RULES),
+    Chapter("after a transfer", AFTERMATH_RULES),
+    Chapter("CRC", CRC_RULES),
+    Chapter("segments of a block", BLOCK_DETAIL_RULES),
+    Chapter("sizes", SIZE_RULES),
+    Chapter("time-outs", TIMING_RULES),
+    Chapter("freedoms", FREEDOM_RULES),
+)
+RULES = tuple(rule for chapter in CHAPTERS for rule in chapter.rules)
+
+
+def _index() -> dict[str, Rule]:
+    found: dict[str, Rule] = {}
+    for rule in RULES:
+        for name in (rule.id, *rule.rows):
+            if found.setdefault(name, rule) is not rule:
+                raise ValueError(f"{name} belongs to {found[name].id} and to {rule.id}")
+    return found
+
+
+_BY_NAME = _index()
+
+
+def rule_of(name: str) -> Rule:
+    """Return the rule with this id, or the one that covers this row.
+
+    >>> rule_of("D3").id
+    'segmented-download.toggle'
+
+    Raises UnknownRule, which names the nearest.
+    """
+    try:
+        return _BY_NAME[name]
+    except KeyError:
+        near = get_close_matches(name, _BY_NAME, n=1, cutoff=0.0)[0]
+        raise UnknownRule(f"no rule is called {name!r}; the nearest is {near!r}") from None

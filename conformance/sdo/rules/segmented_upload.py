@@ -1,0 +1,128 @@
+"""Requests to a server in the middle of a segmented upload."""
+
+from conformance.sdo.rules.accepted import NOT_VALID, TIMED_OUT, TOGGLE_ERROR
+from conformance.sdo.rules.model import MAY, MUST, Rule
+
+INITIATE = "7.2.4.3.6"
+SEGMENT = "7.2.4.3.7"
+ABORT = "7.2.4.3.17"
+
+SEGMENTED_UPLOAD_RULES = (
+    Rule(
+        "segmented-upload.segments",
+        SEGMENT,
+        MUST,
+        "A request with the toggle bit that is due brings the next segment, up to the last.",
+        rows=("U1",),
+        reaction="00h to 1Fh, with the toggle bit of the request",
+    ),
+    Rule(
+        "segmented-upload.toggle",
+        SEGMENT,
+        MUST,
+        "A toggle bit that did not alternate ends the upload and brings no data.",
+        rows=("U2",),
+        reaction="abort, idle",
+        codes=TOGGLE_ERROR,
+    ),
+    Rule(
+        "segmented-upload.download-segment",
+        SEGMENT,
+        MUST,
+        "A download segment in the middle of an upload ends it.",
+        rows=("U3",),
+        reaction="abort, idle",
+        codes=NOT_VALID,
+    ),
+    Rule(
+        "segmented-upload.unknown-specifier",
+        SEGMENT,
+        MUST,
+        "Client command specifier 7 in the middle of an upload ends it.",
+        rows=("U4",),
+        reaction="abort, idle",
+        codes=NOT_VALID,
+    ),
+    Rule(
+        "segmented-upload.new-initiate",
+        INITIATE,
+        MUST,
+        "An initiate of any kind ends the upload that is running.",
+        rows=("U5",),
+        reaction="served, or abort",
+        open="whether the new transfer is served or refused, and the code",
+    ),
+    Rule(
+        "segmented-upload.restart",
+        INITIATE,
+        MUST,
+        "The same upload initiate again begins with the first byte and t = 0, or is refused.",
+        rows=("U6",),
+        reaction="served, or abort",
+        open="whether it is served or refused, and the code",
+    ),
+    Rule(
+        "segmented-upload.client-abort",
+        ABORT,
+        MUST,
+        "An abort of the client ends the upload.",
+        rows=("U7",),
+        reaction="silence, idle",
+    ),
+    Rule(
+        "segmented-upload.request-reserved-bits",
+        SEGMENT,
+        MAY,
+        "Reserved bits of a request for a segment may be ignored or refused.",
+        rows=("U8",),
+        reaction="served, or abort",
+        codes=NOT_VALID,
+        open="served or refused",
+    ),
+    Rule(
+        "segmented-upload.request-reserved-bytes",
+        SEGMENT,
+        MAY,
+        "Bytes 1 to 7 of a request for a segment say nothing and are ignored.",
+        rows=("U9",),
+        reaction="served",
+    ),
+    Rule(
+        "segmented-upload.block-frames",
+        SEGMENT,
+        MUST,
+        "The inner frames of a block transfer in the middle of a segmented upload end it.",
+        rows=("U10",),
+        reaction="abort, idle",
+        codes=NOT_VALID,
+    ),
+    Rule(
+        "segmented-upload.after-the-last",
+        SEGMENT,
+        MAY,
+        "A request behind the last segment brings no data.",
+        rows=("U11",),
+        reaction="abort, or silence",
+        codes=NOT_VALID,
+        open="abort or silence",
+    ),
+    Rule(
+        "segmented-upload.client-silent",
+        ABORT,
+        MAY,
+        "A server may give up an upload that does not go on, or wait for ever.",
+        rows=("U12",),
+        reaction="silence, or abort",
+        codes=TIMED_OUT,
+        open="whether there is a time-out, and its length",
+    ),
+    Rule(
+        "segmented-upload.object-changes",
+        SEGMENT,
+        MAY,
+        "What is uploaded when the object changes in the meantime is nowhere fixed.",
+        rows=("U14",),
+        open="the data, or a refusal",
+        untestable="Nothing is required, and the bus does not show when an object changes.",
+    ),
+)

@@ -1,0 +1,112 @@
+"""How many bytes a value has, and how its size is said."""
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.rules.accepted import WRONG_LENGTH
+from conformance.sdo.rules.model import MAY, MUST, Rule
+
+DOWNLOAD = "7.2.4.3.3"
+UPLOAD = "7.2.4.3.6"
+ABORT = "7.2.4.3.17"
+TYPES = "7.4.7"
+
+SIZE_RULES = (
+    Rule(
+        "data.expedited-size",
+        UPLOAD,
+        MUST,
+        "Expedited data with its size has 4 - n bytes.",
+        rows=("6-expedited-size",),
+        reaction="2Fh, 2Bh, 27h, 23h and 4Fh, 4Bh, 47h, 43h for 1 to 4 bytes",
+    ),
+    Rule(
+        "data.short-in-segments",
+        DOWNLOAD,
+        MUST,
+        "Data of 4 bytes or fewer may come in segments.",
+        rows=("6-short-data",),
+        reaction="served",
+        open="a server may answer the upload of a short value either way",
+    ),
+    Rule(
+        "data.long-in-segments",
+        UPLOAD,
+        MUST,
+        "Data of more than 4 bytes cannot be expedited.",
+        rows=("6-long-data",),
+        reaction="40h or 41h",
+    ),
+    Rule(
+        "data.empty",
+        DOWNLOAD,
+        MAY,
+        "A value of no bytes is stored and read as such, as one byte 00h, or refused.",
+        rows=("6-zero-bytes", "O22"),
+        reaction="served, or abort",
+        codes=(
+            AbortCode.NO_DATA,
+            AbortCode.LENGTH_TOO_LOW,
+            AbortCode.NOT_TRANSFERABLE,
+            AbortCode.INTERNALLY_INCOMPATIBLE,
+            AbortCode.OUT_OF_MEMORY,
+        ),
+        open="whether a value may be empty",
+    ),
+    Rule(
+        "download.size-error-moment",
+        ABORT,
+        MAY,
+        "A wrong size is refused at the initiate, with a segment, or at the end; never confirmed.",
+        rows=("6-announced-download", "O19"),
+        reaction="abort",
+        codes=WRONG_LENGTH,
+        open="the moment",
+    ),
+    Rule(
+        "abort.length-code",
+        ABORT,
+        MAY,
+        "A wrong length is refused by the code for it in general, or by the one for its side.",
+        rows=("O18",),
+        reaction="abort",
+        codes=WRONG_LENGTH,
+        open="the general code, or the one for too many or too few bytes",
+    ),
+    Rule(
+        "data.type-length",
+        TYPES,
+        MUST,
+        "A value of a numeric type has the length of its type.",
+        rows=("6-type-length",),
+        reaction="as many bytes as the type has",
+    ),
+    Rule(
+        "data.boolean",
+        TYPES,
+        MAY,
+        "A BOOLEAN is 00h or 01h; what another value does is left to the device.",
+        rows=("6-boolean",),
+        reaction="served, or abort",
+        open="the effect of values above 1",
+        untestable="Any effect is right, and a value above 1 might set off one in the device.",
+    ),
+    Rule(
+        "data.variable-length",
+        TYPES,
+        MUST,
+        "A string or domain takes data that is shorter than its room.",
+        rows=("6-variable-length",),
+        reaction="served; abort for what is longer than the room",
+        codes=(AbortCode.LENGTH_TOO_HIGH, AbortCode.OUT_OF_MEMORY),
+        open="the code for data longer than the room; whether a string ends with 00h",
+    ),
+    Rule(
+        "data.unicode",
+        TYPES,
+        MAY,
+        "A UNICODE_STRING has 2 bytes for each character; an odd number is left to the device.",
+        rows=("6-unicode",),
+        reaction="served, or abort",
+        open="the effect of an odd number of bytes",
+        untestable="Any effect of an odd number of bytes is right.",
+    ),
+)

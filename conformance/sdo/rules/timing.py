@@ -1,0 +1,36 @@
+"""Time-outs: the specification gives no value, and lets a server wait for ever."""
+
+from conformance.sdo.rules.accepted import TIMED_OUT
+from conformance.sdo.rules.model import MAY, MUST, Rule
+
+ABORT = "7.2.4.3.17"
+
+TIMING_RULES = (
+    Rule(
+        "time-out.value",
+        "7.2.4.2",
+        MAY,
+        "Within which time a server answers is for its maker to say.",
+        rows=("7-no-value", "7-values-seen"),
+        open="the time",
+        untestable="There is no value to hold a server to; --response-timeout sets the wait.",
+    ),
+    Rule(
+        "time-out.server",
+        ABORT,
+        MAY,
+        "A server may give up a transfer that does not go on, and says so by its abort.",
+        rows=("7-either-side", "O11"),
+        reaction="silence, or abort with the multiplexer of the transfer",
+        codes=TIMED_OUT,
+        open="whether there is a time-out, and its length",
+    ),
+    Rule(
+        "time-out.client",
+        ABORT,
+        MUST,
+        "When the client gives up, by an abort for the time-out, the server is idle.",
+        rows=("7-client",),
+        reaction="silence, idle",
+    ),
+)

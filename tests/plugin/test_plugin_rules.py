@@ -1,0 +1,86 @@
+"""``conformance rules``: every rule has a case that tests it, or says why it has none."""
+
+import pytest
+
+from conformance.__main__ import DONE, WRONG_USE, main
+from conformance.collection import case_files
+from conformance.rule_listing import cases_of_rules, scripted_cases
+from conformance.sdo.rules import RULES, Rule, rule_of
+
+AWAITED = (
+    *(f"P{number}" for number in range(1, 14)),
+    *("1.5-initialising", "1.5-pre-operational", "1.5-operational", "1.5-stopped", "O29"),
+    *("I28", "I33", "I37", "I38"),
+    *("D18", "U12", "B14", "B15", "E11", "F15", "G5", "O11"),
+    *("B9", "B11", "B16", "E6", "E8", "E9", "F3", "F12", "F13", "F16", "G2", "G3", "O30"),
+)
+"""Rows whose cases are being written; each goes when its case comes, the table with the last."""
+
+TOGGLE = """\
+segmented download:
+  segmented-download.toggle  MUST  7.2.4.3.4  [D3 O7]
+      The data of a segment whose toggle bit did not alternate is not stored.
+      accepted: abort, or silence
+      abort codes: 05030000h (toggle bit not alternated)
+      open: whether the transfer is aborted or the segment ignored
+      tested by: segmented-download.toggle, segmented-download.toggle-ignored-data
+"""
+BOOLEAN = """\
+sizes:
+  data.boolean  MAY  7.4.7  [6-boolean]
+      A BOOLEAN is 00h or 01h; what another value does is left to the device.
+      accepted: served, or abort
+      open: the effect of values above 1
+      not tested: Any effect is right, and a value above 1 might set off one in the device.
+"""
+
+
+@pytest.fixture(scope="module")
+def tested() -> dict[str, list[str]]:
+    return cases_of_rules(scripted_cases())
+
+
+@pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
+def test_a_rule_has_either_a_case_or_a_reason(rule: Rule, tested: dict[str, list[str]]) -> None:
+    awaited = any(rule_of(row) is rule for row in AWAITED)
+    found = [bool(tested[rule.id]), bool(rule.untestable), awaited]
+    assert found.count(True) == 1, "a case, a reason, or a row in AWAITED: just one of them"
+
+
+def test_every_case_says_which_rule_it_tests() -> None:
+    assert [case.rule.id for case in scripted_cases() if not case.cites] == []
+
+
+def test_no_case_names_a_rule_twice() -> None:
+    """Two rows of one rule are one citation."""
+    for case in scripted_cases():
+        assert len(case.cites) == len(case.rule.rows), case.rule.id
+
+
+def test_the_cases_are_those_of_all_files() -> None:
+    files = {path.stem for path in case_files()}
+    assert {case.rule.id.partition(".")[0] for case in scripted_cases()} >= {"abort", "run"}
+    assert len(scripted_cases()) > 10 * len(files)
+
+
+@pytest.mark.parametrize(
+    ("names", "due"),
+    [(["D3"], TOGGLE), (["data.boolean"], BOOLEAN), (["6-boolean", "D3"], TOGGLE + BOOLEAN)],
+    ids=["row", "id", "both"],
+)
+def test_what_it_prints(names: list[str], due: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rules", *names]) == DONE
+    assert capsys.readouterr().out == due
+
+
+def test_it_prints_all_and_counts_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rules"]) == DONE
+    *lines, totals = capsys.readouterr().out.splitlines()
+    printed = [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "]
+    assert printed == [rule.id for rule in RULES]
+    assert totals.startswith(f"{len(RULES)} rules on {sum(len(rule.rows) for rule in RULES)} rows")
+
+
+def test_an_unknown_rule_is_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rules", "segmented-download.togle"]) == WRONG_USE
+    assert "the nearest is 'segmented-download.toggle'" in capsys.readouterr().err
