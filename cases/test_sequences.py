@@ -2,7 +2,7 @@
 
 from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.objects import KnownObject
-from conformance.run.case import must
+from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, UploadInitiate
@@ -111,3 +111,16 @@ def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
     sdo.expect_value(text, data)
     sdo.upload(VENDOR_ID)
+
+
+@may("sequence.aborted-domain", "O30")
+def test_aborted_domain(sdo: Dialogue, variable: KnownObject) -> None:
+    """Whatever an aborted download leaves in a domain can be read, and the next one replaces it."""
+    sdo.store(variable, sdo.payload(21))
+    sdo.initiate_download(variable, 21)
+    sdo.download_segment(sdo.payload(7), toggle=0)
+    sdo.send(Abort(variable.mux, AbortCode.GENERAL_ERROR))
+    sdo.upload(variable)
+    data = sdo.payload(21)
+    sdo.store(variable, data)
+    sdo.expect_value(variable, data)

@@ -6,6 +6,7 @@ from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
+    Abort,
     BlockAck,
     BlockDownloadInitiate,
     BlockEnd,
@@ -19,7 +20,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Entry, Refusal
+from conformance.sdo.objects import DataType, Entry, Refusal
 from conformance.sdo.segmented_server import EXPEDITED_LENGTH, Download, Upload
 from conformance.sdo.server import BlockUpload, Server
 
@@ -126,3 +127,21 @@ class CrcOfNothing(Server):
         """Leave the field as it was."""
         end = super().block_end(transfer)
         return end if transfer.data else replace(end, crc=0xFFFF)
+
+
+@fault("aborted-domain-locked", DefectClass.LEAK, "sequence.aborted-domain")
+class AbortedDomainLocked(Server):
+    """Refuses to read a domain of which a download was aborted until it is written again."""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Empty the domain."""
+        transfer = self.transfer
+        if isinstance(transfer, Download) and transfer.entry.data_type is DataType.DOMAIN:
+            transfer.entry.value = b""
+        return super().on_abort(request)
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        """Refuse what is empty."""
+        if entry.data_type is DataType.DOMAIN and not entry.value:
+            raise Refusal(AbortCode.LOCAL_CONTROL)
+        return super().value_to_read(entry)

@@ -12,7 +12,9 @@ AWAITED = (
     *("1.5-initialising", "1.5-pre-operational", "1.5-operational", "1.5-stopped", "O29"),
     *("I28", "I33", "I37", "I38"),
     *("D18", "U12", "B14", "B15", "E11", "F15", "G5", "O11"),
-    *("B9", "B11", "B16", "E6", "E8", "E9", "F3", "F12", "F13", "F16", "G2", "G3", "O30"),
+    *("B9", "B11", "B16", "E6", "E8", "E9", "F3", "F12", "F13", "F16", "G2", "G3"),
+    *("9.1-default", "9.1-limits", "9.1-limits-included", "9.1-parameter-value"),
+    *("9.1-device-info", "9.1-unlisted", "9.2-access", "9.2-highest-sub-index", "9.2-structure"),
 )
 """Rows whose cases are being written; each goes when its case comes, the table with the last."""
 

@@ -5,6 +5,8 @@ from conformance.sdo.rules.accepted import READ_ONLY, WRONG_VALUE
 from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 PARAMETER = "7.5.2.33"
+SERVICES = "7.2.4.2"
+ABORT = "7.2.4.3.17"
 COB_IDS = "7.3.5"
 NMT = "7.3.2.2"
 RESET = "7.3.2.2.1"
@@ -63,7 +65,7 @@ CHANNEL_RULES = (
     ),
     Rule(
         "channel.missing",
-        PARAMETER,
+        ABORT,
         MUST,
         "The parameter of a server channel that the device lacks does not exist.",
         rows=("P3",),
@@ -157,7 +159,7 @@ CHANNEL_RULES = (
     ),
     Rule(
         "channel.independent",
-        PARAMETER,
+        SERVICES,
         MUST,
         "A second channel takes nothing from the default one: their transfers may interleave.",
         rows=("P12",),

@@ -11,6 +11,7 @@ from conformance.sdo.rules.channels import CHANNEL_RULES
 from conformance.sdo.rules.freedoms import FREEDOM_RULES
 from conformance.sdo.rules.idle import IDLE_RULES
 from conformance.sdo.rules.model import Rule
+from conformance.sdo.rules.object_dictionary import OBJECT_DICTIONARY_RULES
 from conformance.sdo.rules.responses import RESPONSE_RULES
 from conformance.sdo.rules.segmented_download import SEGMENTED_DOWNLOAD_RULES
 from conformance.sdo.rules.segmented_upload import SEGMENTED_UPLOAD_RULES
@@ -45,6 +46,7 @@ CHAPTERS = (
     Chapter("segments of a block", BLOCK_DETAIL_RULES),
     Chapter("sizes", SIZE_RULES),
     Chapter("time-outs", TIMING_RULES),
+    Chapter("object dictionary", OBJECT_DICTIONARY_RULES),
     Chapter("freedoms", FREEDOM_RULES),
 )
 RULES = tuple(rule for chapter in CHAPTERS for rule in chapter.rules)

@@ -1,0 +1,81 @@
+"""What a device has, held against its description (EDS, CiA 306-1)."""
+
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
+
+EDS = "CiA 306-1"
+ACCESS = "7.4.5"
+STRUCTURE = "7.4.2"
+IDENTITY = "7.5.2.19"
+
+OBJECT_DICTIONARY_RULES = (
+    Rule(
+        "dictionary.access",
+        ACCESS,
+        MUST,
+        "What is described as readable can be read, what as writable takes the value that it has.",
+        rows=("9.2-access",),
+        reaction="served",
+        open="an object may refuse in the present state of the device",
+    ),
+    Rule(
+        "dictionary.default",
+        EDS,
+        MUST,
+        "A constant has the value that the description states.",
+        rows=("9.1-default",),
+    ),
+    Rule(
+        "dictionary.limits",
+        EDS,
+        MUST,
+        "The value of a number lies within the limits that the description states.",
+        rows=("9.1-limits",),
+    ),
+    Rule(
+        "dictionary.limits-included",
+        EDS,
+        MUST,
+        "The limits themselves are values that may be written.",
+        rows=("9.1-limits-included",),
+        reaction="served",
+    ),
+    Rule(
+        "dictionary.configured",
+        EDS,
+        SHOULD,
+        "A device that was configured has the values of its configuration file.",
+        rows=("9.1-parameter-value",),
+    ),
+    Rule(
+        "dictionary.identity",
+        IDENTITY,
+        MUST,
+        "The device is of the vendor, product and revision that the description is for.",
+        rows=("9.1-device-info",),
+    ),
+    Rule(
+        "dictionary.unlisted",
+        EDS,
+        SHOULD,
+        "A device has no objects but those of its description.",
+        rows=("9.1-unlisted",),
+        reaction="abort",
+    ),
+    Rule(
+        "dictionary.highest-sub-index",
+        STRUCTURE,
+        MUST,
+        "Sub-index 0 of an array or record holds the highest sub-index of it.",
+        rows=("9.2-highest-sub-index",),
+        open="where it can be written it says how many entries are in use",
+    ),
+    Rule(
+        "dictionary.structure",
+        STRUCTURE,
+        MAY,
+        "Sub-index FFh is missing, or holds the data type and the object type.",
+        rows=("9.2-structure",),
+        reaction="served, or abort",
+        open="whether there is a sub-index FFh",
+    ),
+)
