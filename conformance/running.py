@@ -76,7 +76,12 @@ class Running:
         if not options.self_test or options.run.bus.channel is None:
             return []
         return [
-            virtual_host(options.run.bus.channel, node_id, options.server)
+            virtual_host(
+                options.run.bus.channel,
+                node_id,
+                options.server,
+                server_timeout=options.run.server_timeout,
+            )
             for node_id in options.run.node_ids
         ]
 

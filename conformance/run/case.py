@@ -21,11 +21,15 @@ ATTRIBUTE = "conformance_case"
 
 @dataclass(frozen=True, slots=True)
 class CaseInfo:
-    """What the decorator said: the rule, and the values for which the case is run."""
+    """What the decorator said: the rule, and the values for which the case is run.
+
+    A ``slow`` case waits for a time that the device declares.
+    """
 
     rule: Rule
     argument: str | None = None
     values: dict[str, Any] = field(default_factory=dict)
+    slow: bool = False
 
     def variations(self) -> list[tuple[str, dict[str, Any]]]:
         """Return each case's id and arguments."""
@@ -37,12 +41,14 @@ class CaseInfo:
         ]
 
 
-def must(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
+def must(
+    id_: str, *, clause: str, slow: bool = False, **each: Values
+) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
 
     ``each`` is at most one argument with its values: a sequence, or a mapping from label to value.
     """
-    return _case(Level.MUST, id_, clause, each)
+    return _case(Level.MUST, id_, clause, each, slow=slow)
 
 
 def should(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Function]:
@@ -56,7 +62,7 @@ def may(id_: str, *, clause: str, **each: Values) -> Callable[[Function], Functi
 
 
 def _case(
-    level: Level, id_: str, clause: str, each: dict[str, Values]
+    level: Level, id_: str, clause: str, each: dict[str, Values], *, slow: bool = False
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
         raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
@@ -67,7 +73,7 @@ def _case(
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, argument, dict(values)))
+        setattr(function, ATTRIBUTE, CaseInfo(rule, argument, dict(values), slow))
         return function
 
     return mark

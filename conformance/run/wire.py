@@ -14,7 +14,7 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe, describe_response, hex_bytes
-from conformance.sdo.frames import Request, Unknown, decode_request
+from conformance.sdo.frames import Abort, Request, Unknown, decode_request
 from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
 
@@ -73,6 +73,11 @@ class Wire:
                 + self._heard_elsewhere(),
             )
         return self._take(frame)
+
+    def wait(self, seconds: float) -> bytes | None:
+        """Send nothing for so many seconds; return the response that comes all the same."""
+        frame = self.channel.receive(seconds)
+        return None if frame is None else self._take(frame)
 
     def _next(self, timeout: float | None = None) -> CanFrame | None:
         begin = time.monotonic()
@@ -150,8 +155,9 @@ class Wire:
         """Abort the open transfer from the client's side; a server never answers that."""
         mux = self.tracker.open
         if mux is not None:
-            self.channel.abort(mux, AbortCode.GENERAL_ERROR)
-            self.tracker.open = None
+            abort = Abort(mux, AbortCode.GENERAL_ERROR)
+            self.tracker.request(abort.encode())
+            self.channel.send(abort)
 
     def overheard_of_others(self) -> set[int]:
         """Return the node-IDs to which somebody else sent requests during this case."""

@@ -1,7 +1,7 @@
 """Every fault is caught by a case whose id says why. The whole table: see ``detection``."""
 
 import pytest
-from detection import TIMEOUT_OF_FAULTS, run_cases
+from detection import TIMEOUT_OF_FAULTS, run_cases, timing_of
 
 from conformance.faults.catalogue import build_node, faults, unusual
 from conformance.faults.registry import Deviation
@@ -26,7 +26,8 @@ def test_each_says_what_it_does(deviation: Deviation) -> None:
 def test_fault_is_caught(deviation: Deviation) -> None:
     # What is judged at the end of a run needs cases before it.
     chosen = [] if deviation.caught_by.startswith("run.") else ["-k", deviation.caught_by]
-    run = run_cases(deviation.name, f"--response-timeout={TIMEOUT_OF_FAULTS}", *chosen)
+    timing = [f"--response-timeout={TIMEOUT_OF_FAULTS}", *timing_of(deviation)]
+    run = run_cases(deviation.name, *timing, *chosen)
     failed = run.failed(strict=deviation.soft)
     assert any(case_id.startswith(deviation.caught_by) for case_id in failed), run.output
 
