@@ -6,6 +6,7 @@ What is lost is decided frame by frame, from what went before: a run loses the s
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from threading import Lock
 
 import can
@@ -28,8 +29,8 @@ class Relay:
     decoder: Decoder = field(default_factory=Decoder)
     lock: Lock = field(default_factory=Lock)
 
-    def hand_on(self, message: can.Message, other: can.BusABC) -> None:
-        """Take a frame from one bus to the other."""
+    def hand_on(self, other: can.BusABC, message: can.Message) -> None:
+        """Send to the other bus what came from one."""
         with self.lock:
             requested = message.arbitration_id == REQUEST_BASE + self.node_id
             follow = self.decoder.request if requested else self.decoder.response
@@ -51,6 +52,6 @@ def relayed(client_channel: str, server_channel: str, node_id: int) -> Iterator[
             stack.callback(ends[-1].shutdown)
         for here, there in (ends, reversed(ends)):
             notifier = can.Notifier(here, [], timeout=RELAY_POLL)
-            notifier.add_listener(lambda message, there=there: relay.hand_on(message, there))
+            notifier.add_listener(partial(relay.hand_on, there))
             stack.callback(notifier.stop)
         yield relay
