@@ -8,7 +8,7 @@ WORKERS ?= 2
 
 OLDEST := .venv-oldest
 
-.PHONY: selftest test check oldest detection clean
+.PHONY: selftest test check oldest detection bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -21,6 +21,10 @@ test: $(VENV)/installed-for-tests
 # Every case against every faulty and every unusual server, as a table.
 detection: $(VENV)/installed-for-tests
 	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
+
+# How fast transfers go, beside canopen's client and beside python-can alone.
+bench: $(VENV)/installed-for-tests
+	$(BIN)/python tests/bench.py
 
 # The lower ends of the version ranges in pyproject.toml.
 oldest: $(OLDEST)/installed

@@ -2,7 +2,7 @@
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.run.block_steps import segments_of
+from conformance.run.begun import begin_block_download
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
@@ -31,24 +31,6 @@ FOREIGN_AT_END = {
     "unknown-E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
-
-
-def begin_block_download(sdo: Dialogue, text: KnownObject, segments: int, size: int = 14) -> bytes:
-    """Start a block download of two segments and send so many of them; return its data."""
-    data = sdo.payload(size)
-    response = sdo.initiate_block_download(text, size)
-    chunks = segments_of(data)
-    if segments == 0:
-        return data
-    if response.block_size == 1:
-        for number in range(segments):
-            sdo.send_segments(chunks[number : number + 1], last=number == len(chunks) - 1)
-            sdo.acknowledged(text, 1)
-        return data
-    sdo.send_segments(chunks[:segments], last=segments == len(chunks))
-    if segments == len(chunks) or segments == response.block_size:
-        sdo.acknowledged(text, segments)
-    return data
 
 
 @must(

@@ -2,6 +2,7 @@
 
 from conformance.device.device import IDENTITY_COUNT
 from conformance.device.objects import KnownObject
+from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
@@ -20,7 +21,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
-BLOCK_SIZE = 2
 NOT_STARTED = {
     "A1h": BlockEndResponse().encode(),
     "A2h": BlockAck(0, 127).encode(),
@@ -36,25 +36,6 @@ FOREIGN = {
     "E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
-
-
-def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
-    """Start an upload in sub-blocks of two segments, and take none, the first, or all of them.
-
-    After the first the server waits for its acknowledgement, after all it has sent the end.
-    """
-    known, _ = sdo.long_object(segments=3)
-    sdo.initiate_block_upload(known, block_size=BLOCK_SIZE)
-    if sub_blocks == 0:
-        return known
-    segments = sdo.start_block_upload(known, BLOCK_SIZE)
-    if sub_blocks == 1:
-        return known
-    while not segments[-1].last:
-        segments = sdo.sub_block(known, BlockAck(BLOCK_SIZE, BLOCK_SIZE), BLOCK_SIZE)
-    sdo.send(BlockAck(len(segments), BLOCK_SIZE))
-    sdo.checks.block_end(sdo.receive(), known.mux)
-    return known
 
 
 @must("block-upload.invalid-block-size", "I29", block_size=[0, 128, 255])

@@ -12,6 +12,7 @@ from conformance.run.case import CaseInfo, case_info
 _BESIDE = Path(__file__).parent / "cases"
 CASES = _BESIDE if _BESIDE.is_dir() else Path(__file__).parent.parent / "cases"
 WHOLE_RUN = "whole_run"
+SLOW = "slow"
 
 
 class CaseModule(pytest.Module):
@@ -73,6 +74,8 @@ def _items(
             suffix = f"@{node_id}" if len(node_ids) > 1 else ""
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
             item.case, item.case_id, item.node_id = info, case_id, node_id
+            if info.slow:
+                item.add_marker(SLOW)
             yield item
 
 

@@ -1,6 +1,7 @@
 """What a case, or a user's own test, may ask for."""
 
 from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 import pytest
 
@@ -10,6 +11,8 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
 from conformance.state import CASE_RUN, RESULT, STATE, case_of
+
+Role = TypeVar("Role")
 
 
 @pytest.fixture
@@ -76,7 +79,13 @@ def read_only_text(device: Device) -> KnownObject:
     return _role(device.read_only_text)
 
 
-def _role(find: Callable[[], KnownObject]) -> KnownObject:
+@pytest.fixture
+def server_timeout(device: Device) -> float:
+    """The seconds after which the device gives up a transfer whose client is silent."""
+    return _role(device.declared_timeout)
+
+
+def _role(find: Callable[[], Role]) -> Role:
     try:
         return find()
     except NotTestable as missing:

@@ -60,6 +60,13 @@ def add_options(parser: pytest.Parser) -> None:
         help="time within which a response has to come (%(default)s)",
     )
     group.addoption(
+        "--server-timeout",
+        metavar="SECONDS",
+        type=_seconds,
+        help="time after which the device itself gives up a transfer whose client is silent, if "
+        "it does: is tested then (the built-in server gets one)",
+    )
+    group.addoption(
         "--object",
         metavar="INDEX[:SUB][=TYPE[,ACCESS]]",
         type=_object,
@@ -143,6 +150,7 @@ def read_options(config: pytest.Config) -> Options | None:
         config.getoption("response_timeout"),
         objects,
         config.getoption("seed"),
+        config.getoption("server_timeout"),
     )
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
     return Options(run, self_test, server, report_dir, _strict(config), simulated)

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from conformance import __version__, fixtures
-from conformance.collection import CaseFunction, case_files, make_items, make_module, ordered
+from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
 from conformance.options import add_options, read_options
 from conformance.running import Running
 from conformance.state import STATE, RunState
@@ -19,6 +19,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Read the options; without a path, run the suite's own cases."""
     config.pluginmanager.register(fixtures, "conformance-fixtures")
+    config.addinivalue_line("markers", f"{SLOW}: waits for a time that the device declares")
     options = read_options(config)
     if options is None:
         return

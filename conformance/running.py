@@ -75,12 +75,15 @@ class Running:
         options = self._state.options
         run = options.run
         if options.simulated:
-            bus = simulated_bus(run.node_ids, options.server)
+            bus = simulated_bus(run.node_ids, options.server, server_timeout=run.server_timeout)
             return Bench(run, [], listener, lambda settings: bus)
         hosts: list[AbstractContextManager[object]] = []
         if options.self_test and run.bus.channel is not None:
             hosts += [
-                virtual_host(run.bus.channel, node_id, options.server) for node_id in run.node_ids
+                virtual_host(
+                    run.bus.channel, node_id, options.server, server_timeout=run.server_timeout
+                )
+                for node_id in run.node_ids
             ]
         return Bench(run, hosts, listener)
 

@@ -51,13 +51,15 @@ class Channel:
 
         None when there is none. Raises SecondClient when somebody else uses the channel.
         """
-        deadline = time.monotonic() + (self.response_timeout if timeout is None else timeout)
+        left = self.response_timeout if timeout is None else timeout
+        deadline = time.monotonic() + left
         while True:
             # Past the deadline the link looks at what has arrived already, and that not for ever.
-            frame = self.link.receive(deadline - time.monotonic())
+            frame = self.link.receive(left)
             if frame is None or frame.can_id == self.response_id:
                 return frame
             self._overhear(frame)
+            left = deadline - time.monotonic()
 
     def _overhear(self, frame: CanFrame) -> None:
         if frame.can_id == self.request_id and not frame.extended:

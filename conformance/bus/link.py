@@ -65,7 +65,7 @@ class Link:
     def send(self, frame: CanFrame) -> None:
         """Send one frame; raises TransmitBufferFull or InterfaceLost."""
         message = to_message(frame)
-        deadline = time.monotonic() + SEND_LIMIT
+        deadline: float | None = None
         while True:
             try:
                 self._bus.send(message, timeout=SEND_LIMIT)
@@ -73,7 +73,9 @@ class Link:
             except (can.CanError, OSError) as error:
                 if not buffer_is_full(error):
                     raise lost(self.name, error) from error
-                if time.monotonic() > deadline:
+                now = time.monotonic()
+                deadline = deadline or now + SEND_LIMIT
+                if now > deadline:
                     raise TransmitBufferFull(
                         f"{self.name} did not take a frame for {SEND_LIMIT:g} s: its transmit "
                         "buffer is full. Is another node on the bus to acknowledge frames, at the "
@@ -82,7 +84,7 @@ class Link:
                     ) from error
                 # The kernel has no event for room in the queue of the network device.
                 time.sleep(RETRY_PAUSE)
-        self._publish(Captured(time.time(), Direction.SENT, frame))
+        self._publish(Direction.SENT, frame)
 
     def receive(self, timeout: float) -> CanFrame | None:
         """Return the next frame of another node within ``timeout`` seconds, or None.
@@ -104,7 +106,7 @@ class Link:
                 check_error_frame(self.name, message)
             elif message.is_rx or not self._marks_echoes:
                 frame = to_frame(message)
-                self._publish(Captured(time.time(), Direction.RECEIVED, frame))
+                self._publish(Direction.RECEIVED, frame)
                 return frame
 
     def watch(self, node_ids: list[int]) -> None:
@@ -127,9 +129,11 @@ class Link:
         """Close the bus."""
         self._bus.shutdown()
 
-    def _publish(self, captured: Captured) -> None:
-        for listener in self._listeners:
-            listener(captured)
+    def _publish(self, direction: Direction, frame: CanFrame) -> None:
+        if self._listeners:
+            captured = Captured(time.time(), direction, frame)
+            for listener in self._listeners:
+                listener(captured)
 
 
 def second_client(can_id: int) -> SecondClient:

@@ -27,6 +27,7 @@ class Device:
     byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
     not be read; such an object is never written. ``block_download_refusal`` is how the device
     refuses block downloads, empty if it serves them, None as long as nobody asked.
+    ``server_timeout`` is the declared time in seconds after which the device gives up a transfer.
     """
 
     node_id: int
@@ -37,6 +38,7 @@ class Device:
     boot_ups: int = 0
     block_download_refusal: str | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
+    server_timeout: float | None = None
 
     @property
     def identity(self) -> dict[str, str]:
@@ -102,6 +104,15 @@ class Device:
             "needs a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not; name "
             "one, for example --object=2021=visible_string,ro"
         )
+
+    def declared_timeout(self) -> float:
+        """Return the seconds after which the device gives up a transfer whose client is silent."""
+        if self.server_timeout is None:
+            raise NotTestable(
+                "needs the time after which the device gives up a transfer whose client is silent: "
+                "declare it with --server-timeout=SECONDS; without one there is nothing to wait for"
+            )
+        return self.server_timeout
 
     def steady(self) -> list[Multiplexer]:
         """Return what reads the same until the suite writes it, the identity included."""

@@ -4,12 +4,15 @@ import difflib
 
 from conformance.faults import (
     aborts,
+    block_choice_variants,
     block_download_aborts,
     block_download_checks,
+    block_download_choices,
     block_downloads,
     block_leaks,
     block_lost_segments,
     block_requests,
+    block_upload_choices,
     block_upload_frames,
     block_upload_states,
     block_uploads,
@@ -19,6 +22,7 @@ from conformance.faults import (
     frames,
     leaks,
     narrow,
+    server_timeouts,
     states,
     uploads,
     variants,
@@ -46,8 +50,12 @@ _MODULES = (
     block_leaks,
     block_requests,
     narrow,
+    block_download_choices,
+    block_upload_choices,
+    server_timeouts,
     variants,
     block_variants,
+    block_choice_variants,
 )
 
 
@@ -88,11 +96,14 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
-def build_node(name: str | None, node_id: int) -> Node:
+def build_node(name: str | None, node_id: int, *, server_timeout: float | None = None) -> Node:
     """Return the reference node, or the fault or variant of that name, on the built-in device.
 
-    Raises UnknownServer.
+    ``server_timeout`` is the time in seconds after which it gives up a silent client, None for
+    never. Raises UnknownServer.
     """
     objects = reference_device(node_id)
     deviation = find_deviation(name)
-    return deviation.build(node_id, objects) if deviation else Node(node_id, Server(objects))
+    if deviation is not None:
+        return deviation.build(node_id, objects, server_timeout=server_timeout)
+    return Node(node_id, Server(objects), server_timeout=server_timeout)

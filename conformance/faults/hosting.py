@@ -9,18 +9,25 @@ from conformance.faults.catalogue import build_node
 from conformance.faults.simulated import SimulatedBus
 
 
-def virtual_host(channel: str, node_id: int, server: str | None) -> NodeHost:
+def virtual_host(
+    channel: str, node_id: int, server: str | None, *, server_timeout: float | None = None
+) -> NodeHost:
     """Return a host for the reference server, or the fault or variant of that name.
 
-    Raises UnknownServer.
+    ``server_timeout`` is the time in seconds after which it gives up a silent client, None for
+    never. Raises UnknownServer.
     """
-    node = build_node(server, node_id)
+    node = build_node(server, node_id, server_timeout=server_timeout)
     return NodeHost(can.Bus(interface="virtual", channel=channel), node)
 
 
-def simulated_bus(node_ids: Iterable[int], server: str | None) -> SimulatedBus:
+def simulated_bus(
+    node_ids: Iterable[int], server: str | None, *, server_timeout: float | None = None
+) -> SimulatedBus:
     """Return a bus with such servers on it, which answer within the call that sends.
 
     Raises UnknownServer.
     """
-    return SimulatedBus(build_node(server, node_id) for node_id in node_ids)
+    return SimulatedBus(
+        build_node(server, node_id, server_timeout=server_timeout) for node_id in node_ids
+    )

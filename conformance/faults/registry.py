@@ -55,11 +55,13 @@ class Deviation:
         """Whether a device like that has to fail."""
         return self.defect_class is not None
 
-    def build(self, node_id: int, objects: ObjectDictionary) -> Node:
-        """Return a node that deviates in this way."""
+    def build(
+        self, node_id: int, objects: ObjectDictionary, *, server_timeout: float | None = None
+    ) -> Node:
+        """Return a node that deviates in this way; ``server_timeout`` is in seconds."""
         if issubclass(self.kind, SegmentedServer):
-            return Node(node_id, self.kind(objects))
-        return self.kind(node_id, Server(objects))
+            return Node(node_id, self.kind(objects), server_timeout=server_timeout)
+        return self.kind(node_id, Server(objects), server_timeout=server_timeout)
 
 
 def fault(

@@ -22,13 +22,17 @@ DEFAULT_SEED = 1
 
 @dataclass(slots=True)
 class RunSettings:
-    """What the user asked for; ``response_timeout`` is in seconds."""
+    """What the user asked for; times are in seconds.
+
+    ``server_timeout`` is when the device gives up a transfer whose client is silent, None if never.
+    """
 
     node_ids: list[int]
     bus: BusSettings
     response_timeout: float = DEFAULT_RESPONSE_TIMEOUT
     objects: list[KnownObject] = field(default_factory=list)
     seed: int = DEFAULT_SEED
+    server_timeout: float | None = None
 
 
 def private_channel() -> str:
@@ -75,7 +79,12 @@ class Bench:
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout)
         writable = [known.mux for known in settings.objects if known.access.writable]
-        device = Device(node_id, list(settings.objects), policy=WritePolicy(writable))
+        device = Device(
+            node_id,
+            list(settings.objects),
+            policy=WritePolicy(writable),
+            server_timeout=settings.server_timeout,
+        )
         discover(channel, device)
         return DeviceSession(
             channel,

@@ -181,6 +181,25 @@ class BlockSteps(Steps):
             return aborted.abort
         return None
 
+    def attempt(self, transfer: Generator[Step, bytes, Result]) -> Result | Abort:
+        """Run a transfer that the server may refuse at its initiate; return its result or abort.
+
+        Which multiplexer such an abort carries is for the caller to check.
+        """
+        initiate = next(transfer)
+        if isinstance(initiate, Burst):
+            raise TypeError("a transfer begins with one request")
+        self.send(initiate)
+        frame = self.receive()
+        if isinstance(decode_response(frame), Abort):
+            return self.checks.abort(frame, None)
+        try:
+            step = transfer.send(frame)
+        except StopIteration as done:
+            return done.value  # type: ignore[no-any-return]
+        with self._served():
+            return self._go_on(transfer, step)
+
     def block_crc_supported(self, target: Target) -> bool:
         """Say whether the server offers a CRC for a block download."""
         response = self.initiate_block_download(target, 14)

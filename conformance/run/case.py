@@ -26,13 +26,14 @@ class CaseInfo:
     """What the decorator said: what the case requires, and the values for which it is run.
 
     ``rule`` is the requirement as the case puts it, with the rows that it cites; ``cites`` are the
-    rules of the registry behind them.
+    rules of the registry behind them. A ``slow`` case waits for a time that the device declares.
     """
 
     rule: Rule
     cites: tuple[Rule, ...] = ()
     argument: str | None = None
     values: dict[str, Any] = field(default_factory=dict)
+    slow: bool = False
 
     def variations(self) -> list[tuple[str, dict[str, Any]]]:
         """Return each case's id and arguments."""
@@ -45,7 +46,7 @@ class CaseInfo:
 
 
 def must(
-    id_: str, *rules: str, clause: str | None = None, **each: Values
+    id_: str, *rules: str, clause: str | None = None, slow: bool = False, **each: Values
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
 
@@ -55,7 +56,7 @@ def must(
 
     Raises UnknownRule for a rule that is not in the registry.
     """
-    return _case(Level.MUST, id_, rules, clause, each)
+    return _case(Level.MUST, id_, rules, clause, each, slow=slow)
 
 
 def should(
@@ -73,7 +74,13 @@ def may(
 
 
 def _case(
-    level: Level, id_: str, names: tuple[str, ...], clause: str | None, each: dict[str, Values]
+    level: Level,
+    id_: str,
+    names: tuple[str, ...],
+    clause: str | None,
+    each: dict[str, Values],
+    *,
+    slow: bool = False,
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
         raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
@@ -89,7 +96,7 @@ def _case(
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, dict(values)))
+        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, dict(values), slow))
         return function
 
     return mark

@@ -4,6 +4,7 @@ Steps (see ``steps``) perform what leads to the point of a case; the expectation
 point, and fail by the case's rule.
 """
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -14,6 +15,7 @@ from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
     DownloadInitiate,
     DownloadSegment,
     Request,
@@ -22,6 +24,11 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import MULTIPLEXER, RESTART, SUBSTITUTE, Rule, Violation
+
+# How often a server may acknowledge a sub-block that does not go on, before it gives up.
+MOST_ACKNOWLEDGEMENTS = 4
+# The part of the declared time during which a server may certainly not give up.
+PROMPT = 0.5
 
 
 def named(codes: tuple[AbortCode, ...]) -> str:
@@ -197,6 +204,34 @@ class Dialogue(BlockSteps):
                 f"no answer, or an abort with {named(codes)}", describe_response(answer)
             )
         self.checks.abort(answer, None)
+
+    def expect_timed_out(self, target: Target, seconds: float) -> None:
+        """Send nothing: the server gives up after ``seconds`` from the last frame, and says so.
+
+        A server that waits for segments of a block may acknowledge what it has before.
+        """
+        begin = time.monotonic()
+        for _ in range(MOST_ACKNOWLEDGEMENTS):
+            frame = self.wait(seconds + self.channel.response_timeout)
+            if frame is None or not isinstance(decode_response(frame), BlockAck):
+                break
+        due = f"abort with {named((AbortCode.TIMED_OUT,))} after {seconds:g} s of silence"
+        if frame is None:
+            raise self.breach(due, f"nothing within {time.monotonic() - begin:.3g} s")
+        self.take_abort(frame, (AbortCode.TIMED_OUT,), target, tolerated=())
+        elapsed = time.monotonic() - begin
+        if elapsed < seconds * PROMPT:
+            raise self.breach(due, f"it came after {elapsed:.3g} s")
+
+    def expect_patience(self, seconds: float) -> bool:
+        """Send nothing for a time that the server has to wait; say whether it kept silent.
+
+        It need not where it waits for segments of a block: it may acknowledge what it has.
+        """
+        frame = self.wait(seconds)
+        if frame is not None and not isinstance(decode_response(frame), BlockAck):
+            raise self.breach(f"no answer for {seconds:g} s", describe_response(frame))
+        return frame is None
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``; a string may end in 00h."""

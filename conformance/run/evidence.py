@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 
 from conformance.bus.link import Captured, Direction
+from conformance.run.recording import ChannelDecoder, Gap
 from conformance.run.verdict import CaseResult
-from conformance.sdo.describe import Decoder, describe
-from conformance.sdo.frames import Request, Response
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.describe import describe
 
 FIRST_LINES = 40
 LAST_LINES = 60
@@ -14,30 +13,38 @@ ASIDE = "          -- the case ends here; is the server idle, are the values as 
 
 
 def trace_lines(
-    frames: Sequence[Captured], request_id: int, response_id: int, *, own: int | None = None
+    frames: Sequence[Captured],
+    request_id: int,
+    response_id: int,
+    *,
+    own: int | None = None,
+    gap: Gap | None = None,
 ) -> list[str]:
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
     ``own`` is the number of frames after which the case was over and the suite looked after the
-    device. The middle of a long trace is left out.
+    device. The middle of a long trace is left out; ``gap`` says what was not even kept of it.
     """
-    decoder = Decoder()
+    decoder = ChannelDecoder(request_id, response_id)
     begin = frames[0].timestamp if frames else 0.0
+    total = len(frames) + (gap.frames if gap else 0)
+    aside_due = own is not None
     lines = []
-    for number, captured in enumerate(frames):
-        frame = captured.frame
-        plain = frame.dlc == FRAME_LENGTH and not frame.remote and not frame.extended
-        message: Request | Response | None = None
-        if plain and frame.can_id == request_id:
-            message = decoder.request(frame.data)
-        elif plain and frame.can_id == response_id:
-            message = decoder.response(frame.data)
-        if number == own:
+    for position, captured in enumerate(frames):
+        number = position
+        if gap is not None and position >= gap.at:
+            number += gap.frames
+            if position == gap.at:
+                decoder = gap.decoder
+        message = decoder.read(captured)
+        if aside_due and own is not None and number >= own:
             lines.append(ASIDE)
-        if FIRST_LINES <= number < len(frames) - LAST_LINES:
-            if number == FIRST_LINES:
-                lines.append(_left_out(len(frames)))
+            aside_due = False
+        if FIRST_LINES <= number < total - LAST_LINES:
+            if position == FIRST_LINES:
+                lines.append(_left_out(total))
             continue
+        frame = captured.frame
         words = "not an SDO frame of this channel"
         if message is not None:
             words = describe(message)
@@ -49,13 +56,14 @@ def trace_lines(
     return lines
 
 
-def cansend_lines(frames: Sequence[Captured], channel: str) -> list[str]:
+def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None = None) -> list[str]:
     """Return the commands that send what the suite sent; the middle of many is left out."""
     sent = [captured.frame for captured in frames if captured.direction is Direction.SENT]
     lines = [f"cansend {channel} {frame}" for frame in sent]
-    if len(lines) <= FIRST_LINES + LAST_LINES:
+    total = len(lines) + (gap.sent if gap else 0)
+    if total <= FIRST_LINES + LAST_LINES:
         return lines
-    return [*lines[:FIRST_LINES], f"# {_left_out(len(lines))}", *lines[-LAST_LINES:]]
+    return [*lines[:FIRST_LINES], f"# {_left_out(total)}", *lines[-LAST_LINES:]]
 
 
 def _left_out(number: int) -> str:

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
-from conformance.bus.link import Captured
 from conformance.device.device import Device, NotTestable
 from conformance.run.afterwards import Restorer, leave
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
+from conformance.run.recording import Recording
 from conformance.run.verdict import INCIDENTAL, Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -59,13 +59,10 @@ class DeviceSession:
         self.lost = False
         self._seed = seed
         self._cansend_channel = cansend_channel
-        self._frames: list[Captured] = []
+        self._frames = Recording(channel.request_id, channel.response_id)
         self._last_case = "the beginning of the run"
-        channel.link.listen(self._capture)
+        channel.link.listen(self._frames.add)
         channel.on_boot_up = self._count_boot_up
-
-    def _capture(self, captured: Captured) -> None:
-        self._frames.append(captured)
 
     def _count_boot_up(self) -> None:
         self.device.boot_ups += 1
@@ -101,11 +98,21 @@ class DeviceSession:
     def trace(self, own: int) -> list[str]:
         """Return the decoded frames of the case; behind the first ``own`` it was over."""
         channel = self.channel
-        return trace_lines(self._frames, channel.request_id, channel.response_id, own=own)
+        return trace_lines(
+            self._frames.kept(),
+            channel.request_id,
+            channel.response_id,
+            own=own,
+            gap=self._frames.gap(),
+        )
 
     def reproduce(self, own: int) -> list[str]:
         """Return the commands that send what the case sent in its first ``own`` frames."""
-        return cansend_lines(self._frames[:own], self._cansend_channel)
+        frames, gap = self._frames.kept(), self._frames.gap()
+        if gap is not None and own > gap.at:
+            own = max(gap.at, own - gap.frames)
+            return cansend_lines(frames[:own], self._cansend_channel, gap=gap)
+        return cansend_lines(frames[:own], self._cansend_channel)
 
 
 class CaseRun:

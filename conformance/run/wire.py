@@ -74,6 +74,11 @@ class Wire:
             )
         return self._take(frame)
 
+    def wait(self, seconds: float) -> bytes | None:
+        """Send nothing for so many seconds; return the response that comes all the same."""
+        frame = self.channel.receive(seconds)
+        return None if frame is None else self._take(frame)
+
     def next_frame(self, timeout: float | None = None) -> CanFrame | None:
         """Return the next response as it came, or None."""
         begin = time.monotonic()
@@ -151,8 +156,9 @@ class Wire:
         """Abort the open transfer from the client's side; a server never answers that."""
         mux = self.tracker.open
         if mux is not None:
-            self.channel.abort(mux, AbortCode.GENERAL_ERROR)
-            self.tracker.request(Abort(mux, AbortCode.GENERAL_ERROR).encode())
+            abort = Abort(mux, AbortCode.GENERAL_ERROR)
+            self.tracker.request(abort.encode())
+            self.channel.send(abort)
 
     def overheard_of_others(self) -> set[int]:
         """Return the node-IDs to which somebody else sent requests during this case."""

@@ -8,6 +8,7 @@ Hence three decoders. Each takes every 8 bytes; what no clause defines becomes `
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar, Self
 
 from conformance.sdo.layout import FRAME_LENGTH, Layout, Message, Multiplexer
@@ -402,20 +403,25 @@ def _by_command(kinds: Sequence[type[Message]]) -> tuple[type[Message] | None, .
 _REQUEST_BY_COMMAND = _by_command(REQUESTS)
 _RESPONSE_BY_COMMAND = _by_command(RESPONSES)
 _ABORT_COMMAND = 0x80
+# A frame is read by whoever follows the conversation, and many frames come again and again.
+_remembered = lru_cache(maxsize=512)
 
 
+@_remembered
 def decode_request(frame: bytes) -> Request:
     """Read what a client sent outside a sub-block of a block download."""
     kind = _REQUEST_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
     return kind.decode(frame) if kind else Unknown(bytes(frame))  # type: ignore[return-value]
 
 
+@_remembered
 def decode_response(frame: bytes) -> Response:
     """Read what a server sent outside a sub-block of a block upload."""
     kind = _RESPONSE_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
     return kind.decode(frame) if kind else Unknown(bytes(frame))  # type: ignore[return-value]
 
 
+@_remembered
 def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
     """Read what the sender of a block transfer sent where segments are due.
 

@@ -3,9 +3,14 @@
 Byte 0 holds the command specifier, a few fields of some bits each, and reserved bits; the bytes
 behind it hold whole fields. A layout names them all, so that nothing of a frame gets lost:
 what is reserved is decoded into ``reserved_bits`` and ``reserved`` like any other field.
+The tables are compiled once: each of the 256 values of byte 0 is looked up, the rest is a struct.
 """
 
-from dataclasses import dataclass, field
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cache
+from operator import attrgetter, itemgetter
 from typing import Any, ClassVar, Self
 
 FRAME_LENGTH = 8
@@ -53,31 +58,13 @@ class Message:
 
         Raises ValueError when a field does not fit into its place.
         """
-        frame = bytearray(FRAME_LENGTH)
-        frame[0] = self.LAYOUT.specifier
-        for name, mask in self.LAYOUT.bits.items():
-            value = int(getattr(self, name)) << self.LAYOUT.shifts[name]
-            if value & ~mask:
-                raise ValueError(f"{name}={getattr(self, name)} does not fit into {mask:02X}h")
-            frame[0] |= value
-        for name, (start, stop) in self.LAYOUT.body.items():
-            try:
-                frame[start:stop] = _to_bytes(name, getattr(self, name), stop - start)
-            except OverflowError as error:
-                value = getattr(self, name)
-                raise ValueError(f"{name}={value} does not fit into its bytes") from error
-        return bytes(frame)
+        # mypy takes the hash of the instances for that of their class.
+        return _codec(type(self)).encode(self)  # type: ignore[arg-type]
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
         """Read the message from its 8 bytes; the caller has matched byte 0 already."""
-        values: dict[str, Any] = {}
-        for name, mask in cls.LAYOUT.bits.items():
-            value = (frame[0] & mask) >> cls.LAYOUT.shifts[name]
-            values[name] = bool(value) if name in _FLAGS else value
-        for name, (start, stop) in cls.LAYOUT.body.items():
-            values[name] = _from_bytes(name, bytes(frame[start:stop]))
-        return cls(**values)
+        return cls(*_codec(cls).decode(frame))  # type: ignore[arg-type]
 
     @classmethod
     def matches(cls, command: int) -> bool:
@@ -107,19 +94,96 @@ class Message:
 
 _FLAGS = {"expedited", "sized", "last", "crc_supported"}
 _RAW = {"payload", "reserved"}
+_NUMBERS = {1: "B", 2: "H", 4: "I"}
 
 
-def _to_bytes(name: str, value: Any, length: int) -> bytes:
+class _Codec:
+    """A layout compiled for one class: what byte 0 means is looked up, the rest is one struct."""
+
+    def __init__(self, kind: type[Message]) -> None:
+        layout = kind.LAYOUT
+        self._layout = layout
+        places = [(layout.shifts[name], mask, name in _FLAGS) for name, mask in layout.bits.items()]
+        self._bits_of = tuple(
+            tuple(
+                bool(command & mask) if flag else (command & mask) >> shift
+                for shift, mask, flag in places
+            )
+            for command in range(256)
+        )
+        self._command_of = {
+            bits: command for command, bits in enumerate(self._bits_of) if kind.matches(command)
+        }
+        self._struct = struct.Struct(
+            "<B" + "".join(_format(*field) for field in layout.body.items())
+        )
+        self._has_mux = "mux" in layout.body
+        parts = [
+            part
+            for name in layout.body
+            for part in (("mux.index", "mux.sub_index") if name == "mux" else (name,))
+        ]
+        lengths = {name: stop - start for name, (start, stop) in layout.body.items()}
+        self._raw = [(parts.index(name), lengths[name]) for name in parts if name in _RAW]
+        self._bits = _getter(list(layout.bits))
+        self._body = _getter(parts)
+        found = [*layout.bits, *layout.body]
+        self._in_order = _picker([found.index(field.name) for field in fields(kind)])
+
+    def encode(self, message: Message) -> bytes:
+        """Return the 8 bytes of a message; raises ValueError."""
+        body = self._body(message)
+        command = self._command_of.get(self._bits(message))
+        if command is None:
+            raise ValueError(self._misfit(message))
+        for position, size in self._raw:  # a struct would cut or fill what has another length
+            if len(body[position]) != size:
+                raise ValueError(self._misfit(message))
+        try:
+            return self._struct.pack(command, *body)
+        except struct.error as error:
+            raise ValueError(self._misfit(message)) from error
+
+    def decode(self, frame: bytes) -> Sequence[Any]:
+        """Return the values of the fields in the order in which the class takes them."""
+        command, *body = self._struct.unpack(frame)
+        if self._has_mux:
+            body[:2] = [Multiplexer(body[0], body[1])]
+        return self._in_order((*self._bits_of[command], *body))
+
+    def _misfit(self, message: Message) -> str:
+        """Say which field does not fit into its place."""
+        layout = self._layout
+        for name, mask in layout.bits.items():
+            value = getattr(message, name)
+            if int(value) << layout.shifts[name] & ~mask:
+                return f"{name}={value} does not fit into {mask:02X}h"
+        for name in _RAW & layout.body.keys():
+            start, stop = layout.body[name]
+            length = len(getattr(message, name))
+            if length != stop - start:
+                return f"{name} takes {stop - start} bytes, not {length}"
+        numbers = {name: getattr(message, name) for name in layout.body if name not in _RAW}
+        shown = ", ".join(f"{name}={value}" for name, value in numbers.items())
+        return f"{shown} does not fit into its bytes"
+
+
+_codec = cache(_Codec)
+
+
+def _format(name: str, place: tuple[int, int]) -> str:
+    size = place[1] - place[0]
     if name == "mux":
-        return int(value.index).to_bytes(2, "little") + int(value.sub_index).to_bytes(1, "little")
-    if name in _RAW:
-        if len(value) != length:
-            raise ValueError(f"{name} takes {length} bytes, not {len(value)}")
-        return bytes(value)
-    return int(value).to_bytes(length, "little")
+        return "HB"
+    return f"{size}s" if name in _RAW else _NUMBERS[size]
 
 
-def _from_bytes(name: str, raw: bytes) -> Any:
-    if name == "mux":
-        return Multiplexer(raw[0] | raw[1] << 8, raw[2])
-    return raw if name in _RAW else int.from_bytes(raw, "little")
+def _getter(names: list[str]) -> Callable[[object], tuple[Any, ...]]:
+    """Return what gets these attributes as a tuple, also a single one."""
+    get: Callable[[object], Any] = attrgetter(*names)
+    return get if len(names) > 1 else lambda message: (get(message),)
+
+
+def _picker(positions: list[int]) -> Callable[[Sequence[Any]], Sequence[Any]]:
+    """Return what puts values into another order."""
+    return itemgetter(*positions) if len(positions) > 1 else lambda values: values

@@ -6,7 +6,7 @@ from enum import IntEnum, StrEnum
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
 
-DEFAULT_CAPACITY = 8192
+DEFAULT_CAPACITY = 1 << 21
 
 
 class DataType(IntEnum):

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from conformance.faults import server_timeouts
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.registry import Deviation
 from conformance.run.verdict import Verdict
@@ -40,7 +41,11 @@ FILES = {
     "block-download": "test_block_download",
     "block-upload": "test_block_upload",
     "block-sequence": "test_block_sequences",
+    "vanished-client": "test_vanished_client",
+    "server-timeout": "test_server_timeout",
 }
+# Long enough for a loaded machine to keep to, short enough to be waited for fifty times.
+SERVER_TIMEOUT = "--server-timeout=0.4"
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 
 
@@ -96,9 +101,16 @@ def run_cases(name: str | None, *arguments: str, simulated: bool = True) -> Run:
     return run
 
 
+def timing_of(deviation: Deviation) -> list[str]:
+    """Return what declares a time-out of the server, for those servers that are about one."""
+    return [SERVER_TIMEOUT] if deviation.kind.__module__ == server_timeouts.__name__ else []
+
+
 def run_deviation(deviation: Deviation) -> Run:
     """Run the cases against a faulty or an unusual server."""
-    arguments = []
+    arguments = timing_of(deviation)
+    if arguments and not deviation.is_fault:
+        arguments += ["-k", FILES["server-timeout"]]  # in all else it is the reference server
     if deviation.is_fault:
         arguments.append(f"--response-timeout={TIMEOUT_OF_FAULTS}")
         if deviation.name not in AGAINST_ALL:
@@ -156,6 +168,8 @@ def main() -> int:
         if (problem := problem_with(deviation, run))
     ]
     clean = run_cases(None)
+    timed = run_cases(None, SERVER_TIMEOUT, "-k", FILES["server-timeout"])
+    clean.verdicts |= timed.verdicts
     problems += [f"the reference server fails {case_id}" for case_id in clean.failed(strict=True)]
     if not options.names:
         faulty = [

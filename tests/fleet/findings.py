@@ -29,6 +29,7 @@ FOREIGN_AT_END = (
     *("download-segment-00h", "upload-segment-60h"),
     *("block-ack-A2h", "block-start-A3h", "unknown-E0h"),
 )
+INITIATES = ("upload", "download", "segmented-download", "block-upload", "block-download")
 UPLOAD_SEGMENTS = ("upload-segment-60h", "upload-segment-70h")
 DOWNLOAD_SEGMENTS = ("download-segment-00h", "download-segment-11h")
 
@@ -240,6 +241,8 @@ DURAND = (
         (
             *each("block-download.lost", "first", "middle", "before-last"),
             "block-download.lost-twice",
+            "block-download.old-numbers",
+            "vanished-client.next-transfer[block-download-between-sub-blocks]",
         ),
     ),
     Finding(
@@ -270,12 +273,42 @@ DURAND = (
     Finding(
         "F2, F4",
         "Any frame starts a block upload that was initiated.",
-        each("block-upload.not-started", "A1h", "A2h", "60h", "00h", "E0h"),
+        (
+            *each("block-upload.not-started", "A1h", "A2h", "60h", "00h", "E0h"),
+            *each("block-upload.new-initiate-at-start", *INITIATES),
+            "block-upload.same-again[at-start]",
+            "vanished-client.next-transfer[block-upload]",
+        ),
     ),
     Finding(
         "F11",
         "Any frame that is no acknowledgement lets a block upload go on.",
-        each("block-upload.foreign", "A3h", "A1h", "60h", "70h", "E0h"),
+        (
+            *each("block-upload.foreign", "A3h", "A1h", "60h", "70h", "E0h"),
+            *each("block-upload.new-initiate-in-the-middle", *INITIATES),
+            "block-upload.same-again[in-the-middle]",
+            "vanished-client.next-transfer[block-upload-sub-block-sent]",
+        ),
+    ),
+    Finding(
+        "G3",
+        "Any frame confirms the end of a block upload: an initiate there is not answered.",
+        (
+            *each("block-upload.new-initiate-at-end", *INITIATES),
+            "block-upload.same-again[at-end]",
+            "vanished-client.next-transfer[block-upload-end-sent]",
+        ),
+    ),
+    Finding(
+        "D13, E7",
+        "An upload where the end of a block download is due is served beside it: the end is "
+        "confirmed afterwards.",
+        each("block-download.new-initiate-at-end", "upload", "block-upload"),
+    ),
+    Finding(
+        "E8",
+        "A last segment that comes again is answered with an abort, but the transfer goes on.",
+        ("block-download.last-segment-repeated",),
     ),
     Finding(
         "F9",

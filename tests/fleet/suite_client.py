@@ -9,9 +9,9 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.client import Client, Uploaded
-from conformance.sdo.frames import Request
+from conformance.sdo.client import Uploaded
 from conformance.sdo.layout import Message, Multiplexer
 
 Result = TypeVar("Result")
@@ -23,7 +23,7 @@ class SuiteClient:
     """The reference client, strict in everything, on the channel of one device."""
 
     channel: Channel
-    client: Client = field(default_factory=Client)
+    client: BlockClient = field(default_factory=BlockClient)
 
     def upload(self, mux: Multiplexer) -> Uploaded:
         """Read an object."""
@@ -35,7 +35,19 @@ class SuiteClient:
         """Write an object."""
         self._run(self.client.download(mux, data, segmented=segmented, sized=sized))
 
-    def refusal(self, transfer: Generator[Request, bytes, object]) -> AbortCode:
+    def block_upload(
+        self, mux: Multiplexer, *, block_size: int = 127, crc: bool = True
+    ) -> Uploaded:
+        """Read an object in blocks."""
+        return self._run(self.client.block_upload(mux, block_size=block_size, crc=crc))
+
+    def block_download(
+        self, mux: Multiplexer, data: bytes, *, sized: bool = True, crc: bool = True
+    ) -> None:
+        """Write an object in blocks."""
+        self._run(self.client.block_download(mux, data, sized=sized, crc=crc))
+
+    def refusal(self, transfer: Generator[Step, bytes, object]) -> AbortCode:
         """Run a transfer that the server has to abort; return with which code."""
         try:
             result = self._run(transfer)
@@ -50,16 +62,21 @@ class SuiteClient:
         assert frame is not None, f"no answer to {request}"
         return frame.data
 
-    def _run(self, transfer: Generator[Request, bytes, Result]) -> Result:
-        request = next(transfer)
+    def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
+        step = next(transfer)
         while True:
-            self.channel.send(request)
-            frame = self.channel.receive()
-            assert frame is not None, f"no answer to {request}"
+            burst = step if isinstance(step, Burst) else Burst((step,))
+            for request in burst.requests:
+                self.channel.send(request)
             try:
-                request = transfer.send(frame.data)
+                step = transfer.send(self._answer(step)) if burst.awaited else next(transfer)
             except StopIteration as done:
                 return done.value  # type: ignore[no-any-return]
+
+    def _answer(self, step: Step) -> bytes:
+        frame = self.channel.receive()
+        assert frame is not None, f"no answer to {step}"
+        return frame.data
 
 
 @contextmanager

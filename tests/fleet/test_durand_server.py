@@ -4,17 +4,22 @@ from collections.abc import Iterator
 
 import pytest
 from durand_server import DurandDevice, durand_device
-from foreign_objects import DEVICE_NAME, NODE_ID
+from foreign_objects import DEVICE_NAME, DOMAIN, NODE_ID, payload
 from server_contract import ServerContract
 from suite_client import SuiteClient
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.client import Uploaded
 from conformance.sdo.frames import (
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
     DownloadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Violation
+
+# Around what one segment, a few sub-blocks of several sizes, and one of 127 segments hold.
+BLOCK_SIZES = (*range(1, 23), 48, 49, 50, 139, 141, 888, 889, 890, 5000)
 
 
 @pytest.fixture(scope="module")
@@ -40,3 +45,32 @@ class TestDurandNode(ServerContract):
         size = len(device.read(DEVICE_NAME))
         assert answer == BlockUploadInitiateResponse.with_size(DEVICE_NAME, size).encode()
         client.channel.abort(DEVICE_NAME, AbortCode.GENERAL_ERROR)
+
+    @pytest.mark.parametrize("crc", [True, False], ids=["crc", "no crc"])
+    @pytest.mark.parametrize("sized", [True, False], ids=["sized", "unsized"])
+    @pytest.mark.parametrize("size", BLOCK_SIZES)
+    def test_block_download(
+        self, device: DurandDevice, client: SuiteClient, size: int, sized: bool, crc: bool
+    ) -> None:
+        client.block_download(DOMAIN, payload(size), sized=sized, crc=crc)
+        assert device.read(DOMAIN) == payload(size)
+
+    @pytest.mark.parametrize("crc", [True, False], ids=["crc", "no crc"])
+    @pytest.mark.parametrize("block_size", [1, 7, 20, 127])
+    @pytest.mark.parametrize("size", [size for size in BLOCK_SIZES if size % 7])
+    def test_block_upload(
+        self, device: DurandDevice, client: SuiteClient, size: int, block_size: int, crc: bool
+    ) -> None:
+        device.write(DOMAIN, payload(size))
+        uploaded = client.block_upload(DOMAIN, block_size=block_size, crc=crc)
+        assert uploaded == Uploaded(payload(size), True, size, -(-size // 7))
+
+    # It counts the bytes of a full last segment that do not matter as 7 instead of 0.
+    @pytest.mark.parametrize("size", [size for size in BLOCK_SIZES if not size % 7])
+    def test_block_upload_of_whole_segments_is_cut(
+        self, device: DurandDevice, client: SuiteClient, size: int
+    ) -> None:
+        device.write(DOMAIN, payload(size))
+        with pytest.raises(Violation, match=r"\[DD [0-9A-F ]+\]"):
+            client.block_upload(DOMAIN)
+        client.channel.abort(DOMAIN, AbortCode.GENERAL_ERROR)

@@ -28,6 +28,7 @@ WRONG = {
     "--response-timeout=nan": f"'nan' {NO_TIME}",
     "--response-timeout=inf": f"'inf' {NO_TIME}",
     "--response-timeout=500ms": f"'500ms' {NO_TIME}",
+    "--server-timeout=0": f"'0' {NO_TIME}",
     "--object=2001=unsinged16": "called 'unsinged16'. Did you mean 'unsigned16'?",
     "--object=2001=unsigned8,rx": "called 'rx'. Known: rw, ro, wo, const.",
     "--object=20010": f"'20010' {NO_OBJECT}",
@@ -127,3 +128,16 @@ def test_a_node_id_may_be_hexadecimal(pytester: pytest.Pytester) -> None:
         result = run(pytester, "--node-id=0x7F", *bus, "-k", "abort.frame")
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(["conformance: *target: node 127 on virtual *"])
+
+
+def test_time_outs_are_waited_for_only_where_declared(pytester: pytest.Pytester) -> None:
+    undeclared = self_test(pytester, "-k", "server-timeout.once")
+    undeclared.assert_outcomes(skipped=3, deselected=undeclared.parseoutcomes()["deselected"])
+    undeclared.stdout.fnmatch_lines(["*declare it with --server-timeout=SECONDS*"])
+
+
+def test_the_built_in_server_keeps_a_declared_time_out(pytester: pytest.Pytester) -> None:
+    declared = ["--server-timeout=0.3", "-k", "server-timeout.once and segmented"]
+    assert self_test(pytester, *declared).parseoutcomes()["passed"] == 1
+    left_out = self_test(pytester, *declared, "-m", "not slow")
+    assert left_out.ret == pytest.ExitCode.NO_TESTS_COLLECTED

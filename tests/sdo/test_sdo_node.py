@@ -43,10 +43,17 @@ def test_boot_up_message() -> None:
     assert node().start() == [CanFrame(0x705, b"\x00")]
 
 
-def test_time_out() -> None:
-    silent = node()
-    silent.receive(CanFrame(0x605, UPLOAD))
-    assert silent.expire() == [CanFrame(0x585, bytes.fromhex("8008100000000405"))]
+def test_time_out_counts_from_the_last_frame() -> None:
+    patient = Node(5, node().server, server_timeout=2.0)
+    assert patient.wake_at is None
+    patient.advance(10.0)
+    patient.receive(CanFrame(0x605, UPLOAD))
+    assert patient.wake_at == 12.0
+    assert patient.advance(11.0) == []
+    patient.receive(CanFrame(0x605, bytes.fromhex("6000000000000000")))
+    assert patient.advance(12.9) == []
+    assert patient.advance(13.0) == [CanFrame(0x585, bytes.fromhex("8008100000000405"))]
+    assert patient.wake_at is None
 
 
 @pytest.mark.parametrize(

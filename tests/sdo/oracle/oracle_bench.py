@@ -63,7 +63,8 @@ class Lockstep:
         """Let the server's time-out pass."""
         found = self.oracle.silence()
         self.log.append("> ...")
-        return found + self._judge(self.node.expire())
+        expired = self.node.server.expire()
+        return found + self._judge([self.node.respond(data) for data in expired])
 
     def _judge(self, answers: list[CanFrame]) -> list[Violation]:
         found = []

@@ -1,0 +1,214 @@
+"""Block downloads where CiA 301 leaves a choice: any choice passes, a wrong result does not."""
+
+from conformance.device.objects import KnownObject
+from conformance.run.begun import begin_block_download
+from conformance.run.block_steps import segments_of
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.initiates import INITIATES, Initiate
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.crc import crc16
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockSegment,
+    decode_response,
+)
+
+INITIATE = "7.2.4.3.9"
+SUB_BLOCK = "7.2.4.3.10"
+END = "7.2.4.3.11"
+CRC = "7.2.4.3.16"
+SERVICE = "7.2.4.2.10"
+NO_ROOM = (
+    AbortCode.OUT_OF_MEMORY,
+    AbortCode.LENGTH_TOO_HIGH,
+    AbortCode.LENGTH_MISMATCH,
+    AbortCode.NOT_TRANSFERABLE,
+)
+WRONG_END = (
+    AbortCode.CRC_ERROR,
+    AbortCode.LENGTH_TOO_LOW,
+    AbortCode.LENGTH_MISMATCH,
+)
+
+
+def expect_end_or_abort(sdo: Dialogue, known: KnownObject, due: bytes, *codes: AbortCode) -> None:
+    """Expect the end of a block download confirmed and ``due`` stored, or an abort."""
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, codes, known)
+        return
+    sdo.checks.block_end_response(frame, known.mux)
+    sdo.expect_value(known, due)
+
+
+@may("block-download.largest-size", clause=INITIATE)
+def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
+    """A size of FFFFFFFFh is refused, or taken for what is announced; the server stays usable."""
+    sdo.require_block_download()
+    sdo.send(BlockDownloadInitiate.with_size(variable.mux, 0xFFFF_FFFF))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, NO_ROOM, variable)
+    else:
+        sdo.checks.block_download_initiate(frame, variable.mux)
+        sdo.end_transfer()
+        sdo.info("a block download of FFFFFFFFh bytes is not refused at its initiate")
+    data = sdo.payload(9)
+    sdo.block_download(variable, data)
+    sdo.expect_value(variable, data)
+
+
+@may("block-download.old-numbers", clause=SERVICE)
+def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
+    """What comes again under its old numbers is discarded or refused, or stored as what it is."""
+    data = sdo.payload(28)
+    sdo.store(variable, sdo.payload(28))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(variable, len(data))
+    if response.block_size < 4:
+        sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
+        return
+    sdo.send_segments(chunks[:2])
+    sdo.send_segments(chunks[3:], first=4, last=True)
+    if sdo.acknowledged(variable, 2).block_size < 4:
+        sdo.info("the next sub-block has no such numbers")
+        return
+    sdo.send_segments(chunks[2:], first=3, last=True)
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.checks.abort(frame, variable.mux)
+        # The segments behind the refused one meet an idle server, which may refuse each.
+        for answer in sdo.fence():
+            sdo.checks.abort(answer, None)
+        return
+    if sdo.checks.block_ack(frame, variable.mux, 4).sequence == 0:
+        sdo.send_segments(chunks[2:], last=True)
+        sdo.acknowledged(variable, 2)
+    crc = crc16(data) if response.crc_supported else 0
+    sdo.end_block_download(variable, unused=0, crc=crc)
+    sdo.expect_value(variable, data)
+
+
+@may("block-download.beyond-block-size", clause=SUB_BLOCK)
+def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
+    """A number beyond the block size is none: the segment is refused or dropped, never stored."""
+    sdo.store(text, sdo.payload(14))
+    response = sdo.initiate_block_download(text, 14)
+    sdo.end_transfer()
+    if response.block_size == 127:
+        sdo.info("the server takes 127 segments at once: no number lies beyond")
+        return
+    count = min(response.block_size, 2)
+    data = sdo.payload(7 * count)
+    response = sdo.initiate_block_download(text, len(data))
+    if response.block_size == 127:
+        sdo.info("the server takes 127 segments at once: no number lies beyond")
+        return
+    count = min(response.block_size, count)
+    sdo.send(BlockSegment(response.block_size + 1, b"#######"))
+    sdo.send_segments(segments_of(data)[:count], last=count * 7 == len(data))
+    frame = sdo.receive()
+    refused = isinstance(decode_response(frame), Abort)
+    if refused:
+        sdo.checks.abort(frame, text.mux)
+    if refused or sdo.checks.block_ack(frame, text.mux, count).sequence < count:
+        # The segments behind it are discarded, start a new sub-block, or meet an idle server.
+        sdo.end_transfer()
+        for answer in sdo.fence():
+            if not isinstance(decode_response(answer), Abort | BlockAck):
+                raise sdo.breach("an acknowledgement or an abort", describe_response(answer))
+        return
+    crc = crc16(data) if response.crc_supported else 0
+    sdo.end_block_download(text, unused=0, crc=crc)
+    sdo.expect_value(text, data)
+
+
+@may("block-download.crc-not-offered", clause=CRC, field=[0x0001, 0xFFFF])
+def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
+    """A server that has no CRC does not look at its field: nothing is refused for it."""
+    sdo.store(text, sdo.payload(14))
+    if sdo.block_crc_supported(text):
+        sdo.info("the server computes a CRC")
+        return
+    data = begin_block_download(sdo, text, 2)
+    sdo.send(BlockEnd(0, field))
+    frame = sdo.receive()
+    answer = decode_response(frame)
+    if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
+        raise sdo.breach("no look at the CRC", describe_response(frame))
+    if not isinstance(answer, Abort):
+        sdo.checks.block_end_response(frame, text.mux)
+        sdo.expect_value(text, data)
+
+
+@must("block-download.crc-and-size-wrong", clause=END)
+def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
+    """An end frame with a wrong CRC and a wrong n is refused for either, and nothing is stored."""
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        data = begin_block_download(sdo, text, 2)
+        sdo.send(BlockEnd(3, crc16(data[:11]) ^ 0x0101))
+        sdo.expect_abort(*WRONG_END, of=text)
+
+
+@may("block-download.last-segment-repeated", clause=SUB_BLOCK)
+def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
+    """A last segment that comes again, as after a lost acknowledgement, is not stored twice.
+
+    The server acknowledges it again, ignores it, or ends the transfer.
+    """
+    sdo.store(text, sdo.payload(14))
+    before = sdo.upload(text)
+    data = sdo.payload(14)
+    response = sdo.initiate_block_download(text, len(data))
+    chunks = segments_of(data)
+    number = min(response.block_size, 2)
+    for start in range(0, 2, number):
+        sdo.send_segments(chunks[start : start + number], last=start + number == 2)
+        sdo.acknowledged(text, number)
+    sdo.send(BlockSegment(number, chunks[1], last=True))
+    sdo.send(BlockEnd(0, crc16(data) if response.crc_supported else 0))
+    frame = sdo.receive()
+    answer = decode_response(frame)
+    if isinstance(answer, BlockAck) and answer.sequence == number:
+        sdo.info("a repeated last segment is acknowledged again")
+        frame = sdo.receive()
+        answer = decode_response(frame)
+    if isinstance(answer, Abort):
+        sdo.checks.abort(frame, None)
+        sdo.info("a repeated last segment ends the transfer")
+        # The end frame behind it may be refused for itself.
+        for further in sdo.fence():
+            sdo.checks.abort(further, None)
+        sdo.expect_value(text, before)
+        return
+    sdo.checks.block_end_response(frame, text.mux)
+    sdo.expect_value(text, data)
+
+
+@may("block-download.end-reserved-bit", clause=END)
+def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
+    """The reserved bit of the end frame (C3h) is ignored, or the frame is refused."""
+    sdo.store(text, sdo.payload(14))
+    has_crc = sdo.block_crc_supported(text)
+    data = begin_block_download(sdo, text, 2)
+    sdo.send(BlockEnd(0, crc16(data) if has_crc else 0, reserved_bits=1))
+    expect_end_or_abort(sdo, text, data, AbortCode.COMMAND_NOT_VALID)
+
+
+@must("block-download.new-initiate-at-end", clause=END, initiate=INITIATES)
+def test_new_initiate_at_end(sdo: Dialogue, text: KnownObject, initiate: Initiate) -> None:
+    """An initiate where the end is due is served, or ends the download; nothing of it is stored."""
+    sdo.store(text, sdo.payload(14))
+    before = sdo.upload(text)
+    data = begin_block_download(sdo, text, 2)
+    refused = initiate(sdo, text)
+    if refused is not None:
+        sdo.info(f"refused: {describe_response(refused.encode())}")
+        sdo.expect_value(text, before)
+    sdo.expect_dead(BlockEnd(0, crc16(data)))

@@ -1,0 +1,159 @@
+"""Block uploads where CiA 301 leaves a choice: any choice passes, a wrong result does not."""
+
+from conformance.device.device import VENDOR_ID
+from conformance.device.objects import KnownObject
+from conformance.run.begun import BLOCK_SIZE, begin_block_upload
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.initiates import INITIATES, Initiate
+from conformance.run.steps import same_value, shown
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    Request,
+    decode_response,
+    decode_segment,
+)
+
+PROTOCOL = "7.2.4.3.5"
+INITIATE = "7.2.4.3.13"
+SUB_BLOCK = "7.2.4.3.14"
+END = "7.2.4.3.15"
+ABORT = "7.2.4.3.17"
+# Sub-blocks that were taken, and the frame with which the upload would go on.
+Waiting = tuple[int, Request]
+START: Waiting = (0, BlockUploadStart())
+ACKNOWLEDGEMENT: Waiting = (1, BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+CONFIRMATION: Waiting = (2, BlockEndResponse())
+
+
+@may("block-upload.threshold-without-block-size", clause=PROTOCOL)
+def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> None:
+    """With pst = 255 and blksize 0 a short object comes as an ordinary upload, or is refused."""
+    data = sdo.payload(9)
+    sdo.store(variable, data)
+    sdo.initiate_block_upload(variable)
+    sdo.end_transfer()
+    sdo.send(BlockUploadInitiate(variable.mux, 0, threshold=255))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, (AbortCode.INVALID_BLOCK_SIZE,), variable)
+        return
+    found = sdo.finish_upload(variable, sdo.checks.upload_initiate(frame, variable.mux))
+    if not same_value(variable, found, data):
+        raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
+
+
+@may("block-upload.acknowledgement-reserved-bits", clause=SUB_BLOCK, bits=[1, 2, 4, 7])
+def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
+    """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
+    known = begin_block_upload(sdo, 1)
+    sdo.send(BlockAck(BLOCK_SIZE, BLOCK_SIZE, reserved_bits=bits))
+    frame = sdo.receive()
+    response = decode_segment(frame)
+    if isinstance(response, Abort):
+        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), known)
+        sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+        return
+    segment = sdo.checks.block_segment(frame, known.mux, 1)
+    if not segment.last:
+        sdo.checks.block_segment(sdo.receive(), known.mux, 2)
+
+
+@may("block-upload.early-acknowledgement", clause=SUB_BLOCK)
+def test_early_acknowledgement(sdo: Dialogue) -> None:
+    """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
+    known = begin_block_upload(sdo, 0)
+    sdo.send(BlockUploadStart())
+    sdo.send(BlockAck(1, BLOCK_SIZE))
+    sdo.end_transfer()
+    answers = [decode_segment(answer) for answer in sdo.fence()]
+    segments = [answer for answer in answers if isinstance(answer, BlockSegment)]
+    if len(segments) > 2 * BLOCK_SIZE or any(one.sequence > BLOCK_SIZE for one in segments):
+        raise sdo.breach(
+            f"two sub-blocks of {BLOCK_SIZE} segments at most", f"{len(segments)} segments"
+        )
+    sdo.block_upload(known)
+
+
+@may("block-upload.acknowledged-at-end", clause=END)
+def test_acknowledged_at_end(sdo: Dialogue) -> None:
+    """An acknowledgement that comes again brings the end frame again, an abort, or nothing."""
+    known, _ = sdo.long_object()
+    sdo.initiate_block_upload(known)
+    segments = sdo.start_block_upload(known, 127)
+    while not segments[-1].last:
+        segments = sdo.sub_block(known, BlockAck(len(segments), 127), 127)
+    ack = BlockAck(len(segments), 127)
+    sdo.send(ack)
+    end = sdo.receive()
+    sdo.checks.block_end(end, known.mux)
+    sdo.send(ack)
+    sdo.send(BlockEndResponse())
+    for answer in sdo.fence():
+        if answer == end:
+            sdo.info("the end frame comes again")
+        elif not isinstance(decode_segment(answer), Abort):
+            raise sdo.breach("the same end frame, an abort, or nothing", describe_response(answer))
+
+
+@must("block-upload.crc-refused-by-client", clause=ABORT)
+def test_crc_refused_by_client(sdo: Dialogue) -> None:
+    """A client that finds the CRC wrong aborts: the server is silent, and nothing is left."""
+    known = begin_block_upload(sdo, 2)
+    sdo.send(Abort(known.mux, AbortCode.CRC_ERROR))
+    sdo.expect_nothing()
+    sdo.expect_dead(BlockEndResponse())
+    sdo.block_upload(known)
+
+
+def expect_served_or_refused(sdo: Dialogue, waiting: Waiting, initiate: Initiate) -> None:
+    """Begin a block upload, and another transfer where its next frame is due."""
+    sub_blocks, due = waiting
+    known = begin_block_upload(sdo, sub_blocks)
+    refused = initiate(sdo, known)
+    if refused is not None:
+        sdo.info(f"refused: {describe_response(refused.encode())}")
+        sdo.upload(VENDOR_ID)
+    sdo.expect_dead(due)
+
+
+@must("block-upload.new-initiate-at-start", clause=INITIATE, initiate=INITIATES)
+def test_new_initiate_at_start(sdo: Dialogue, initiate: Initiate) -> None:
+    """An initiate where the start is due is served, or ends the upload."""
+    expect_served_or_refused(sdo, START, initiate)
+
+
+@must("block-upload.new-initiate-in-the-middle", clause=SUB_BLOCK, initiate=INITIATES)
+def test_new_initiate_in_the_middle(sdo: Dialogue, initiate: Initiate) -> None:
+    """An initiate where an acknowledgement is due is served, or ends the upload."""
+    expect_served_or_refused(sdo, ACKNOWLEDGEMENT, initiate)
+
+
+@must("block-upload.new-initiate-at-end", clause=END, initiate=INITIATES)
+def test_new_initiate_at_end(sdo: Dialogue, initiate: Initiate) -> None:
+    """An initiate where the confirmation of the end is due is served, or ends the upload."""
+    expect_served_or_refused(sdo, CONFIRMATION, initiate)
+
+
+@must(
+    "block-upload.same-again",
+    clause=INITIATE,
+    sub_blocks={"at-start": 0, "in-the-middle": 1, "at-end": 2},
+)
+def test_same_again(sdo: Dialogue, sub_blocks: int) -> None:
+    """The same block upload initiated again starts from the first byte, or ends the first."""
+    known = begin_block_upload(sdo, sub_blocks)
+    found = sdo.attempt(sdo.client.block_upload(known.mux))
+    if isinstance(found, Abort):
+        sdo.info(f"refused: {describe_response(found.encode())}")
+        return
+    due = sdo.upload(known)
+    if not same_value(known, found.data, due):
+        raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")

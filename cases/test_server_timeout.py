@@ -1,0 +1,102 @@
+"""The server's own time-out, where the device declares one (CiA 301, 7.2.4.2): optional, but exact.
+
+These cases wait, and no others do.
+"""
+
+from collections.abc import Callable, Generator
+
+from conformance.run.begun import STATES, Begun
+from conformance.run.case import must
+from conformance.run.dialogue import PROMPT, Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import Burst, Step
+from conformance.sdo.frames import Abort
+
+SERVICE = "7.2.4.2"
+SIZE = 26
+WAITING = {
+    name: STATES[name]
+    for name in (
+        "segmented-download-in-the-middle",
+        "block-download-in-a-sub-block",
+        "block-upload-sub-block-sent",
+    )
+}
+State = Callable[[Dialogue], Begun]
+Transfer = Generator[Step, bytes, object]
+
+
+@must("server-timeout.gives-up", clause=SERVICE, slow=True, state=STATES)
+def test_gives_up(sdo: Dialogue, server_timeout: float, state: State) -> None:
+    """Of a silent client the server takes leave with 05040000h, is idle, and has stored nothing."""
+    begun = state(sdo)
+    sdo.expect_timed_out(begun.known, server_timeout)
+    sdo.expect_dead(begun.due)
+    if begun.value is not None:
+        sdo.expect_value(begun.known, begun.value)
+
+
+@must("server-timeout.once", clause=SERVICE, slow=True, state=WAITING)
+def test_once(sdo: Dialogue, server_timeout: float, state: State) -> None:
+    """A server that has given up says so once, and does not answer the client's own abort."""
+    begun = state(sdo)
+    sdo.expect_timed_out(begun.known, server_timeout)
+    further = sdo.wait(server_timeout * (1 + PROMPT))
+    if further is not None:
+        raise sdo.breach("no further frame", further.hex(" "))
+    sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_nothing()
+
+
+def _segmented_download(sdo: Dialogue) -> Transfer:
+    text, data = sdo.device.text(), sdo.payload(SIZE)
+    sdo.store(text, data)
+    return sdo.client.download(text.mux, data)
+
+
+def _segmented_upload(sdo: Dialogue) -> Transfer:
+    known, _ = sdo.long_object(segments=4)
+    return sdo.client.upload(known.mux)
+
+
+def _block_download(sdo: Dialogue) -> Transfer:
+    text, data = sdo.device.text(), sdo.payload(SIZE)
+    sdo.store(text, data)
+    sdo.initiate_block_download(text, SIZE)
+    sdo.end_transfer()
+    return sdo.client.block_download(text.mux, data)
+
+
+def _block_upload(sdo: Dialogue) -> Transfer:
+    known, _ = sdo.long_object(segments=4)
+    sdo.initiate_block_upload(known)
+    sdo.end_transfer()
+    return sdo.client.block_upload(known.mux, block_size=1)
+
+
+SLOW = {
+    "segmented-download": _segmented_download,
+    "segmented-upload": _segmented_upload,
+    "block-download": _block_download,
+    "block-upload": _block_upload,
+}
+
+
+@must("server-timeout.slow-client", clause=SERVICE, slow=True, begin=SLOW)
+def test_slow_client(
+    sdo: Dialogue, server_timeout: float, begin: Callable[[Dialogue], Transfer]
+) -> None:
+    """The time counts from the last frame: a transfer that takes longer in all is served."""
+    transfer = begin(sdo)
+    step = next(transfer)
+    while True:
+        burst = step if isinstance(step, Burst) else Burst((step,))
+        for request in burst.requests:
+            if not sdo.expect_patience(server_timeout * PROMPT):
+                sdo.info("a sub-block that does not go on is acknowledged")
+                return
+            sdo.send(request)
+        try:
+            step = transfer.send(sdo.receive()) if burst.awaited else next(transfer)
+        except StopIteration:
+            return

@@ -1,0 +1,33 @@
+"""A client goes away in the middle of a transfer: the next one is served (CiA 301, 7.2.4.2)."""
+
+from collections.abc import Callable
+
+from conformance.device.device import VENDOR_ID
+from conformance.run.begun import STATES, Begun
+from conformance.run.case import must
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import shown
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort
+
+
+@must("vanished-client.next-transfer", clause="7.2.4.2", state=STATES)
+def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> None:
+    """What a client left running does not keep the server from the next transfer.
+
+    That is served at once or with the second request; while segments of a block are due, an
+    abort has to come before it.
+    """
+    begun = state(sdo)
+    if begun.in_sub_block:
+        sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
+    found = sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
+    if isinstance(found, Abort):
+        sdo.info(f"the first request is refused: {describe_response(found.encode())}")
+    due, value = sdo.device.values[VENDOR_ID.mux], sdo.upload(VENDOR_ID)
+    if value != due:
+        raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
+    if begun.value is not None:
+        sdo.expect_value(begun.known, begun.value)
+    state(sdo)

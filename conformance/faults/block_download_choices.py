@@ -1,0 +1,282 @@
+"""Servers that are wrong in block downloads where CiA 301 leaves a choice, but not that one."""
+
+from conformance.faults.block_downloads import StoresOtherwise
+from conformance.faults.registry import DefectClass, fault
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    Request,
+    Response,
+    UploadInitiate,
+    decode_segment,
+)
+from conformance.sdo.objects import Entry, Refusal
+from conformance.sdo.segmented_server import Download
+from conformance.sdo.server import BlockDownload, Server
+
+LOST = DefectClass.LOST_SEGMENTS
+STATE = DefectClass.STATE
+LARGEST_SIZE = 0xFFFF_FFFF
+
+
+@fault(
+    "block-download-largest-size-unanswered",
+    DefectClass.ROBUSTNESS,
+    "block-download.largest-size",
+)
+class LargestSizeUnanswered(Server):
+    """Does not answer a block download of FFFFFFFFh bytes."""
+
+    def check_announced_size(self, entry: Entry, size: int | None) -> None:
+        """Leave the refusal to nobody."""
+        super().check_announced_size(entry, None if size == LARGEST_SIZE else size)
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Fail to find the memory, and to say so."""
+        responses = super().on_block_download_initiate(request)
+        return [] if request.size == LARGEST_SIZE else responses
+
+
+@fault("block-download-old-numbers-acknowledged", LOST, "block-download.old-numbers")
+class OldNumbersAcknowledged(Server):
+    """Acknowledges segments under their old numbers, and has not stored them."""
+
+    last_acknowledged = 0
+
+    def acknowledge(self, transfer: BlockDownload) -> BlockAck:
+        """Remember where the old numbers go on."""
+        ack = super().acknowledge(transfer)
+        self.last_acknowledged = ack.sequence
+        return ack
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Look at the numbers only."""
+        transfer = self.transfer
+        if not isinstance(transfer, BlockDownload) or not request.last or transfer.due > 1:
+            return super().on_block_segment(request)
+        if not 0 < self.last_acknowledged < request.sequence:
+            return super().on_block_segment(request)
+        transfer.ended = True
+        return [BlockAck(request.sequence, transfer.block_size)]
+
+
+class _SmallBlocks(Server):
+    """Asks for sub-blocks of 4 segments."""
+
+    def next_block_size(self) -> int:
+        """Ask for four."""
+        return 4
+
+
+@fault(
+    "block-download-beyond-block-size-stored",
+    DefectClass.BLOCK_SIZE,
+    "block-download.beyond-block-size",
+)
+class BeyondBlockSizeStored(_SmallBlocks, StoresOtherwise):
+    """Stores a segment with a number beyond the block size in front of the others."""
+
+    beyond = b""
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Have stored none."""
+        self.beyond = b""
+        return super().on_block_download_initiate(request)
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Find a place for it."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload) and request.sequence > transfer.block_size:
+            self.beyond = request.payload
+            return []
+        return super().on_block_segment(request)
+
+    def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
+        """Overwrite the beginning."""
+        return self.beyond + data[len(self.beyond) :]
+
+
+@fault("block-download-unoffered-crc-checked", DefectClass.CRC, "block-download.crc-not-offered")
+class UnofferedCrcChecked(Server):
+    """Offers no CRC, and takes a field that is not 0 for a wrong one."""
+
+    def can_compute_crc(self, request: BlockDownloadInitiate | BlockUploadInitiate) -> bool:
+        """Never offer it."""
+        return False
+
+    def check_crc(self, transfer: BlockDownload, request: BlockEnd, data: bytes) -> None:
+        """Expect 0."""
+        if request.crc:
+            raise Refusal(AbortCode.CRC_ERROR)
+
+
+@fault(
+    "block-download-two-errors-cancel-out",
+    DefectClass.CRC,
+    "block-download.crc-and-size-wrong",
+)
+class TwoErrorsCancelOut(Server):
+    """Confirms the end of a block download when both its CRC and its size are wrong."""
+
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Compare two wrongs."""
+        transfer = self.transfer
+        if not isinstance(transfer, BlockDownload) or not transfer.ended:
+            return super().on_block_end(request)
+        data = bytes(transfer.data[: len(transfer.data) - request.unused])
+        if self.is_wrong(transfer, request, data) and len(data) != transfer.size:
+            self.transfer = None
+            return [BlockEndResponse()]
+        return super().on_block_end(request)
+
+    def is_wrong(self, transfer: BlockDownload, request: BlockEnd, data: bytes) -> bool:
+        """Say whether the CRC does not match."""
+        try:
+            self.check_crc(transfer, request, data)
+        except Refusal:
+            return True
+        return False
+
+
+class _HearsRepeated(Server):
+    """Knows the last segment when it comes again where the end is due."""
+
+    def decode(self, frame: bytes) -> Request:
+        """Take byte 0 with bit 7 set for a last segment, but for 80h and the end itself."""
+        at_end = isinstance(self.transfer, BlockDownload) and self.transfer.ended
+        if at_end and len(frame) == 8 and 0x80 < frame[0] < 0xA0:
+            return decode_segment(frame)
+        return super().decode(frame)
+
+
+@fault("block-download-last-repeated-stored", LOST, "block-download.last-segment-repeated")
+class LastRepeatedStored(_HearsRepeated, StoresOtherwise):
+    """Stores a last segment that comes again where the end is due a second time."""
+
+    repeated = b""
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Append it."""
+        if isinstance(self.transfer, BlockDownload) and self.transfer.ended:
+            self.repeated = request.payload
+            return []
+        self.repeated = b""
+        return super().on_block_segment(request)
+
+    def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
+        """Store what came."""
+        return data + self.repeated
+
+
+@fault("block-download-last-repeated-ends", STATE, "block-download.last-segment-repeated")
+class LastRepeatedEnds(_HearsRepeated):
+    """Acknowledges a last segment that comes again as the first of another sub-block."""
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Start at 1."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload) and transfer.ended:
+            return [BlockAck(0, transfer.block_size)]
+        return super().on_block_segment(request)
+
+
+@fault(
+    "block-download-end-reserved-bit-counted",
+    DefectClass.UNUSED_COUNT,
+    "block-download.end-reserved-bit",
+)
+class ReservedBitCounted(StoresOtherwise):
+    """Takes the reserved bit of the end frame for a bit of n when it stores the data."""
+
+    def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
+        """Shift by 1 instead of 2."""
+        unused = request.unused << 1 | request.reserved_bits
+        return bytes(transfer.data[: len(transfer.data) - unused]) if unused & 1 else data
+
+
+@fault(
+    "block-download-stored-by-new-initiate",
+    STATE,
+    "block-download.new-initiate-at-end",
+)
+class StoredByNewInitiate(Server):
+    """Goes on with a block download that a new initiate has ended, when its end comes late."""
+
+    old: BlockDownload | None = None
+
+    def react(self, request: Request) -> list[Response]:
+        """Keep what was due."""
+        running = self.transfer
+        initiate = isinstance(request, UploadInitiate | DownloadInitiate | BlockUploadInitiate)
+        if initiate and isinstance(running, BlockDownload) and running.ended:
+            self.old = running
+        if isinstance(request, BlockEnd) and self.transfer is None and self.old is not None:
+            self.transfer, self.old = self.old, None
+        return super().react(request)
+
+
+@fault(
+    "block-download-new-initiate-unanswered",
+    STATE,
+    "block-download.new-initiate-at-end",
+)
+class NewInitiateUnanswered(Server):
+    """Keeps silent on an initiate where the end of a block download is due."""
+
+    def react(self, request: Request) -> list[Response]:
+        """Wait for the end."""
+        transfer = self.transfer
+        initiate = isinstance(
+            request, UploadInitiate | DownloadInitiate | BlockUploadInitiate | BlockDownloadInitiate
+        )
+        if initiate and isinstance(transfer, BlockDownload) and transfer.ended:
+            return []
+        return super().react(request)
+
+
+@fault(
+    "busy-after-vanished-client",
+    DefectClass.TIMING,
+    "vanished-client.next-transfer",
+)
+class BusyAfterVanishedClient(Server):
+    """Refuses every initiate while a transfer is running, which goes on."""
+
+    def react(self, request: Request) -> list[Response]:
+        """Wait for the client."""
+        initiate = isinstance(
+            request, UploadInitiate | DownloadInitiate | BlockUploadInitiate | BlockDownloadInitiate
+        )
+        if initiate and self.transfer is not None:
+            raise Refusal(AbortCode.LOCAL_CONTROL)
+        return super().react(request)
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Keep the transfer."""
+        running = self.transfer
+        responses = super().refuse(request, code)
+        if code is AbortCode.LOCAL_CONTROL:
+            self.transfer = running
+        return responses
+
+
+@fault(
+    "vanished-client-completes-later",
+    DefectClass.TIMING,
+    "vanished-client.next-transfer",
+)
+class CompletesLater(Server):
+    """Writes what came of a download when an upload begins before its end."""
+
+    def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
+        """Save what there is."""
+        transfer = self.transfer
+        if isinstance(transfer, Download | BlockDownload) and transfer.data:
+            transfer.entry.value = bytes(transfer.data)
+        return super().on_upload_initiate(request)

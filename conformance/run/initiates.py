@@ -1,0 +1,82 @@
+"""A new transfer of each kind where another one is not over: it is served whole, or refused."""
+
+from collections.abc import Callable, Generator
+
+from conformance.device.device import VENDOR_ID
+from conformance.device.objects import KnownObject
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import Target, mux_of, same_value, shown
+from conformance.sdo.block_client import Step
+from conformance.sdo.client import Uploaded
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort
+
+Initiate = Callable[[Dialogue, KnownObject], Abort | None]
+
+
+def _upload(sdo: Dialogue, old: KnownObject) -> Abort | None:
+    return _read(sdo, old, VENDOR_ID, sdo.client.upload(VENDOR_ID.mux))
+
+
+def _block_upload(sdo: Dialogue, old: KnownObject) -> Abort | None:
+    return _read(sdo, old, VENDOR_ID, sdo.client.block_upload(VENDOR_ID.mux))
+
+
+def _download(sdo: Dialogue, old: KnownObject) -> Abort | None:
+    number = sdo.device.number()
+    value = sdo.device.values[number.mux]
+    return _write(sdo, old, number, value, sdo.client.download(number.mux, value))
+
+
+def _segmented_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
+    text, data = sdo.device.text(), sdo.payload(9)
+    return _write(sdo, old, text, data, sdo.client.download(text.mux, data))
+
+
+def _block_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
+    text, data = sdo.device.text(), sdo.payload(9)
+    return _write(sdo, old, text, data, sdo.client.block_download(text.mux, data))
+
+
+def _read(
+    sdo: Dialogue, old: KnownObject, known: KnownObject, transfer: Generator[Step, bytes, Uploaded]
+) -> Abort | None:
+    found = sdo.attempt(transfer)
+    if isinstance(found, Abort):
+        return _refused(sdo, found, old, known)
+    due = sdo.device.values[known.mux]
+    if not same_value(known, found.data[: known.length], due):
+        raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")
+    return None
+
+
+def _write(
+    sdo: Dialogue,
+    old: KnownObject,
+    known: KnownObject,
+    data: bytes,
+    transfer: Generator[Step, bytes, object],
+) -> Abort | None:
+    refused = sdo.attempt(transfer)
+    if isinstance(refused, Abort):
+        return _refused(sdo, refused, old, known)
+    sdo.expect_value(known, data)
+    return None
+
+
+def _refused(sdo: Dialogue, abort: Abort, old: Target, new: Target) -> Abort:
+    if abort.mux not in (mux_of(old), mux_of(new)):
+        raise sdo.breach(
+            f"an abort of {mux_of(old)} or {mux_of(new)}", describe_response(abort.encode())
+        )
+    return abort
+
+
+# Each returns the abort with which the server refuses, None where it serves the new transfer.
+INITIATES: dict[str, Initiate] = {
+    "upload": _upload,
+    "download": _download,
+    "segmented-download": _segmented_download,
+    "block-upload": _block_upload,
+    "block-download": _block_download,
+}

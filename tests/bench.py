@@ -1,0 +1,252 @@
+"""How fast transfers go, beside canopen's client and beside python-can alone: ``make bench``.
+
+    python tests/bench.py [--size BYTES] [--expedited COUNT]
+
+Everything runs on python-can's virtual bus in this process, our server in a thread of its own. The
+floor is the exchange of as many frames in the same rhythm without any protocol: request and
+response, or as many segments in a row as a sub-block has and one answer. ``cpu`` is what all
+threads of the process computed: on a machine that others use, compare that.
+"""
+
+import argparse
+import sys
+import threading
+import time
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import can
+import canopen
+from canopen.objectdictionary import ObjectDictionary
+from canopen.sdo.client import SdoClient
+
+from conformance.bus.channel import Channel
+from conformance.bus.link import Link
+from conformance.device.device import Device
+from conformance.device.safety import WritePolicy
+from conformance.faults.hosting import virtual_host
+from conformance.run.bench import private_channel
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Level, Rule
+
+sys.path.insert(0, str(Path(__file__).parent / "fleet"))
+from foreign_objects import DOMAIN, NODE_ID, payload
+from suite_client import SuiteClient
+
+NUMBER = Multiplexer(0x2004)
+RULE = Rule("bench", "", Level.MAY, "What a transfer costs.")
+BLOCK = 127
+PATIENCE = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class Rhythm:
+    """Rounds of so many frames from the client and so many back."""
+
+    rounds: int
+    requests: int
+    responses: int
+
+    @property
+    def frames(self) -> int:
+        """All frames, in both directions."""
+        return self.rounds * (self.requests + self.responses)
+
+
+@dataclass(frozen=True, slots=True)
+class Transfer:
+    """One way to move bytes: how each client does it, and the rhythm of its frames."""
+
+    name: str
+    moved: int
+    rhythm: Rhythm
+    ours: Callable[[SuiteClient], object]
+    case: Callable[[Dialogue], object]
+    canopen: Callable[[SdoClient], object]
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Seconds by the clock, and seconds that all threads of this process computed."""
+
+    wall: float
+    cpu: float
+
+
+def cost(task: Callable[[], object]) -> Cost:
+    """Return what a task costs."""
+    wall, cpu = time.perf_counter(), time.process_time()
+    task()
+    return Cost(time.perf_counter() - wall, time.process_time() - cpu)
+
+
+def floor(rhythm: Rhythm) -> Cost:
+    """Exchange bare frames."""
+    channel = private_channel()
+
+    def message() -> can.Message:
+        return can.Message(arbitration_id=0x605, data=bytes(8), is_extended_id=False)
+
+    with (
+        can.Bus(interface="virtual", channel=channel) as near,
+        can.Bus(interface="virtual", channel=channel) as far,
+    ):
+
+        def answer() -> None:
+            for _ in range(rhythm.rounds):
+                for _ in range(rhythm.requests):
+                    far.recv(PATIENCE)
+                for _ in range(rhythm.responses):
+                    far.send(message())
+
+        def ask() -> None:
+            for _ in range(rhythm.rounds):
+                for _ in range(rhythm.requests):
+                    near.send(message())
+                for _ in range(rhythm.responses):
+                    near.recv(PATIENCE)
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        found = cost(ask)
+        thread.join()
+    return found
+
+
+@contextmanager
+def clients() -> Iterator[tuple[SuiteClient, Dialogue, SdoClient]]:
+    """Our client, the ``sdo`` of a case and canopen's client, each on a bus with our server.
+
+    Each has a server and a channel of its own, so that none gets the frames of another.
+    """
+    with ExitStack() as stack:
+        channels = [private_channel() for _ in range(3)]
+        for channel in channels:
+            stack.enter_context(virtual_host(channel, NODE_ID, None))
+        near = []
+        for channel in channels[:2]:
+            link = Link(can.Bus(interface="virtual", channel=channel), channel)
+            stack.callback(link.close)
+            near.append(Channel(link, NODE_ID, PATIENCE))
+        device = Device(NODE_ID, policy=WritePolicy([DOMAIN, NUMBER]))
+        network = stack.enter_context(
+            canopen.Network(can.Bus(interface="virtual", channel=channels[2]))
+        )
+        node = canopen.RemoteNode(NODE_ID, ObjectDictionary())  # type: ignore[no-untyped-call]
+        network.add_node(node)
+        network.connect()
+        node.sdo.RESPONSE_TIMEOUT = PATIENCE
+        yield SuiteClient(near[0]), Dialogue(near[1], device, RULE, seed=1), node.sdo
+
+
+def repeated(count: int, task: Callable[[], object]) -> None:
+    """Do a short task so many times."""
+    for _ in range(count):
+        task()
+
+
+def canopen_write(sdo: SdoClient, data: bytes) -> None:
+    """Write in blocks with canopen's client."""
+    with sdo.open(  # type: ignore[no-untyped-call]
+        DOMAIN.index, 0, "wb", size=len(data), block_transfer=True
+    ) as opened:
+        opened.write(data)
+
+
+def canopen_read(sdo: SdoClient) -> bytes:
+    """Read in blocks with canopen's client."""
+    with sdo.open(DOMAIN.index, 0, "rb", block_transfer=True) as opened:  # type: ignore[no-untyped-call]
+        return bytes(opened.read())
+
+
+def transfers(size: int, count: int) -> Generator[Transfer, None, None]:
+    """Return what is measured; each download leaves what the upload behind it reads."""
+    data, number = payload(size), payload(4)
+    segments = -(-size // 7)
+    once, piece = Rhythm(count, 1, 1), Rhythm(segments + 1, 1, 1)
+    blocks = -(-segments // BLOCK)
+    yield Transfer(
+        "expedited download",
+        4 * count,
+        once,
+        lambda sdo: repeated(count, lambda: sdo.download(NUMBER, number)),
+        lambda sdo: repeated(count, lambda: sdo.download(NUMBER, number)),
+        lambda sdo: repeated(count, lambda: sdo.download(NUMBER.index, 0, number)),
+    )
+    yield Transfer(
+        "expedited upload",
+        4 * count,
+        once,
+        lambda sdo: repeated(count, lambda: sdo.upload(NUMBER)),
+        lambda sdo: repeated(count, lambda: sdo.upload(NUMBER)),
+        lambda sdo: repeated(count, lambda: sdo.upload(NUMBER.index, 0)),
+    )
+    yield Transfer(
+        "segmented download",
+        size,
+        piece,
+        lambda sdo: sdo.download(DOMAIN, data),
+        lambda sdo: sdo.download(DOMAIN, data),
+        lambda sdo: sdo.download(DOMAIN.index, 0, data),
+    )
+    yield Transfer(
+        "segmented upload",
+        size,
+        piece,
+        lambda sdo: sdo.upload(DOMAIN),
+        lambda sdo: sdo.upload(DOMAIN),
+        lambda sdo: sdo.upload(DOMAIN.index, 0),
+    )
+    yield Transfer(
+        "block download",
+        size,
+        Rhythm(blocks, BLOCK, 1),
+        lambda sdo: sdo.block_download(DOMAIN, data),
+        lambda sdo: sdo.block_download(DOMAIN, data),
+        lambda sdo: canopen_write(sdo, data),
+    )
+    yield Transfer(
+        "block upload",
+        size,
+        Rhythm(blocks, 1, BLOCK),
+        lambda sdo: sdo.block_upload(DOMAIN),
+        lambda sdo: sdo.block_upload(DOMAIN),
+        canopen_read,
+    )
+
+
+def main() -> None:
+    """Print a line for each transfer and client."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--size", type=int, default=1 << 20, help="bytes of a long transfer")
+    parser.add_argument("--expedited", type=int, default=20_000, help="number of short transfers")
+    options = parser.parse_args()
+    print(
+        f"{'transfer':20} {'client':18} {'s':>7} {'KiB/s':>8} {'frames/s':>9} {'x floor':>8} "
+        f"{'cpu s':>7} {'x floor':>8}"
+    )
+    with clients() as (ours, case, foreign):
+        for transfer in transfers(options.size, options.expedited):
+            lowest = floor(transfer.rhythm)
+            runs: list[tuple[str, Callable[[], object]]] = [
+                ("ours", partial(transfer.ours, ours)),
+                ("ours, in a case", partial(transfer.case, case)),
+                ("canopen", partial(transfer.canopen, foreign)),
+            ]
+            costs = [(client, cost(run)) for client, run in runs]
+            for client, found in (("python-can alone", lowest), *costs):
+                print(
+                    f"{transfer.name:20} {client:18} {found.wall:7.2f} "
+                    f"{transfer.moved / 1024 / found.wall:8.1f} "
+                    f"{transfer.rhythm.frames / found.wall:9.0f} {found.wall / lowest.wall:8.2f} "
+                    f"{found.cpu:7.2f} {found.cpu / lowest.cpu:8.2f}",
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main()
