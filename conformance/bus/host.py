@@ -1,6 +1,7 @@
 """A node of the reference server on a python-can bus, answering in a thread of its own."""
 
 import threading
+import time
 from types import TracebackType
 from typing import Protocol, Self
 
@@ -9,17 +10,29 @@ import can
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
+# How long a stop may go unseen: nothing but a frame interrupts python-can's waiting.
 POLL = 0.05
 
 
 class HostedNode(Protocol):
-    """What can be hosted: a node without I/O."""
+    """What can be hosted: a node without I/O, and without a clock of its own."""
 
     def start(self) -> list[CanFrame]:
         """Return the frames that the node sends when it starts."""
+        return []
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Take a frame from the bus; return the answers."""
+        ...
+
+    def advance(self, now: float) -> list[CanFrame]:
+        """Take the time in seconds, before every frame and when it is due; return what is due."""
+        return []
+
+    @property
+    def wake_at(self) -> float | None:
+        """The time at which ``advance`` is due though no frame came; None for never."""
+        return None
 
 
 class NodeHost:
@@ -52,13 +65,20 @@ class NodeHost:
     def run(self) -> None:
         """Serve until stopped, then close the bus."""
         try:
+            self._send(self._node.advance(time.monotonic()))
             self._send(self._node.start())
             while not self._stopping.is_set():
-                message = self._bus.recv(POLL)
+                message = self._bus.recv(self._patience())
+                self._send(self._node.advance(time.monotonic()))
                 if message is not None and not message.is_error_frame:
                     self._send(self._node.receive(to_frame(message)))
         finally:
             self._bus.shutdown()
+
+    def _patience(self) -> float:
+        """Return for how many seconds to wait for a frame."""
+        due = self._node.wake_at
+        return POLL if due is None else min(POLL, max(0.0, due - time.monotonic()))
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:

@@ -22,7 +22,7 @@ from conformance.faults import (
     variants,
 )
 from conformance.faults.device import reference_device
-from conformance.faults.registry import Deviation, deviations_in
+from conformance.faults.registry import Deviation, assemble, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
@@ -84,11 +84,14 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
-def build_node(name: str | None, node_id: int) -> Node:
+def build_node(name: str | None, node_id: int, *, server_timeout: float | None = None) -> Node:
     """Return the reference node, or the fault or variant of that name, on the built-in device.
 
-    Raises UnknownServer.
+    ``server_timeout`` is the time in seconds after which it gives up a silent client, None for
+    never. Raises UnknownServer.
     """
     objects = reference_device(node_id)
     deviation = find_deviation(name)
-    return deviation.build(node_id, objects) if deviation else Node(node_id, Server(objects))
+    if deviation is not None:
+        return deviation.build(node_id, objects, server_timeout=server_timeout)
+    return assemble(Node, Server, node_id, objects, server_timeout)

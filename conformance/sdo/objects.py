@@ -135,6 +135,15 @@ class ObjectDictionary:
         self._entries = entries
         self._indices = {mux.index for mux in entries}
 
+    def add(self, entries: dict[Multiplexer, Entry]) -> None:
+        """Add entries, in the place of those that have their multiplexers."""
+        self._entries |= entries
+        self._indices |= {mux.index for mux in entries}
+
+    def values(self) -> dict[Multiplexer, bytes]:
+        """Return what all entries hold at present."""
+        return {mux: entry.value for mux, entry in self._entries.items()}
+
     def find(self, mux: Multiplexer) -> Entry:
         """Return the entry, or refuse: no such object, or no such sub-index of it."""
         if mux.index not in self._indices:

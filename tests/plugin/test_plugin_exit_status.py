@@ -16,21 +16,15 @@ RESPONSE_TIMEOUT = 0.2
 SLACK = 2.0
 
 
-class Bystander:
+class Bystander(HostedNode):
     """Another node: it sends a heartbeat, as others do all the time, when there is traffic."""
-
-    def start(self) -> list[CanFrame]:
-        return []
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         return [CanFrame(0x709, b"\x05")]
 
 
-class Stopped:
+class Stopped(HostedNode):
     """A device in NMT state Stopped: it has started but does not answer requests."""
-
-    def start(self) -> list[CanFrame]:
-        return []
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         return [CanFrame(0x700 + NODE_ID, b"\0")] if frame.can_id == 0x600 + NODE_ID else []

@@ -57,15 +57,12 @@ class Recording(Server):
         return {mux: entry.value for mux, entry in self.entries.items()}
 
 
-class Scripted:
+class Scripted(HostedNode):
     """A node that is all its own: ``answers`` says what it sends for the data of a request."""
 
     def __init__(self, answers: Callable[[bytes], Iterable[bytes | CanFrame]]) -> None:
         self.answers = answers
         self.requests: list[bytes] = []
-
-    def start(self) -> list[CanFrame]:
-        return []
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         if frame.can_id != 0x600 + NODE_ID:

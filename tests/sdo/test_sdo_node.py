@@ -13,7 +13,9 @@ UPLOAD = bytes.fromhex("4008100000000000")
 
 
 def node(node_id: int = 5) -> Node:
-    return Node(node_id, Server(ObjectDictionary(objects())))
+    booted = Node(node_id, Server(ObjectDictionary(objects())))
+    booted.start()
+    return booted
 
 
 @pytest.mark.parametrize(
@@ -41,12 +43,6 @@ def test_what_is_no_request_to_it_is_not_answered(frame: CanFrame) -> None:
 
 def test_boot_up_message() -> None:
     assert node().start() == [CanFrame(0x705, b"\x00")]
-
-
-def test_time_out() -> None:
-    silent = node()
-    silent.receive(CanFrame(0x605, UPLOAD))
-    assert silent.expire() == [CanFrame(0x585, bytes.fromhex("8008100000000405"))]
 
 
 @pytest.mark.parametrize(
