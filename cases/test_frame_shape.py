@@ -1,12 +1,12 @@
 """CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.5)."""
 
-from conformance.bus.channel import REQUEST_BASE
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
 
@@ -32,7 +32,7 @@ def test_one_identifier(sdo: Dialogue) -> None:
     others = sdo.overheard_of_others()
     for frame in sdo.channel.overheard:
         if frame.data == answer and frame.can_id & 0x7F not in others:
-            raise sdo.breach(f"nothing but {sdo.channel.response_id:03X}h", f"also {frame}")
+            raise sdo.breach(f"nothing but {sdo.channel.ids.response}", f"also {frame}")
 
 
 @must("frame.other-node", clause=CHANNEL, bit=[0, 1, 2, 3, 4, 5, 6])

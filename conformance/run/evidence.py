@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 from conformance.bus.link import Captured, Direction
 from conformance.run.verdict import CaseResult
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder, describe
-from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.nmt import describe_nmt
 
 FIRST_LINES = 40
 LAST_LINES = 60
@@ -14,39 +16,52 @@ ASIDE = "          -- the case ends here; is the server idle, are the values as 
 
 
 def trace_lines(
-    frames: Sequence[Captured], request_id: int, response_id: int, *, own: int | None = None
+    frames: Sequence[Captured], channels: Sequence[ChannelIds], *, own: int | None = None
 ) -> list[str]:
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
-    ``own`` is the number of frames after which the case was over and the suite looked after the
-    device. The middle of a long trace is left out.
+    ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
+    case was over and the suite looked after the device. The middle of a long trace is left out.
     """
-    decoder = Decoder()
+    followers = [_Follower(ids) for ids in dict.fromkeys(channels)]
     begin = frames[0].timestamp if frames else 0.0
     lines = []
     for number, captured in enumerate(frames):
         frame = captured.frame
-        plain = frame.dlc == FRAME_LENGTH and not frame.remote and not frame.extended
-        message: Request | Response | None = None
-        if plain and frame.can_id == request_id:
-            message = decoder.request(frame.data)
-        elif plain and frame.can_id == response_id:
-            message = decoder.response(frame.data)
+        words = next(filter(None, (follower.words(frame) for follower in followers)), "")
         if number == own:
             lines.append(ASIDE)
         if FIRST_LINES <= number < len(frames) - LAST_LINES:
             if number == FIRST_LINES:
                 lines.append(_left_out(len(frames)))
             continue
-        words = "not an SDO frame of this channel"
-        if message is not None:
-            words = describe(message)
-        elif frame.can_id in (request_id, response_id):
-            words = f"DLC {frame.dlc}, not a data frame of 8 bytes with an 11-bit identifier"
+        words = words or describe_nmt(frame) or "not an SDO frame of this channel"
         arrow = ">" if captured.direction is Direction.SENT else "<"
         elapsed = (captured.timestamp - begin) * 1000
         lines.append(f"{elapsed:9.1f} ms {arrow} {frame!s:<20} {words}")
     return lines
+
+
+class _Follower:
+    """Puts the frames of one channel into words."""
+
+    def __init__(self, ids: ChannelIds) -> None:
+        self._ids = ids
+        self._decoder = Decoder()
+
+    def words(self, frame: CanFrame) -> str:
+        """Say what a frame means on this channel; empty for one that is none of its own."""
+        ids = self._ids
+        for cob_id, decode in (
+            (ids.request, self._decoder.request),
+            (ids.response, self._decoder.response),
+        ):
+            if cob_id.matches(frame) and frame.dlc == FRAME_LENGTH:
+                return describe(decode(frame.data))
+            if cob_id.can_id == frame.can_id:
+                bits = "a 29" if cob_id.extended else "an 11"
+                return f"DLC {frame.dlc}, not a data frame of 8 bytes with {bits}-bit identifier"
+        return ""
 
 
 def cansend_lines(frames: Sequence[Captured], channel: str) -> list[str]:

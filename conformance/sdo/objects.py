@@ -132,7 +132,7 @@ class ObjectDictionary:
 
     def __init__(self, entries: dict[Multiplexer, Entry]) -> None:
         """Take the entries as they are: the server writes into them."""
-        self._entries = entries
+        self._entries = dict(entries)
         self._indices = {mux.index for mux in entries}
 
     def add(self, entries: dict[Multiplexer, Entry]) -> None:
