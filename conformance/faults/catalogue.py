@@ -13,10 +13,14 @@ from conformance.faults import (
     block_upload_states,
     block_uploads,
     block_variants,
+    channel_parameters,
+    channel_traffic,
+    channel_variants,
     download_segments,
     downloads,
     frames,
     leaks,
+    nmt_states,
     states,
     uploads,
     variants,
@@ -42,8 +46,12 @@ _MODULES = (
     block_upload_frames,
     block_upload_states,
     block_leaks,
+    channel_parameters,
+    channel_traffic,
+    nmt_states,
     variants,
     block_variants,
+    channel_variants,
 )
 
 

@@ -78,7 +78,10 @@ class Node:
         self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
         for channel in self.channels:
             self.objects.add(channel.record.by_multiplexer())
-        self._power_on = self.objects.values()
+        self._power_on = [
+            (entry, mux.index in COMMUNICATION_AREA, entry.value)
+            for mux, entry in self.objects.items()
+        ]
         self._heartbeat_period = 0.0
         self._heartbeat_due: float | None = None
 
@@ -161,9 +164,9 @@ class Node:
 
     def restore(self, *, communication_only: bool) -> None:
         """Give objects their power-on values: those at 1000h to 1FFFh, or all (7.3.2.2.1)."""
-        for mux, value in self._power_on.items():
-            if mux.index in COMMUNICATION_AREA or not communication_only:
-                self.objects.find(mux).value = value
+        for entry, in_area, value in self._power_on:
+            if in_area or not communication_only:
+                entry.value = value
 
     def emergency(self, code: int, register: int) -> list[CanFrame]:
         """Report an error, or with code 0 that there is none any more; return what to send."""

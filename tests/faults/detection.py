@@ -40,6 +40,9 @@ FILES = {
     "block-download": "test_block_download",
     "block-upload": "test_block_upload",
     "block-sequence": "test_block_sequences",
+    "channel": "test_channels",
+    "independence": "test_channel_independence",
+    "nmt": "test_nmt",
 }
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 
