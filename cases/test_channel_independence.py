@@ -123,8 +123,11 @@ def test_interleaved(sdo: Dialogue, device: Device, pair: tuple[str, str]) -> No
 @must("independence.three", clause=INDEPENDENT)
 def test_three(sdo: Dialogue, device: Device) -> None:
     """Three channels upload at the same time, each its own object."""
-    objects = (*two_objects(device), KnownObject(device.shortest_readable()))
+    written = two_objects(device)
+    objects = (*written, KnownObject(device.shortest_readable()))
     with sdo.further() as second, sdo.further(1) as third:
+        for known in written:
+            sdo.download(known, value_for(sdo, device, known))
         due = [sdo.upload(known) for known in objects]
         channels = (sdo, second, third)
         results = interleave(

@@ -1,5 +1,6 @@
 """Nodes whose SDO channels know of each other, or answer where they should not."""
 
+from conformance.faults.initiates import initiated
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -128,7 +129,8 @@ class FormatIgnored(Node):
 
     def is_on(self, channel: ServerChannel, frame: CanFrame) -> bool:
         """Look at the number alone."""
-        return super().is_on(channel, CanFrame(frame.can_id, frame.data))
+        plain = CanFrame(frame.can_id, frame.data)
+        return super().is_on(channel, frame) or super().is_on(channel, plain)
 
 
 # What channels have to do with each other
@@ -158,6 +160,19 @@ class ShareTransfer(_Linked):
         other.transfer = channel.server.transfer
 
 
+@fault("channels-share-transfer-beyond-the-second", STATE, "independence.three")
+class ShareBeyondSecond(Node):
+    """Keeps one transfer for all channels but the default one."""
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        """Give it to the other ones."""
+        responses = super().serve(channel, frame)
+        if channel is not self.channels[0]:
+            for other in self.channels[1:]:
+                other.server.transfer = channel.server.transfer
+        return responses
+
+
 @fault("channels-share-toggle", STATE, "independence.")
 class ShareToggle(_Linked):
     """Keeps one toggle bit for all segmented transfers."""
@@ -180,7 +195,7 @@ class ShareBuffer(_Linked):
             others.data[: len(own.data)] = own.data
 
 
-@fault("channels-share-upload-buffer", LEAK, "independence.three")
+@fault("channels-share-upload-buffer", LEAK, "independence.interleaved[upload-and-upload]")
 class ShareUploadBuffer(_Linked):
     """Reads the segments of all uploads from one buffer."""
 
@@ -229,18 +244,14 @@ class InitiateEndsAll(_Linked):
 class _Busy(Node):
     """Refuses requests on one channel in the middle of a transfer on another."""
 
-    codes = (AbortCode.LOCAL_CONTROL, AbortCode.LOCAL_CONTROL)
-
     def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
         """Ask whether any other channel is busy."""
         busy = any(
             other.server.transfer is not None for other in self.channels if other is not channel
         )
-        command = frame.data[0] >> 5
-        if busy and channel.server.transfer is None and command in (1, 2):
-            return self.refuse(
-                Multiplexer(int.from_bytes(frame.data[1:3], "little"), frame.data[3])
-            )
+        mux = initiated(frame)
+        if busy and channel.server.transfer is None and mux is not None:
+            return self.refuse(mux)
         return super().serve(channel, frame)
 
     def refuse(self, mux: Multiplexer) -> list[bytes]:
@@ -253,7 +264,7 @@ class BusyForAll(_Busy):
     """Serves nothing on one channel during a transfer on another, whatever the object is."""
 
 
-@fault("channel-busy-silent", ROBUST, "independence.client-vanished")
+@fault("channel-busy-silent", ROBUST, "independence.")
 class BusySilent(_Busy):
     """Does not answer at all on one channel during a transfer on another."""
 
@@ -262,13 +273,16 @@ class BusySilent(_Busy):
         return []
 
 
+_SEGMENTS = tuple(bytes((command,)) for command in (*range(0x20), 0x60, 0x70))
+
+
 @fault("channel-segment-goes-elsewhere", STATE, "independence.segment-elsewhere")
 class SegmentGoesElsewhere(Node):
     """Hands a segment that meets no transfer on its channel to a channel that has one."""
 
     def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
         """Look for a transfer."""
-        if channel.server.transfer is None and frame.data[0] >> 5 in (0, 3):
+        if channel.server.transfer is None and frame.data[:1] in _SEGMENTS:
             for other in self.channels:
                 if other.server.transfer is not None:
                     return other.server.receive(frame.data)

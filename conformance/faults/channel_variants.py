@@ -1,11 +1,11 @@
 """Nodes that are unusual, and right, in their SDO channels and in NMT."""
 
+from conformance.faults.initiates import initiated
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Abort
-from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.node import HEARTBEAT_TIME, Node, ServerChannel
 from conformance.sdo.objects import Refusal
@@ -111,14 +111,13 @@ class _OneClientAtATime(Node):
 
     def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
         """Look at the other transfers."""
-        mux = Multiplexer(int.from_bytes(frame.data[1:3], "little"), frame.data[3])
+        mux = initiated(frame)
         used = {
             other.server.transfer.mux
             for other in self.channels
             if other is not channel and other.server.transfer is not None
         }
-        begins = channel.server.transfer is None and frame.data[0] >> 5 in (1, 2, 5, 6)
-        if begins and mux in used:
+        if mux is not None and channel.server.transfer is None and mux in used:
             return [Abort(mux, self.code).encode()]
         return super().serve(channel, frame)
 

@@ -1,5 +1,7 @@
 """Nodes whose SDO servers do not mind the NMT state, and nodes that do not boot as they should."""
 
+from conformance.device.device import DEVICE_TYPE
+from conformance.faults.initiates import DOWNLOADS, initiated
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -41,7 +43,7 @@ class StoppedAborts(_InStopped):
 
     def on_stopped(self, frame: CanFrame) -> list[CanFrame]:
         """Abort."""
-        mux = Multiplexer(int.from_bytes(frame.data[1:3], "little"), frame.data[3])
+        mux = initiated(frame) or DEVICE_TYPE
         return [self.respond(Abort(mux, AbortCode.DEVICE_STATE).encode())]
 
 
@@ -71,7 +73,7 @@ class StoppedWrites(_InStopped):
 
     def on_stopped(self, frame: CanFrame) -> list[CanFrame]:
         """Serve it in silence."""
-        if frame.data[0] & 0xE2 == 0x22:
+        if initiated(frame, DOWNLOADS) is not None and frame.data[0] & 0xE2 == 0x22:
             self.server.receive(frame.data)
         return []
 
@@ -140,8 +142,8 @@ class StoppedWedges(Node):
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Refuse downloads then."""
-        if self.wedged and self.is_addressed(frame) and frame.data[0] >> 5 == 1:
-            mux = Multiplexer(int.from_bytes(frame.data[1:3], "little"), frame.data[3])
+        mux = initiated(frame, DOWNLOADS)
+        if self.wedged and self.is_addressed(frame) and mux is not None:
             return [self.respond(Abort(mux, AbortCode.DEVICE_STATE).encode())]
         return super().receive(frame)
 
@@ -155,17 +157,29 @@ class OperationalSilent(Node):
         return self.state is not NmtState.OPERATIONAL and super().is_addressed(frame)
 
 
-@fault("nmt-operational-read-only", STATE, "nmt.serves[operational]")
-class OperationalReadOnly(Node):
-    """Refuses every download in Operational."""
+class _ReadOnlyIn(Node):
+    """Refuses every download in a state."""
+
+    read_only = NmtState.OPERATIONAL
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Look at the state."""
-        operational = self.state is NmtState.OPERATIONAL
-        if operational and self.is_addressed(frame) and frame.data[0] >> 5 == 1:
-            mux = Multiplexer(int.from_bytes(frame.data[1:3], "little"), frame.data[3])
+        mux = initiated(frame, DOWNLOADS)
+        if self.state is self.read_only and self.is_addressed(frame) and mux is not None:
             return [self.respond(Abort(mux, AbortCode.DEVICE_STATE).encode())]
         return super().receive(frame)
+
+
+@fault("nmt-operational-read-only", STATE, "nmt.serves[operational]")
+class OperationalReadOnly(_ReadOnlyIn):
+    """Refuses every download in Operational."""
+
+
+@fault("nmt-pre-operational-read-only", STATE, "nmt.serves[pre-operational]")
+class PreOperationalReadOnly(_ReadOnlyIn):
+    """Refuses every download in Pre-operational."""
+
+    read_only = NmtState.PRE_OPERATIONAL
 
 
 @fault("nmt-reset-communication-without-boot-up", STATE, "nmt.reset-boots[communication]")

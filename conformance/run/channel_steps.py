@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Self
 
 from conformance.bus.channel import Channel
+from conformance.device.device import VENDOR_ID
 from conformance.device.safety import Permission
 from conformance.run.network_steps import NetworkSteps
 from conformance.run.verdict import Unimplemented
@@ -17,7 +18,7 @@ from conformance.sdo.block_client import Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
 
@@ -199,7 +200,7 @@ class ChannelSteps(NetworkSteps):
         while it answers these.
         """
         with self.listen_on(ids) as other:
-            other.send(self.device.baseline[0][0])
+            other.send(UploadInitiate(VENDOR_ID.mux))
             self.fence()
             self.fence()
             answers = other.drain()
