@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Self
 
 from conformance.bus.channel import Channel
-from conformance.device.device import VENDOR_ID
+from conformance.device.device import VENDOR_ID, NotTestable
 from conformance.device.safety import Permission
 from conformance.run.network_steps import NetworkSteps
 from conformance.run.verdict import Unimplemented
@@ -50,27 +50,37 @@ class ChannelSteps(NetworkSteps):
     # Which channels there are
 
     def further_channels(self) -> tuple[int, ...]:
-        """Return the records behind 1200h, 1201h first; looks once in a run."""
+        """Return the records behind 1200h, those first that are not in use; looks once in a run."""
         if self.device.further_channels is None:
             found = []
             for index in range(DEFAULT_RECORD + 1, LAST_RECORD + 1):
                 try:
-                    self.read(Multiplexer(index, REQUEST))
+                    request = CobId.from_bytes(self.read(Multiplexer(index, REQUEST)))
                 except ServerAborted:
                     break
-                found.append(index)
-            self.device.further_channels = tuple(found)
+                found.append((request.valid, index))
+            self.device.further_channels = tuple(index for _, index in sorted(found))
         return self.device.further_channels
 
     def require_records(self, count: int = 1) -> tuple[int, ...]:
-        """Return so many records behind 1200h.
+        """Return so many records behind 1200h, none of them that of this channel.
 
         Raises Unimplemented, with the refusal, when the device has not as many.
         """
         found = self.further_channels()
         if len(found) < count:
             raise Unimplemented(self.refusal(Multiplexer(DEFAULT_RECORD + 1 + len(found), REQUEST)))
-        return found[:count]
+        others = tuple(index for index in found if not self._is_own(index))[:count]
+        if len(others) < count:
+            raise NotTestable(
+                f"needs {count} SDO channel(s) beside the default one and {self.channel.ids}"
+            )
+        return others
+
+    def _is_own(self, index: int) -> bool:
+        if self.on_default_channel:
+            return False
+        return self.cob_id(index, REQUEST).can_id == self.channel.ids.request.can_id
 
     def require_further(self, count: int = 1) -> tuple[int, ...]:
         """Return so many records that may be configured; raises NotTestable without permission."""
@@ -85,10 +95,11 @@ class ChannelSteps(NetworkSteps):
     def require_client_entry(self) -> int:
         """Return a record with a sub-index 03h that may be configured."""
         self.require_further()
-        for index in self.further_channels():
+        found = [index for index in self.further_channels() if not self._is_own(index)]
+        for index in found:
             if self.upload(Multiplexer(index, COUNT))[:1] == bytes((CLIENT,)):
                 return index
-        raise Unimplemented(self.refusal(Multiplexer(self.further_channels()[0], CLIENT)))
+        raise Unimplemented(self.refusal(Multiplexer(found[0], CLIENT)))
 
     def refusal(self, mux: Multiplexer) -> str:
         """Read what has to be refused because it does not exist; return the refusal in words."""

@@ -9,6 +9,7 @@ from conformance.device.device import Device, NotTestable
 from conformance.device.safety import Permission
 from conformance.run.block_steps import BlockSteps
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import TRANSITIONS, NmtCommand, NmtMessage, NmtState
@@ -42,18 +43,26 @@ class NetworkSteps(BlockSteps):
         if permission not in self.device.permissions:
             raise NotTestable(f"needs permission {PURPOSES[permission]}: add --allow={permission}")
 
+    @property
+    def on_default_channel(self) -> bool:
+        """Whether the case talks on the default channel of the device, which is always there."""
+        return self.channel.ids == ChannelIds.default(self.device.node_id)
+
     # Network management
 
     def nmt(self, command: NmtCommand) -> None:
         """Send a command to the device."""
         self.require(Permission.NMT)
-        self.nmt_state = TRANSITIONS[command]
-        if self.nmt_state is NmtState.INITIALISING:
+        state = TRANSITIONS[command]
+        if state is NmtState.INITIALISING:
+            if not self.on_default_channel:
+                raise NotTestable("a reset may end this channel: needs the default SDO channel")
             self.expected_boot_ups += 1
             self._booting = True
             self._beating = False
-        if not self.nmt_state.serves_sdo:
+        if not state.serves_sdo:
             self.tracker.open = None
+        self.nmt_state = state
         self.channel.send_nmt(NmtMessage(command, self.device.node_id))
 
     def expect_boot_up(self) -> None:
