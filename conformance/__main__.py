@@ -1,6 +1,7 @@
 """The command line beside pytest: serve a server, list faults and rules, decode logs."""
 
 import argparse
+import math
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -10,16 +11,15 @@ from types import FrameType
 import can
 
 from conformance import __version__
-from conformance.bus.channel import REQUEST_BASE, RESPONSE_BASE
 from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.judging import Finding, LogJudge, Seen
-from conformance.options import HIGHEST_NODE_ID
 from conformance.rule_listing import rule_lines
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import UnknownRule
@@ -54,6 +54,12 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
     serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
+    serve.add_argument(
+        "--server-timeout",
+        type=float,
+        metavar="SECONDS",
+        help="give up a transfer whose client is silent for so long (never)",
+    )
     serve.set_defaults(command=_serve)
 
     listing = commands.add_parser("faults", help="list the faulty and the unusual servers")
@@ -78,7 +84,9 @@ def _parser() -> argparse.ArgumentParser:
 def _serve(options: argparse.Namespace) -> int:
     if not 1 <= options.node_id <= HIGHEST_NODE_ID:
         raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
-    node = build_node(options.fault, options.node_id)
+    if options.server_timeout is not None and not 0 < options.server_timeout < math.inf:
+        raise ValueError(f"--server-timeout takes seconds, as in 0.5, not {options.server_timeout}")
+    node = build_node(options.fault, options.node_id, server_timeout=options.server_timeout)
     settings = BusSettings(
         options.can_interface, options.can_channel, options.can_bitrate
     ).resolve()

@@ -9,7 +9,16 @@ import pytest
 
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
-from conformance.device.objects import ObjectNameError, parse_object
+from conformance.device.objects import KnownObject, ObjectNameError, parse_object
+from conformance.device.safety import (
+    ALL_PERMISSIONS,
+    Permission,
+    PermissionNameError,
+    how_to_permit,
+    is_protected,
+    parse_permission,
+    permission_for,
+)
 from conformance.faults.catalogue import UnknownServer, find_deviation
 from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.run.bench import (
@@ -18,9 +27,9 @@ from conformance.run.bench import (
     RunSettings,
     private_channel,
 )
+from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 
 SELF_TEST_NODE = 5
-HIGHEST_NODE_ID = 127
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +86,24 @@ def add_options(parser: pytest.Parser) -> None:
         "with access wo or ro one that cannot be read or written; may be repeated",
     )
     group.addoption(
+        "--sdo-channel",
+        metavar="REQUEST:RESPONSE",
+        type=_channel,
+        help="test the device on another SDO channel than the default one: its CAN-IDs in "
+        "hexadecimal, as in 640:5C0; more than 3 digits are 29-bit CAN-IDs",
+    )
+    group.addoption(
+        "--allow",
+        metavar="NAME",
+        type=_permission,
+        action="append",
+        default=[],
+        dest="conformance_permissions",
+        help="permit what is not done otherwise: nmt (commands to the device, which is left "
+        "Pre-operational, and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards); "
+        "may be repeated",
+    )
+    group.addoption(
         "--self-test",
         action="store_true",
         help="test the built-in reference server on a virtual bus: no hardware, no device",
@@ -131,7 +158,12 @@ def read_options(config: pytest.Config) -> Options | None:
     except UnknownServer as error:
         raise pytest.UsageError(str(error)) from error
     objects = list(config.getoption("conformance_objects"))
+    permissions = frozenset(config.getoption("conformance_permissions"))
+    sdo_channel = config.getoption("sdo_channel")
+    if sdo_channel is not None and (self_test or len(node_ids) > 1):
+        raise pytest.UsageError("--sdo-channel goes with one device: --node-id=N.")
     if self_test:
+        permissions = ALL_PERMISSIONS  # the device is our own
         bus = BusSettings("simulated" if simulated else "virtual", private_channel())
         objects = objects or list(REFERENCE_OBJECTS)
     else:
@@ -144,6 +176,7 @@ def read_options(config: pytest.Config) -> Options | None:
             bus = bus.resolve()
         except BusNotOpened as error:
             raise pytest.UsageError(str(error)) from error
+    _check_objects(objects, permissions)
     run = RunSettings(
         node_ids or [SELF_TEST_NODE],
         bus,
@@ -151,9 +184,23 @@ def read_options(config: pytest.Config) -> Options | None:
         objects,
         config.getoption("seed"),
         config.getoption("server_timeout"),
+        permissions,
+        sdo_channel,
     )
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
     return Options(run, self_test, server, report_dir, _strict(config), simulated)
+
+
+def _check_objects(objects: list[KnownObject], permissions: frozenset[Permission]) -> None:
+    for known in objects:
+        index = known.mux.index
+        if not known.access.writable or not is_protected(index):
+            continue
+        if permission_for(index) not in permissions:
+            raise pytest.UsageError(
+                f"--object={index:04X} may not be written. {how_to_permit(index)} To have it read "
+                "only, name it with its type and the access ro."
+            )
 
 
 def _strict(config: pytest.Config) -> bool:
@@ -187,6 +234,20 @@ def _seconds(text: str) -> float:
     if not 0 < value < math.inf:
         raise ArgumentTypeError(f"{text!r} is no time: write seconds, as in 0.5")
     return value
+
+
+def _channel(text: str) -> ChannelIds:
+    try:
+        return ChannelIds.parse(text)
+    except ChannelError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def _permission(text: str) -> Permission:
+    try:
+        return parse_permission(text)
+    except PermissionNameError as error:
+        raise ArgumentTypeError(str(error)) from None
 
 
 def _object(text: str) -> object:

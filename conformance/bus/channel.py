@@ -4,43 +4,71 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from conformance.bus.link import Link, second_client
+from conformance.bus.link import Captured, Direction, Link, second_client
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort, Unknown
 from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.nmt import NmtMessage, NmtState, error_control
 
-REQUEST_BASE = 0x600
-RESPONSE_BASE = 0x580
-ERROR_CONTROL_BASE = 0x700
-BOOT_UP = bytes(1)
 MOST_OVERHEARD = 1000
 
 
 class Channel:
-    """The pair of COB-IDs of one device on a link; by default 600h and 580h plus node-ID.
+    """A pair of COB-IDs of one device on a link; by default 600h and 580h plus node-ID.
 
-    Responses are all frames with the response identifier, well-formed or not. What else comes
-    from the bus is kept in ``overheard``; boot-up messages of the device call ``on_boot_up``.
+    Responses are all frames with the response identifier, well-formed or not. They wait for this
+    channel in the order in which they came, also while another channel of the link receives.
+    What else comes from the bus is kept in ``overheard``; boot-up messages of the device call
+    ``on_boot_up``.
     """
 
-    def __init__(self, link: Link, node_id: int, response_timeout: float) -> None:
+    def __init__(
+        self,
+        link: Link,
+        node_id: int,
+        response_timeout: float,
+        ids: ChannelIds | None = None,
+    ) -> None:
         """``response_timeout`` is the time in seconds within which a response has to come."""
         self.link = link
         self.node_id = node_id
         self.response_timeout = response_timeout
-        self.request_id = REQUEST_BASE + node_id
-        self.response_id = RESPONSE_BASE + node_id
+        self.ids = ids or ChannelIds.default(node_id)
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.on_boot_up: Callable[[], None] = lambda: None
+        self._boot_up = error_control(node_id, NmtState.INITIALISING)
+        self._responses: deque[CanFrame] = deque()
+        self._error_control: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
+        link.listen(self._take)
+
+    @property
+    def request_id(self) -> int:
+        """The CAN-ID of requests."""
+        return self.ids.request.can_id
+
+    @property
+    def response_id(self) -> int:
+        """The CAN-ID of responses."""
+        return self.ids.response.can_id
+
+    def close(self) -> None:
+        """Take no more frames from the link."""
+        self.link.ignore(self._take)
 
     def send(self, request: Message | Unknown | bytes) -> None:
         """Send a request: a message, or data bytes as they are."""
         data = request if isinstance(request, bytes) else request.encode()
-        self.send_frame(CanFrame(self.request_id, data))
+        self.send_frame(self.ids.request.frame(data))
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any frame."""
         self.link.send(frame)
+
+    def send_nmt(self, message: NmtMessage) -> None:
+        """Send an NMT command; error control frames that came before it are forgotten."""
+        self._error_control.clear()
+        self.link.send(message.frame())
 
     def abort(self, mux: Multiplexer, code: int) -> None:
         """End a transfer from the client's side."""
@@ -51,20 +79,33 @@ class Channel:
 
         None when there is none. Raises SecondClient when somebody else uses the channel.
         """
-        left = self.response_timeout if timeout is None else timeout
-        deadline = time.monotonic() + left
-        while True:
-            # Past the deadline the link looks at what has arrived already, and that not for ever.
-            frame = self.link.receive(left)
-            if frame is None or frame.can_id == self.response_id:
-                return frame
-            self._overhear(frame)
-            left = deadline - time.monotonic()
+        return self._next(self._responses, timeout)
 
-    def _overhear(self, frame: CanFrame) -> None:
-        if frame.can_id == self.request_id and not frame.extended:
-            raise second_client(frame.can_id)
+    def receive_error_control(self, timeout: float | None = None) -> CanFrame | None:
+        """Return the device's next boot-up or heartbeat message, under the terms of ``receive``."""
+        return self._next(self._error_control, timeout)
+
+    def _next(self, queue: deque[CanFrame], timeout: float | None) -> CanFrame | None:
+        deadline = time.monotonic() + (self.response_timeout if timeout is None else timeout)
+        while not queue:
+            # Past the deadline the link looks at what has arrived already, and that not for ever.
+            frame = self.link.receive(deadline - time.monotonic())
+            if frame is None:
+                return None
+            request = self.ids.request
+            if frame.can_id == request.can_id and frame.extended == request.extended:
+                raise second_client(request)
+        return queue.popleft()
+
+    def _take(self, captured: Captured) -> None:
+        if captured.direction is Direction.SENT:
+            return
+        frame = captured.frame
+        if frame.can_id == self.ids.response.can_id:
+            self._responses.append(frame)
+            return
         self.overheard.append(frame)
-        is_error_control = frame.can_id == ERROR_CONTROL_BASE + self.node_id and not frame.extended
-        if is_error_control and frame.data == BOOT_UP:
-            self.on_boot_up()
+        if frame.can_id == self._boot_up.can_id and not frame.extended and frame.dlc == 1:
+            self._error_control.append(frame)
+            if frame == self._boot_up:
+                self.on_boot_up()

@@ -1,7 +1,7 @@
 """One python-can bus: frames out, frames in, each captured with its direction and time."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -17,6 +17,7 @@ from conformance.bus.errors import (
 )
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import CobId
 
 SEND_LIMIT = 1.0
 RETRY_PAUSE = 0.002
@@ -109,11 +110,12 @@ class Link:
                 self._publish(Direction.RECEIVED, frame)
                 return frame
 
-    def watch(self, node_ids: list[int]) -> None:
+    def watch(self, node_ids: list[int], can_ids: Iterable[int] = ()) -> None:
         """Let the interface pass only what the run may need, in the kernel where it can.
 
         That is SDO traffic of all nodes, NMT and error control, everything else that these nodes
-        send by default, and all 29-bit frames: an answer on a wrong identifier must be seen.
+        send by default, 11-bit frames with these CAN-IDs, and all 29-bit frames: an answer on a
+        wrong identifier must be seen.
         """
         filters: list[can.typechecking.CanFilter] = [
             {"can_id": base, "can_mask": 0x780, "extended": False}
@@ -122,6 +124,7 @@ class Link:
         filters += [
             {"can_id": node_id, "can_mask": 0x07F, "extended": False} for node_id in node_ids
         ]
+        filters += [{"can_id": can_id, "can_mask": 0x7FF, "extended": False} for can_id in can_ids]
         filters.append({"can_id": 0, "can_mask": 0, "extended": True})
         self._bus.set_filters(filters)
 
@@ -136,9 +139,9 @@ class Link:
                 listener(captured)
 
 
-def second_client(can_id: int) -> SecondClient:
+def second_client(request: CobId) -> SecondClient:
     """Describe a frame on our own request identifier that we did not send."""
     return SecondClient(
-        f"Another node sends SDO requests on {can_id:03X}h while the suite does: the device's "
+        f"Another node sends SDO requests on {request} while the suite does: the device's "
         "answers cannot be told apart. Stop the other client (a configuration tool, a PLC)."
     )

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from conformance.device.objects import KnownObject
-from conformance.device.safety import WritePolicy
+from conformance.device.safety import NO_PERMISSIONS, Permission, WritePolicy
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
@@ -28,6 +28,9 @@ class Device:
     not be read; such an object is never written. ``block_download_refusal`` is how the device
     refuses block downloads, empty if it serves them, None as long as nobody asked.
     ``server_timeout`` is the declared time in seconds after which the device gives up a transfer.
+    ``parameters`` holds the values of communication parameters that cases write by
+    ``permissions``, before the first write; ``further_channels`` are the SDO server parameter
+    records behind 1200h, None as long as nobody looked.
     """
 
     node_id: int
@@ -37,6 +40,9 @@ class Device:
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
     boot_ups: int = 0
     block_download_refusal: str | None = None
+    permissions: frozenset[Permission] = NO_PERMISSIONS
+    parameters: dict[Multiplexer, bytes] = field(default_factory=dict)
+    further_channels: tuple[int, ...] | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
     server_timeout: float | None = None
 

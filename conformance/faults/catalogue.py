@@ -17,18 +17,22 @@ from conformance.faults import (
     block_upload_states,
     block_uploads,
     block_variants,
+    channel_parameters,
+    channel_traffic,
+    channel_variants,
     download_segments,
     downloads,
     frames,
     leaks,
     narrow,
+    nmt_states,
     server_timeouts,
     states,
     uploads,
     variants,
 )
 from conformance.faults.device import reference_device
-from conformance.faults.registry import Deviation, deviations_in
+from conformance.faults.registry import Deviation, assemble, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
@@ -53,9 +57,13 @@ _MODULES = (
     block_download_choices,
     block_upload_choices,
     server_timeouts,
+    channel_parameters,
+    channel_traffic,
+    nmt_states,
     variants,
     block_variants,
     block_choice_variants,
+    channel_variants,
 )
 
 
@@ -106,4 +114,4 @@ def build_node(name: str | None, node_id: int, *, server_timeout: float | None =
     deviation = find_deviation(name)
     if deviation is not None:
         return deviation.build(node_id, objects, server_timeout=server_timeout)
-    return Node(node_id, Server(objects), server_timeout=server_timeout)
+    return assemble(Node, Server, node_id, objects, server_timeout)

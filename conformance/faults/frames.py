@@ -71,7 +71,7 @@ class _StaleBuffer(Node):
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Overwrite the beginning of the buffer."""
         if not self.is_addressed(frame):
-            return []
+            return super().receive(frame)
         self.buffer = frame.data + self.buffer[len(frame.data) :]
         return [self.respond(data) for data in self.server.receive(self.buffer)]
 
@@ -86,7 +86,7 @@ class AnswersRemote(_StaleBuffer):
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Ignore short data frames."""
-        if not frame.remote and frame.dlc != FRAME_LENGTH:
+        if self.is_addressed(frame) and not frame.remote and frame.dlc != FRAME_LENGTH:
             return []
         return super().receive(frame)
 

@@ -12,6 +12,8 @@ from conformance.sdo.server import Server
 
 Kind = type[SegmentedServer] | type[Node]
 ATTRIBUTE = "conformance_deviations"
+# The channels that the built-in device has beside the default one: 1201h and 1202h.
+FURTHER_CHANNELS = 2
 
 
 class DefectClass(StrEnum):
@@ -60,8 +62,20 @@ class Deviation:
     ) -> Node:
         """Return a node that deviates in this way; ``server_timeout`` is in seconds."""
         if issubclass(self.kind, SegmentedServer):
-            return Node(node_id, self.kind(objects), server_timeout=server_timeout)
-        return self.kind(node_id, Server(objects), server_timeout=server_timeout)
+            return assemble(Node, self.kind, node_id, objects, server_timeout)
+        return assemble(self.kind, Server, node_id, objects, server_timeout)
+
+
+def assemble(
+    node: type[Node],
+    server: type[SegmentedServer],
+    node_id: int,
+    objects: ObjectDictionary,
+    server_timeout: float | None,
+) -> Node:
+    """Return a node with a server for each of its channels, all on one object dictionary."""
+    servers = [server(objects) for _ in range(1 + FURTHER_CHANNELS)]
+    return node(node_id, *servers, server_timeout=server_timeout)
 
 
 def fault(

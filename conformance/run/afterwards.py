@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.objects import KnownObject
+from conformance.run.channel_steps import is_cob_id
 from conformance.run.dialogue import Dialogue
 from conformance.run.steps import same_value, shown
 from conformance.run.verdict import Afterwards
@@ -28,6 +29,7 @@ def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     A server that failed the case may have a transfer running that it should not have: it is told
     to end that as well, so that the next case does not meet it.
     """
+    sdo.end_nmt()
     sdo.end_transfer()
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
@@ -79,11 +81,24 @@ class Restorer:
         """Write the values of the start of the run to what this case wrote, and read them back."""
         for known in self._written(sdo):
             self._restore(sdo, known, self.device.values[known.mux])
+        parameters = [
+            (KnownObject(mux), due)
+            for mux, due in sorted(self.device.parameters.items())
+            if mux in sdo.written
+        ]
+        for known, due in parameters:
+            if is_cob_id(known.mux) and not self._reads(sdo, known, due):
+                # It may only be moved while it is not in use.
+                sdo.disable(known.mux)
+        for known, due in parameters:
+            self._restore(sdo, known, due)
 
     def give_up(self, sdo: Dialogue) -> None:
         """Take down what a case wrote to a device that answers no more."""
         for known in self._written(sdo):
             self.unrestored[known.mux] = shown(self.device.values[known.mux])
+        for mux in self.device.parameters.keys() & sdo.written:
+            self.unrestored[mux] = shown(self.device.parameters[mux])
 
     def _written(self, sdo: Dialogue) -> list[KnownObject]:
         return [

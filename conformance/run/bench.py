@@ -12,9 +12,11 @@ from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.device.safety import WritePolicy
+from conformance.device.safety import NO_PERMISSIONS, Permission, WritePolicy
+from conformance.run.channel_steps import TEST_CHANNELS
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
+from conformance.sdo.cob_id import ChannelIds
 
 DEFAULT_RESPONSE_TIMEOUT = 1.0
 DEFAULT_SEED = 1
@@ -24,7 +26,8 @@ DEFAULT_SEED = 1
 class RunSettings:
     """What the user asked for; times are in seconds.
 
-    ``server_timeout`` is when the device gives up a transfer whose client is silent, None if never.
+    ``server_timeout`` is when the device gives up a transfer whose client is silent, None if never;
+    ``sdo_channel`` is another channel of the device than the default one.
     """
 
     node_ids: list[int]
@@ -33,6 +36,8 @@ class RunSettings:
     objects: list[KnownObject] = field(default_factory=list)
     seed: int = DEFAULT_SEED
     server_timeout: float | None = None
+    permissions: frozenset[Permission] = NO_PERMISSIONS
+    sdo_channel: ChannelIds | None = None
 
 
 def private_channel() -> str:
@@ -68,21 +73,31 @@ class Bench:
         settings = self._settings
         link = Link(self._open_bus(settings.bus), str(settings.bus))
         self._stack.callback(link.close)
-        link.watch(settings.node_ids)
+        link.watch(settings.node_ids, self._further_ids())
         link.listen(self._listener)
         for host in self._hosts:
             self._stack.enter_context(host)
         for node_id in settings.node_ids:
             self.sessions[node_id] = self._session(link, node_id)
 
+    def _further_ids(self) -> list[int]:
+        """Return the 11-bit CAN-IDs beside those of the default channels that have to pass."""
+        used = [
+            *TEST_CHANNELS,
+            *([self._settings.sdo_channel] if self._settings.sdo_channel else []),
+        ]
+        cob_ids = [cob_id for ids in used for cob_id in (ids.request, ids.response)]
+        return [cob_id.can_id for cob_id in cob_ids if not cob_id.extended]
+
     def _session(self, link: Link, node_id: int) -> DeviceSession:
         settings = self._settings
-        channel = Channel(link, node_id, settings.response_timeout)
+        channel = Channel(link, node_id, settings.response_timeout, settings.sdo_channel)
         writable = [known.mux for known in settings.objects if known.access.writable]
         device = Device(
             node_id,
             list(settings.objects),
-            policy=WritePolicy(writable),
+            permissions=settings.permissions,
+            policy=WritePolicy(writable, settings.permissions),
             server_timeout=settings.server_timeout,
         )
         discover(channel, device)

@@ -1,6 +1,6 @@
 """The beginning of a run: does the node answer, what is it, what do the named objects hold?"""
 
-from conformance.bus.channel import BOOT_UP, ERROR_CONTROL_BASE, Channel
+from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.device.objects import KnownObject
@@ -16,6 +16,7 @@ from conformance.sdo.frames import (
     decode_response,
 )
 from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.rules import Level, Rule, Violation
 
@@ -111,13 +112,13 @@ def _silence(channel: Channel) -> str:
     booted = [
         frame.can_id - ERROR_CONTROL_BASE
         for frame in own_format
-        if frame.can_id & ~0x7F == ERROR_CONTROL_BASE and frame.data == BOOT_UP
+        if frame == error_control(frame.can_id - ERROR_CONTROL_BASE, NmtState.INITIALISING)
     ]
     lines = [
         f"Node {channel.node_id} does not answer.",
-        f"  sent: {SANITY_ATTEMPTS} times a read of 1000h on {channel.request_id:03X}h "
-        f"({channel.request_id:03X}#{UploadInitiate(DEVICE_TYPE).encode().hex().upper()}), "
-        f"waiting {timeout:g} ms for {channel.response_id:03X}h each time",
+        f"  sent: {SANITY_ATTEMPTS} times a read of 1000h on {channel.ids.request} "
+        f"({channel.ids.request.frame(UploadInitiate(DEVICE_TYPE).encode())}), "
+        f"waiting {timeout:g} ms for {channel.ids.response} each time",
         f"  heard: {len(heard)} other frames"
         + (f"; nodes with heartbeat or boot-up: {', '.join(map(str, alive))}" if alive else "")
         + (f"; booted just now: {', '.join(map(str, booted))}" if booted else ""),

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from conformance.bus.link import Captured, Direction
 from conformance.run.recording import ChannelDecoder, Gap
 from conformance.run.verdict import CaseResult
-from conformance.sdo.describe import describe
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.nmt import describe_nmt
 
 FIRST_LINES = 40
 LAST_LINES = 60
@@ -14,18 +15,18 @@ ASIDE = "          -- the case ends here; is the server idle, are the values as 
 
 def trace_lines(
     frames: Sequence[Captured],
-    request_id: int,
-    response_id: int,
+    channels: Sequence[ChannelIds],
     *,
     own: int | None = None,
     gap: Gap | None = None,
 ) -> list[str]:
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
-    ``own`` is the number of frames after which the case was over and the suite looked after the
-    device. The middle of a long trace is left out; ``gap`` says what was not even kept of it.
+    ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
+    case was over and the suite looked after the device. The middle of a long trace is left out;
+    ``gap`` says what was not even kept of it.
     """
-    decoder = ChannelDecoder(request_id, response_id)
+    decoders = {ids: ChannelDecoder(ids) for ids in channels}
     begin = frames[0].timestamp if frames else 0.0
     total = len(frames) + (gap.frames if gap else 0)
     aside_due = own is not None
@@ -35,8 +36,9 @@ def trace_lines(
         if gap is not None and position >= gap.at:
             number += gap.frames
             if position == gap.at:
-                decoder = gap.decoder
-        message = decoder.read(captured)
+                decoders |= gap.decoders
+        frame = captured.frame
+        words = next(filter(None, (decoder.words(frame) for decoder in decoders.values())), "")
         if aside_due and own is not None and number >= own:
             lines.append(ASIDE)
             aside_due = False
@@ -44,12 +46,7 @@ def trace_lines(
             if position == FIRST_LINES:
                 lines.append(_left_out(total))
             continue
-        frame = captured.frame
-        words = "not an SDO frame of this channel"
-        if message is not None:
-            words = describe(message)
-        elif frame.can_id in (request_id, response_id):
-            words = f"DLC {frame.dlc}, not a data frame of 8 bytes with an 11-bit identifier"
+        words = words or describe_nmt(frame) or "not an SDO frame of this channel"
         arrow = ">" if captured.direction is Direction.SENT else "<"
         elapsed = (captured.timestamp - begin) * 1000
         lines.append(f"{elapsed:9.1f} ms {arrow} {frame!s:<20} {words}")

@@ -5,8 +5,9 @@ from copy import copy
 from dataclasses import dataclass
 
 from conformance.bus.link import Captured, Direction
-from conformance.sdo.describe import Decoder
-from conformance.sdo.frames import Request, Response
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
 
 FIRST_KEPT = 1_000
@@ -17,34 +18,45 @@ LAST_KEPT = 10_000
 class Gap:
     """Frames that were left out: behind how many, how many, how many of them we had sent.
 
-    ``decoder`` has followed the conversation to the end of the gap.
+    ``decoders`` have followed the conversation to the end of the gap.
     """
 
     at: int
     frames: int
     sent: int
-    decoder: "ChannelDecoder"
+    decoders: dict[ChannelIds, "ChannelDecoder"]
 
 
 class ChannelDecoder:
-    """Reads captured frames as the messages of one SDO channel."""
+    """Puts the frames of one SDO channel into words."""
 
-    def __init__(self, request_id: int, response_id: int) -> None:
+    def __init__(self, ids: ChannelIds) -> None:
         """Start outside any transfer."""
-        self._request_id = request_id
-        self._response_id = response_id
+        self._ids = ids
         self._decoder = Decoder()
 
-    def read(self, captured: Captured) -> Request | Response | None:
-        """Return the message that a frame is; None for one that is none of this channel."""
-        frame = captured.frame
-        if frame.dlc != FRAME_LENGTH or frame.remote or frame.extended:
-            return None
-        if frame.can_id == self._request_id:
-            return self._decoder.request(frame.data)
-        if frame.can_id == self._response_id:
-            return self._decoder.response(frame.data)
-        return None
+    def words(self, frame: CanFrame) -> str:
+        """Say what a frame means on this channel; empty for one that is none of its own."""
+        ids = self._ids
+        for cob_id, decode in (
+            (ids.request, self._decoder.request),
+            (ids.response, self._decoder.response),
+        ):
+            if cob_id.matches(frame) and frame.dlc == FRAME_LENGTH:
+                return describe(decode(frame.data))
+            if cob_id.can_id == frame.can_id:
+                bits = "a 29" if cob_id.extended else "an 11"
+                return f"DLC {frame.dlc}, not a data frame of 8 bytes with {bits}-bit identifier"
+        return ""
+
+    def follow(self, frame: CanFrame) -> None:
+        """Take a frame that nobody wants to read."""
+        for cob_id, decode in (
+            (self._ids.request, self._decoder.request),
+            (self._ids.response, self._decoder.response),
+        ):
+            if cob_id.matches(frame) and frame.dlc == FRAME_LENGTH:
+                decode(frame.data)
 
     def fork(self) -> "ChannelDecoder":
         """Return another one that goes on from here."""
@@ -56,9 +68,9 @@ class ChannelDecoder:
 class Recording:
     """Takes the frames of a case as they come, and keeps a bounded number of them."""
 
-    def __init__(self, request_id: int, response_id: int) -> None:
-        """Start empty."""
-        self._ids = request_id, response_id
+    def __init__(self, ids: ChannelIds) -> None:
+        """Start empty. ``ids`` is the channel that is followed over what is left out."""
+        self._ids = ids
         self.clear()
 
     def clear(self) -> None:
@@ -67,7 +79,7 @@ class Recording:
         self._last: deque[Captured] = deque()
         self._left_out = 0
         self._left_out_sent = 0
-        self._decoder = ChannelDecoder(*self._ids)
+        self._decoder = ChannelDecoder(self._ids)
 
     def add(self, captured: Captured) -> None:
         """Take a frame; leave the oldest out behind the first ones when there are too many."""
@@ -81,8 +93,8 @@ class Recording:
     def _leave_out(self, captured: Captured) -> None:
         if not self._left_out:
             for earlier in self._first:
-                self._decoder.read(earlier)
-        self._decoder.read(captured)
+                self._decoder.follow(earlier.frame)
+        self._decoder.follow(captured.frame)
         self._left_out += 1
         self._left_out_sent += captured.direction is Direction.SENT
 
@@ -98,4 +110,5 @@ class Recording:
         """Return what was left out of them."""
         if not self._left_out:
             return None
-        return Gap(len(self._first), self._left_out, self._left_out_sent, self._decoder.fork())
+        decoders = {self._ids: self._decoder.fork()}
+        return Gap(len(self._first), self._left_out, self._left_out_sent, decoders)

@@ -1,6 +1,7 @@
 """A run against one device: cases begin and end here, and here it is decided what they found."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
@@ -12,6 +13,7 @@ from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.recording import Recording
 from conformance.run.verdict import INCIDENTAL, Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import describe_response
 from conformance.sdo.rules import (
     NO_REBOOT,
@@ -59,7 +61,7 @@ class DeviceSession:
         self.lost = False
         self._seed = seed
         self._cansend_channel = cansend_channel
-        self._frames = Recording(channel.request_id, channel.response_id)
+        self._frames = Recording(channel.ids)
         self._last_case = "the beginning of the run"
         channel.link.listen(self._frames.add)
         channel.on_boot_up = self._count_boot_up
@@ -95,16 +97,9 @@ class DeviceSession:
         """Return how many frames the running case has seen."""
         return len(self._frames)
 
-    def trace(self, own: int) -> list[str]:
+    def trace(self, own: int, channels: Sequence[ChannelIds]) -> list[str]:
         """Return the decoded frames of the case; behind the first ``own`` it was over."""
-        channel = self.channel
-        return trace_lines(
-            self._frames.kept(),
-            channel.request_id,
-            channel.response_id,
-            own=own,
-            gap=self._frames.gap(),
-        )
+        return trace_lines(self._frames.kept(), channels, own=own, gap=self._frames.gap())
 
     def reproduce(self, own: int) -> list[str]:
         """Return the commands that send what the case sent in its first ``own`` frames."""
@@ -144,7 +139,7 @@ class CaseRun:
         result.latency = self.sdo.latency
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.notes
-        result.trace = self._session.trace(own_frames)
+        result.trace = self._session.trace(own_frames, self.sdo.channels)
         result.reproduce = self._session.reproduce(own_frames)
         return result
 
@@ -193,7 +188,7 @@ class CaseRun:
         self.result.afterwards = leaving.afterwards
         if leaving.violation is not None:
             self._breach(leaving.violation)
-        if session.device.boot_ups > self._boot_ups:
+        if session.device.boot_ups - self._boot_ups > self.sdo.expected_boot_ups:
             self._breach(
                 Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
             )

@@ -331,13 +331,18 @@ class Steps(Wire):
 
     def _go_on(self, transfer: Generator[Step, bytes, Result], step: Step) -> Result:
         while True:
-            burst = step if isinstance(step, Burst) else Burst((step,))
-            for request in burst.requests:
-                self.send(request)
+            awaited = self.ask(step)
             try:
-                step = transfer.send(self.receive()) if burst.awaited else next(transfer)
+                step = transfer.send(self.receive()) if awaited else next(transfer)
             except StopIteration as done:
                 return done.value  # type: ignore[no-any-return]
+
+    def ask(self, step: Step) -> bool:
+        """Send the requests of a step; say whether a response has to come behind them."""
+        burst = step if isinstance(step, Burst) else Burst((step,))
+        for request in burst.requests:
+            self.send(request)
+        return burst.awaited
 
     @contextmanager
     def _served(self) -> Iterator[None]:

@@ -7,12 +7,13 @@ waiting: the read of 1000h that the run began with is sent behind it, and only i
 
 import time
 
-from conformance.bus.channel import REQUEST_BASE, Channel
+from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import Device
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE, CobId
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import Abort, Request, Unknown, decode_request
 from conformance.sdo.layout import FRAME_LENGTH, Message
@@ -31,6 +32,7 @@ class Wire:
         self.tracker = TransferTracker()
         self.latency = 0.0
         self.waited = 0.0
+        self.channels = [channel.ids]
         self._last_sent: Request = Unknown(b"")
         self._sent_at = 0.0
         channel.overheard.clear()
@@ -91,7 +93,7 @@ class Wire:
         return frame
 
     def _take(self, frame: CanFrame) -> bytes:
-        check_shape(frame)
+        check_shape(frame, self.channel.ids.response)
         self.tracker.response(frame.data)
         return frame.data
 
@@ -184,11 +186,11 @@ class Wire:
         )
 
 
-def check_shape(frame: CanFrame) -> None:
-    """Raise Violation unless a frame is a data frame of 8 bytes with an 11-bit identifier."""
+def check_shape(frame: CanFrame, response: CobId) -> None:
+    """Raise Violation unless a frame is a data frame of 8 bytes in the format of the channel."""
     wrong = []
-    if frame.extended:
-        wrong.append("a 29-bit identifier")
+    if frame.extended != response.extended:
+        wrong.append(f"{'a 29' if frame.extended else 'an 11'}-bit identifier")
     if frame.remote:
         wrong.append("a remote frame")
     if frame.dlc != FRAME_LENGTH:
@@ -196,7 +198,8 @@ def check_shape(frame: CanFrame) -> None:
     if wrong:
         raise Violation(
             FRAME_SHAPE,
-            expected=f"a data frame of 8 bytes on {frame.can_id:03X}h with an 11-bit identifier",
+            expected=f"a data frame of 8 bytes on {response} with "
+            f"{'a 29' if response.extended else 'an 11'}-bit identifier",
             actual=f"{frame} ({', '.join(wrong)})",
         )
 

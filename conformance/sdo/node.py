@@ -1,64 +1,256 @@
-"""The reference server as a node on the bus: which CAN frames reach it, which it sends.
+"""The reference server as a node on the bus: its channels, its NMT state, what it sends by itself.
 
 Without I/O and without a clock: ``advance`` is told what time it is, in seconds on any scale, and
 ``wake_at`` says when that has to happen next although no frame came.
 """
 
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds, CobId
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import (
+    ALL_NODES,
+    NMT_ID,
+    TRANSITIONS,
+    NmtCommand,
+    NmtState,
+    decode_nmt,
+    emergency,
+    error_control,
+)
+from conformance.sdo.objects import Access, DataType, Entry, Refusal
+from conformance.sdo.parameters import ServerParameter
 from conformance.sdo.segmented_server import SegmentedServer
 
-REQUEST_BASE = 0x600
-RESPONSE_BASE = 0x580
-ERROR_CONTROL_BASE = 0x700
-BOOT_UP = bytes(1)
+ERROR_REGISTER = Multiplexer(0x1001)
+HEARTBEAT_TIME = Multiplexer(0x1017)
+COMMUNICATION_AREA = range(0x1000, 0x2000)
+
+
+class ServerChannel:
+    """An SDO server and the record that says where it listens.
+
+    ``deadline`` is when the client of the running transfer has been silent for too long.
+    """
+
+    def __init__(self, server: SegmentedServer, record: ServerParameter) -> None:
+        """Start without a transfer."""
+        self.server = server
+        self.record = record
+        self.deadline: float | None = None
+
+    def forget(self) -> None:
+        """Drop the running transfer without a word."""
+        self.server.transfer = None
+        self.deadline = None
 
 
 class Node:
-    """A server behind the default SDO channel: 600h and 580h plus node-ID (CiA 301, 7.3.5)."""
+    """A node with the default SDO channel, 600h and 580h plus node-ID, and further ones.
+
+    All servers work on the objects of the first. The node adds the objects that are its own:
+    1001h, 1017h, 1200h, and 1201h, 1202h, … for each further channel.
+    """
 
     def __init__(
-        self, node_id: int, server: SegmentedServer, *, server_timeout: float | None = None
+        self,
+        node_id: int,
+        server: SegmentedServer,
+        *further: SegmentedServer,
+        server_timeout: float | None = None,
     ) -> None:
         """Take the node-ID, 1 to 127, and after how many seconds a silent client is given up."""
         self.node_id = node_id
         self.server = server
+        self.objects = server.objects
         self.server_timeout = server_timeout
+        self.state = NmtState.INITIALISING
         self.now = 0.0
-        self._deadline: float | None = None
-        self.request_id = REQUEST_BASE + node_id
-        self.response_id = RESPONSE_BASE + node_id
+        ids = ChannelIds.default(node_id)
+        self.request_id = ids.request.can_id
+        self.response_id = ids.response.can_id
+        self.channels = [ServerChannel(server, ServerParameter.default(ids))]
+        for number, other in enumerate(further, 1):
+            self.channels.append(ServerChannel(other, self.further_record(number)))
+        self.error_register = Entry(bytes(1), DataType.UNSIGNED8, Access.RO)
+        self.heartbeat_time = Entry(bytes(2), DataType.UNSIGNED16)
+        self.objects.add({ERROR_REGISTER: self.error_register})
+        self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
+        for channel in self.channels:
+            self.objects.add(channel.record.by_multiplexer())
+        self._power_on = [
+            (entry, mux.index in COMMUNICATION_AREA, entry.value)
+            for mux, entry in self.objects.items()
+        ]
+        self._heartbeat_period = 0.0
+        self._heartbeat_due: float | None = None
 
-    def start(self) -> list[CanFrame]:
-        """Return what the node sends on its own when it starts: the boot-up message."""
-        return [CanFrame(ERROR_CONTROL_BASE + self.node_id, BOOT_UP)]
+    def further_record(self, number: int) -> ServerParameter:
+        """Return 1200h plus ``number``; every second one has a sub-index 03h."""
+        check_client = self.check_client if number % 2 == 0 else None
+        return ServerParameter.further(number, self.check_cob_id, check_client)
 
-    def receive(self, frame: CanFrame) -> list[CanFrame]:
-        """Take one frame from the bus; return the frames that answer it."""
-        if not self.is_addressed(frame):
-            return []
-        frames = [self.respond(data) for data in self.server.receive(frame.data)]
-        if self.server_timeout is not None:
-            running = self.server.transfer is not None
-            self._deadline = self.now + self.server_timeout if running else None
-        return frames
-
-    def is_addressed(self, frame: CanFrame) -> bool:
-        """Say whether a frame is a request on this node's channel."""
-        return frame.can_id == self.request_id and not frame.extended and not frame.remote
-
-    def respond(self, data: bytes) -> CanFrame:
-        """Put the data bytes of a response into a frame."""
-        return CanFrame(self.response_id, data)
+    # Time
 
     @property
     def wake_at(self) -> float | None:
         """When ``advance`` has to be called at the latest; None as long as nothing is due."""
-        return self._deadline
+        due = [channel.deadline for channel in self.channels if channel.deadline is not None]
+        if self._heartbeat_due is not None:
+            due.append(self._heartbeat_due)
+        return min(due, default=None)
 
     def advance(self, now: float) -> list[CanFrame]:
         """Let it be ``now`` (seconds, never less than before); return what was due by then."""
         self.now = now
-        if self._deadline is None or now < self._deadline:
+        frames: list[CanFrame] = []
+        for channel in self.channels:
+            if channel.deadline is not None and now >= channel.deadline:
+                channel.deadline = None
+                frames += self.answers(channel, channel.server.expire())
+        if self._heartbeat_due is not None and now >= self._heartbeat_due:
+            # Beats that nobody woke the node for are left out, not made up for.
+            missed = (now - self._heartbeat_due) // self._heartbeat_period
+            self._heartbeat_due += (missed + 1) * self._heartbeat_period
+            frames.append(self.heartbeat())
+        return frames
+
+    def heartbeat(self) -> CanFrame:
+        """Tell the state."""
+        return error_control(self.node_id, self.state)
+
+    def heartbeat_seconds(self) -> float:
+        """Return the time between heartbeats as 1017h has it; 0 for none."""
+        return int.from_bytes(self.heartbeat_time.value, "little") / 1000
+
+    def _set_heartbeat(self) -> None:
+        period = self.heartbeat_seconds()
+        if period != self._heartbeat_period:
+            self._heartbeat_period = period
+            self._heartbeat_due = self.now + period if period else None
+
+    # Network management
+
+    def start(self) -> list[CanFrame]:
+        """Initialise; return what the node sends on its own then: the boot-up message."""
+        self.state = NmtState.INITIALISING
+        for channel in self.channels:
+            channel.forget()
+        boot_up = self.heartbeat()
+        self.state = NmtState.PRE_OPERATIONAL
+        self._heartbeat_period = 0.0
+        self._heartbeat_due = None
+        self._set_heartbeat()
+        return [boot_up]
+
+    def on_nmt(self, frame: CanFrame) -> list[CanFrame]:
+        """Follow a command to this node, or to all."""
+        message = decode_nmt(frame)
+        if message is None or message.node_id not in (ALL_NODES, self.node_id):
             return []
-        self._deadline = None
-        return [self.respond(data) for data in self.server.expire()]
+        return self.follow(message.command)
+
+    def follow(self, command: NmtCommand) -> list[CanFrame]:
+        """Enter the state to which a command leads."""
+        state = TRANSITIONS[command]
+        if state is NmtState.INITIALISING:
+            self.restore(communication_only=command is NmtCommand.RESET_COMMUNICATION)
+            return self.start()
+        self.state = state
+        if not state.serves_sdo:
+            for channel in self.channels:
+                channel.forget()
+        return []
+
+    def restore(self, *, communication_only: bool) -> None:
+        """Give objects their power-on values: those at 1000h to 1FFFh, or all (7.3.2.2.1)."""
+        for entry, in_area, value in self._power_on:
+            if in_area or not communication_only:
+                entry.value = value
+
+    def emergency(self, code: int, register: int) -> list[CanFrame]:
+        """Report an error, or with code 0 that there is none any more; return what to send."""
+        self.error_register.value = bytes((register,))
+        if not self.state.serves_sdo:
+            return []  # emergencies too are for Pre-operational and Operational only
+        return [emergency(self.node_id, code, register)]
+
+    # SDO
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Take one frame from the bus; return the frames that answer it."""
+        if frame.can_id == NMT_ID:
+            return self.on_nmt(frame)
+        if not self.state.serves_sdo:
+            return []
+        channel = self.channel_of(frame)
+        if channel is None:
+            return []
+        frames = self.answers(channel, self.serve(channel, frame))
+        if self.server_timeout is not None:
+            running = channel.server.transfer is not None
+            channel.deadline = self.now + self.server_timeout if running else None
+        self._set_heartbeat()
+        return frames
+
+    def channel_of(self, frame: CanFrame) -> ServerChannel | None:
+        """Return the channel on which a frame is a request."""
+        if self.is_addressed(frame):
+            return self.channels[0]
+        return next((other for other in self.channels[1:] if self.is_on(other, frame)), None)
+
+    def is_addressed(self, frame: CanFrame) -> bool:
+        """Say whether a frame is a request on the default channel."""
+        return frame.can_id == self.request_id and not frame.extended and not frame.remote
+
+    def is_on(self, channel: ServerChannel, frame: CanFrame) -> bool:
+        """Say whether a frame is a request on a further channel."""
+        return channel.record.is_valid and channel.record.request.matches(frame)
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        """Let the server of a channel react."""
+        return channel.server.receive(frame.data)
+
+    def answers(self, channel: ServerChannel, responses: list[bytes]) -> list[CanFrame]:
+        """Put responses into frames of their channel."""
+        if channel is self.channels[0]:
+            return [self.respond(data) for data in responses]
+        return [self.respond_on(channel, data) for data in responses]
+
+    def respond(self, data: bytes) -> CanFrame:
+        """Put the data bytes of a response on the default channel into a frame."""
+        return CanFrame(self.response_id, data)
+
+    def respond_on(self, channel: ServerChannel, data: bytes) -> CanFrame:
+        """Put the data bytes of a response on a further channel into a frame."""
+        return channel.record.response.frame(data)
+
+    # What may be written to the records of further channels (CiA 301, 7.5.2.33)
+
+    def check_cob_id(self, old: bytes, new: bytes) -> None:
+        """Refuse a COB-ID that a channel cannot have, or not now."""
+        before, wanted = CobId.from_bytes(old), CobId.from_bytes(new)
+        self.check_format(wanted)
+        self.check_in_use(before, wanted)
+        self.check_restricted(wanted)
+
+    def check_format(self, wanted: CobId) -> None:
+        """Refuse bits 28 to 11 of an 11-bit identifier."""
+        if wanted.has_stray_bits:
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+    def check_in_use(self, before: CobId, wanted: CobId) -> None:
+        """Refuse another identifier as long as the old one is in use: it must be disabled first."""
+        moved = (before.can_id, before.extended) != (wanted.can_id, wanted.extended)
+        if before.valid and moved:
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+    def check_restricted(self, wanted: CobId) -> None:
+        """Refuse to use an identifier that belongs to another service."""
+        if wanted.valid and wanted.is_restricted:
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+    def check_client(self, old: bytes, new: bytes) -> None:
+        """Refuse what is no node-ID."""
+        if not 1 <= new[0] <= HIGHEST_NODE_ID:
+            raise Refusal(AbortCode.VALUE_INVALID)

@@ -1,5 +1,6 @@
 """The reference server's object dictionary: entries, their types, and who may do what to them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
@@ -132,8 +133,22 @@ class ObjectDictionary:
 
     def __init__(self, entries: dict[Multiplexer, Entry]) -> None:
         """Take the entries as they are: the server writes into them."""
-        self._entries = entries
+        self._entries = dict(entries)
         self._indices = {mux.index for mux in entries}
+
+    def add(self, entries: dict[Multiplexer, Entry]) -> None:
+        """Add entries, in the place of those that have their multiplexers."""
+        self._entries |= entries
+        self._indices |= {mux.index for mux in entries}
+
+    def remove(self, index: int) -> None:
+        """Take an object out, with all its sub-indices."""
+        self._entries = {mux: entry for mux, entry in self._entries.items() if mux.index != index}
+        self._indices.discard(index)
+
+    def items(self) -> Iterable[tuple[Multiplexer, Entry]]:
+        """Return all entries with their multiplexers."""
+        return self._entries.items()
 
     def find(self, mux: Multiplexer) -> Entry:
         """Return the entry, or refuse: no such object, or no such sub-index of it."""

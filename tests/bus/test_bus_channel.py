@@ -5,11 +5,13 @@ from collections.abc import Iterator
 import pytest
 from bus_fakes import ANSWER, READ, Bench, message
 
-from conformance.bus.channel import MOST_OVERHEARD
+from conformance.bus.channel import MOST_OVERHEARD, Channel
 from conformance.bus.errors import SecondClient
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand, NmtMessage
 
 RESPONSE = CanFrame(0x585, ANSWER)
 
@@ -119,6 +121,84 @@ def test_no_boot_up(bench: Bench, frame: CanFrame) -> None:
     bench.bus.incoming.append(message(frame.can_id, frame.data, extended=frame.extended))
     assert bench.channel.receive() is None
     assert heard == []
+
+
+# Heartbeats
+
+
+def test_heartbeats_wait_for_whoever_asks_for_them(bench: Bench) -> None:
+    bench.bus.incoming.extend(
+        [
+            message(0x705, b"\x7f"),
+            message(0x706, b"\x05"),
+            message(0x705, b"\x05", extended=True),
+            message(0x705, b"\x05\x05"),
+            message(0x585, ANSWER),
+            message(0x705, b"\x00"),
+        ]
+    )
+    assert bench.channel.receive() == RESPONSE
+    assert bench.channel.receive_error_control() == CanFrame(0x705, b"\x7f")
+    assert bench.channel.receive_error_control() == CanFrame(0x705, b"\x00")
+    assert bench.channel.receive_error_control() is None
+
+
+def test_what_came_before_an_nmt_command_tells_nothing_of_it(bench: Bench) -> None:
+    bench.bus.incoming.extend([message(0x705, b"\x7f"), message(0x585, ANSWER)])
+    bench.channel.receive()
+    bench.channel.send_nmt(NmtMessage(NmtCommand.STOP, 5))
+    assert bench.bus.sent[-1].arbitration_id == 0
+    assert bench.bus.sent[-1].data == b"\x02\x05"
+    bench.bus.incoming.append(message(0x705, b"\x04"))
+    assert bench.channel.receive_error_control() == CanFrame(0x705, b"\x04")
+
+
+# Two channels on one link
+
+LONG = ChannelIds(CobId(0x18FF_0681, True), CobId(0x18FF_06A1, True))
+
+
+def test_a_channel_of_its_own_identifiers(bench: Bench) -> None:
+    other = Channel(bench.link, 5, 0.5, LONG)
+    other.send(READ)
+    assert (bench.bus.sent[-1].arbitration_id, bench.bus.sent[-1].is_extended_id) == (
+        0x18FF_0681,
+        True,
+    )
+    bench.bus.incoming.append(message(0x18FF_06A1, ANSWER, extended=True))
+    assert other.receive() == CanFrame(0x18FF_06A1, ANSWER, extended=True)
+
+
+def test_frames_of_another_channel_wait_for_it_in_order(bench: Bench) -> None:
+    other = Channel(bench.link, 5, 0.5, ChannelIds(CobId(0x681), CobId(0x6A1)))
+    bench.bus.incoming.extend(
+        [message(0x6A1, bytes((number,)) * 8) for number in range(3)] + [message(0x585, ANSWER)]
+    )
+    assert bench.channel.receive() == RESPONSE
+    assert [other.receive(0) for _ in range(4)] == [
+        *(CanFrame(0x6A1, bytes((number,)) * 8) for number in range(3)),
+        None,
+    ]
+    bench.bus.incoming.extend([message(0x585, ANSWER), message(0x6A1, ANSWER)])
+    assert other.receive() == CanFrame(0x6A1, ANSWER)
+    assert bench.channel.receive() == RESPONSE
+
+
+def test_a_closed_channel_takes_nothing_more(bench: Bench) -> None:
+    other = Channel(bench.link, 5, 0.5, LONG)
+    other.close()
+    bench.bus.incoming.append(message(0x18FF_06A1, ANSWER, extended=True))
+    assert bench.channel.receive() is None
+    assert other.receive(0) is None
+
+
+def test_a_second_client_concerns_the_channel_that_it_uses(bench: Bench) -> None:
+    other = Channel(bench.link, 5, 0.5, LONG)
+    bench.bus.incoming.extend([message(0x605, READ), message(0x18FF_06A1, ANSWER, extended=True)])
+    assert other.receive() is not None
+    bench.bus.incoming.append(message(0x18FF_0681, READ, extended=True))
+    with pytest.raises(SecondClient, match="requests on 18FF0681h"):
+        other.receive()
 
 
 # Time

@@ -189,6 +189,13 @@ def test_the_interface_passes_what_the_run_may_need(bench: Bench) -> None:
     ]
 
 
+def test_further_identifiers_pass(bench: Bench) -> None:
+    bench.link.watch([5], [0x681, 0x6A1])
+    bench.bus.incoming.extend(message(can_id) for can_id in (0x680, 0x681, 0x6A0, 0x6A1, 0x6A2))
+    received = iter(lambda: bench.link.receive(0.1), None)
+    assert [frame.can_id for frame in received] == [0x681, 0x6A1]
+
+
 def test_filters_for_the_kernel(bench: Bench) -> None:
     bench.link.watch([5])
     assert bench.bus.filters == [

@@ -1,5 +1,6 @@
 """Link, channel and hosted server together on python-can's virtual bus, in this process."""
 
+import time
 from collections.abc import Iterator
 
 import can
@@ -80,6 +81,23 @@ def test_hosted_node_boots_up(channel: Channel) -> None:
     channel.send(READ)
     assert channel.receive() == CanFrame(0x585, ANSWER)
     assert booted == [True]
+
+
+def test_the_host_wakes_its_node(name: str, link: Link) -> None:
+    """A heartbeat and a time-out come though nobody sends a frame any more."""
+    objects = ObjectDictionary({Multiplexer(0x1008): Entry(b"long enough")})
+    node = Node(5, Server(objects), server_timeout=0.15)
+    with NodeHost(bus(name), node):
+        channel = Channel(link, 5, response_timeout=5.0)
+        begin = time.monotonic()
+        channel.send(bytes.fromhex("2B17100005000000"))
+        assert channel.receive() == CanFrame(0x585, bytes.fromhex("6017100000000000"))
+        channel.send(bytes.fromhex("4008100000000000"))
+        assert channel.receive() is not None
+        assert channel.receive() == CanFrame(0x585, bytes.fromhex("8008100000000405"))
+        assert time.monotonic() - begin >= 0.15
+        assert channel.receive_error_control() == CanFrame(0x705, b"\x00")
+        assert channel.receive_error_control() == CanFrame(0x705, b"\x7f")
 
 
 def test_the_host_closes_its_bus(name: str) -> None:

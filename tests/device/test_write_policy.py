@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from conformance.bus.errors import WriteNotPermitted
-from conformance.device.safety import WritePolicy
+from conformance.device.safety import Permission, PermissionNameError, WritePolicy, parse_permission
 from conformance.sdo.frames import decode_request, decode_segment
 from conformance.sdo.layout import Multiplexer
 
@@ -96,6 +96,49 @@ def test_identity_may_be_probed_because_it_is_read_only(index: int) -> None:
 def test_what_changes_a_device_may_not_be_written(index: int) -> None:
     assert not WritePolicy([]).permits(Multiplexer(index))
     assert not WritePolicy([]).permits(Multiplexer(index, 1))
+
+
+PROTECTED = [
+    *(0x1010, 0x1011, 0x1014, 0x1015, 0x1016, 0x1017, 0x1020, 0x1200, 0x1201, 0x127F, 0x1280),
+    *(0x12FF, 0x1400, 0x1600, 0x1800, 0x1A00, 0x1BFF, 0x1F50, 0x1F57, 0x1F80),
+]
+
+
+@pytest.mark.parametrize("index", PROTECTED)
+def test_naming_a_protected_object_is_no_permission(index: int) -> None:
+    mux = Multiplexer(index, 1)
+    policy = WritePolicy([mux])
+    policy.allow_missing(mux)
+    assert not policy.permits(mux)
+    with pytest.raises(WriteNotPermitted, match=f"{index:04X}h is (never written|written with)"):
+        policy.check(decode_request(b"\x2f" + index.to_bytes(2, "little") + bytes(5)))
+
+
+@pytest.mark.parametrize(
+    ("permission", "permitted"),
+    [
+        (Permission.NMT, {0x1017}),
+        (Permission.SDO_PARAMETERS, {0x1200, 0x1201, 0x127F, 0x1280, 0x12FF}),
+    ],
+)
+def test_what_a_permission_permits(permission: Permission, permitted: set[int]) -> None:
+    policy = WritePolicy([], frozenset([permission]))
+    assert {index for index in PROTECTED if policy.permits(Multiplexer(index, 1))} == permitted
+    assert not policy.permits(Multiplexer(0x2001))
+
+
+@pytest.mark.parametrize("permission", list(Permission))
+def test_permissions_have_names(permission: Permission) -> None:
+    assert parse_permission(permission.value) is permission
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [("nmtt", "Did you mean 'nmt'?"), ("sdo", "Known: nmt, sdo-parameters"), ("NMT", "Known")],
+)
+def test_no_permission_of_that_name(name: str, hint: str) -> None:
+    with pytest.raises(PermissionNameError, match=hint.replace("?", r"\?")):
+        parse_permission(name)
 
 
 def test_what_a_device_lacks_may_be_probed() -> None:

@@ -43,6 +43,9 @@ FILES = {
     "block-sequence": "test_block_sequences",
     "vanished-client": "test_vanished_client",
     "server-timeout": "test_server_timeout",
+    "channel": "test_channels",
+    "independence": "test_channel_independence",
+    "nmt": "test_nmt",
 }
 # Long enough for a loaded machine to keep to, short enough to be waited for fifty times.
 SERVER_TIMEOUT = "--server-timeout=0.4"

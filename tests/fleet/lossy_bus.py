@@ -11,9 +11,9 @@ from threading import Lock
 
 import can
 
+from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import Request, Response
-from conformance.sdo.node import REQUEST_BASE
 
 RELAY_POLL = 0.05
 Loses = Callable[[Request | Response], bool]

@@ -13,6 +13,7 @@ from conformance.run.evidence import (
 )
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
 
 MOST = FIRST_LINES + LAST_LINES
 
@@ -30,7 +31,7 @@ def reads(number: int) -> list[Captured]:
 
 
 def lines(frames: list[Captured], own: int | None = None) -> list[str]:
-    return trace_lines(frames, 0x605, 0x585, own=own)
+    return trace_lines(frames, [ChannelIds.default(5)], own=own)
 
 
 def test_frames_in_words() -> None:
@@ -50,7 +51,7 @@ def test_frames_in_words() -> None:
         "      1.5 ms < 585#6010200000000000 download initiate response 2010h:00",
         "      2.0 ms > 605#0041424344454647 download segment, t=0, 7 bytes: 41 42 43 44 45 46 47",
         "   1250.0 ms < 585#2000000000000000 download segment response, t=0",
-        "   1300.0 ms < 705#00               not an SDO frame of this channel",
+        "   1300.0 ms < 705#00               boot-up of node 5",
         f"   1400.0 ms > 00000605#4000100000000000 DLC 8, {shape}",
         f"   1500.0 ms > 605#R8               DLC 8, {shape}",
         f"   1600.0 ms < 585#4300             DLC 2, {shape}",

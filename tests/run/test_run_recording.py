@@ -9,6 +9,7 @@ from conformance.bus.link import Captured, Direction
 from conformance.run.evidence import FIRST_LINES, LAST_LINES, cansend_lines, trace_lines
 from conformance.run.recording import FIRST_KEPT, LAST_KEPT, Recording
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import (
     BlockAck,
     BlockSegment,
@@ -18,7 +19,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message, Multiplexer
 
-REQUEST, RESPONSE = 0x605, 0x585
+IDS = ChannelIds.default(5)
+REQUEST, RESPONSE = IDS.request.can_id, IDS.response.can_id
 MOST = FIRST_KEPT + LAST_KEPT
 MUX = Multiplexer(0x2011)
 
@@ -47,7 +49,7 @@ def block_upload(frames: int) -> Iterator[Captured]:
 
 def recorded(frames: int) -> Recording:
     """Return the recording of so many frames."""
-    recording = Recording(REQUEST, RESPONSE)
+    recording = Recording(IDS)
     for frame in block_upload(frames):
         recording.add(frame)
     return recording
@@ -81,8 +83,8 @@ def test_a_new_case_begins_empty() -> None:
 def test_a_trace_with_a_gap_reads_like_one_without() -> None:
     recording, frames = recorded(MOST + 500), list(block_upload(MOST + 500))
     for own in (None, 20, FIRST_KEPT + 100, MOST + 480):
-        shown = trace_lines(recording.kept(), REQUEST, RESPONSE, own=own, gap=recording.gap())
-        whole = trace_lines(frames, REQUEST, RESPONSE, own=own)
+        shown = trace_lines(recording.kept(), [IDS], own=own, gap=recording.gap())
+        whole = trace_lines(frames, [IDS], own=own)
         assert shown == whole
     assert f"{MOST + 500 - FIRST_LINES - LAST_LINES} frames left out" in "\n".join(shown)
 

@@ -15,6 +15,7 @@ from run_bench import (
 from conformance.bus.errors import SecondClient, WriteNotPermitted
 from conformance.run.wire import check_shape
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     DownloadInitiate,
@@ -64,7 +65,7 @@ def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -
     node = Scripted(lambda data: [CanFrame(0x586, BASELINE), CanFrame(0x585, BASELINE, True)])
     with undiscovered(node, timeout=HASTY) as bench:
         sdo = bench.dialogue()
-        sdo.channel.response_id = 0x584
+        sdo.channel.ids = ChannelIds(CobId(0x605), CobId(0x584))
         sdo.send(READ)
         with pytest.raises(Violation) as raised:
             sdo.receive()
@@ -95,7 +96,7 @@ def test_a_response_has_the_shape_of_one(answer: CanFrame, wrong: str) -> None:
 
 def test_a_remote_frame_is_no_response() -> None:
     with pytest.raises(Violation, match=r"585#R8 \(a remote frame\)"):
-        check_shape(CanFrame(0x585, remote=True, length=8))
+        check_shape(CanFrame(0x585, remote=True, length=8), CobId(0x585))
 
 
 WRITES: dict[str, Message | bytes] = {
@@ -119,14 +120,13 @@ def test_nothing_is_sent_that_would_write_elsewhere(request_: Message | bytes) -
     data = request_ if isinstance(request_, bytes) else request_.encode()
     with undiscovered(server, objects=[NUMBER]) as bench:
         sdo = bench.dialogue()
-        with pytest.raises(WriteNotPermitted, match="--object=") as raised:
+        with pytest.raises(WriteNotPermitted, match=r"nobody allowed.* --object=|is never written"):
             sdo.send(request_)
         for frame in (CanFrame(0x605, data), CanFrame(0x605, data, extended=True)):
             with pytest.raises(WriteNotPermitted):
                 sdo.send_frame(frame)
         assert sdo.fence() == []
     assert server.requests == [READ]
-    assert "which nobody allowed" in str(raised.value)
     assert sdo.written == set()
 
 

@@ -13,7 +13,9 @@ UPLOAD = bytes.fromhex("4008100000000000")
 
 
 def node(node_id: int = 5) -> Node:
-    return Node(node_id, Server(ObjectDictionary(objects())))
+    booted = Node(node_id, Server(ObjectDictionary(objects())))
+    booted.start()
+    return booted
 
 
 @pytest.mark.parametrize(
@@ -41,19 +43,6 @@ def test_what_is_no_request_to_it_is_not_answered(frame: CanFrame) -> None:
 
 def test_boot_up_message() -> None:
     assert node().start() == [CanFrame(0x705, b"\x00")]
-
-
-def test_time_out_counts_from_the_last_frame() -> None:
-    patient = Node(5, node().server, server_timeout=2.0)
-    assert patient.wake_at is None
-    patient.advance(10.0)
-    patient.receive(CanFrame(0x605, UPLOAD))
-    assert patient.wake_at == 12.0
-    assert patient.advance(11.0) == []
-    patient.receive(CanFrame(0x605, bytes.fromhex("6000000000000000")))
-    assert patient.advance(12.9) == []
-    assert patient.advance(13.0) == [CanFrame(0x585, bytes.fromhex("8008100000000405"))]
-    assert patient.wake_at is None
 
 
 @pytest.mark.parametrize(

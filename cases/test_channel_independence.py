@@ -1,0 +1,261 @@
+"""Several SDO channels at once: each has a transfer of its own, and none knows of the others."""
+
+from collections.abc import Callable, Generator
+
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device, NotTestable
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.channel_steps import interleave
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import same_value, shown
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import Step
+from conformance.sdo.client import Uploaded
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    DownloadSegment,
+    UploadInitiate,
+    UploadSegment,
+)
+
+INDEPENDENT = "7.2.4.2"
+SIZE = 38
+KINDS = ("upload", "download", "block-upload", "block-download")
+PAIRS = {f"{one}-and-{other}": (one, other) for one in KINDS for other in KINDS}
+BUSY = (
+    AbortCode.LOCAL_CONTROL,
+    AbortCode.DEVICE_STATE,
+    AbortCode.CONNECTION_NOT_AVAILABLE,
+)
+Transfer = Generator[Step, bytes, object]
+
+
+def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
+    """Return two writable objects, strings and domains before numbers."""
+    found = [known for known in device.objects if known.access.writable]
+    found = [known for known in found if known.mux in device.values]
+    found.sort(key=lambda known: not known.varies)
+    if len(found) < 2:
+        raise NotTestable("needs two writable objects: name them, for example --object=2001")
+    return found[0], found[1]
+
+
+def long_read_only(device: Device) -> tuple[KnownObject, bytes]:
+    """Return a read-only object whose upload takes two segments or more, and its value."""
+    for known in device.objects:
+        value = device.values.get(known.mux, b"")
+        if not known.access.writable and len(value) > 7:
+            return known, value
+    raise NotTestable(
+        "needs a read-only object longer than 7 bytes: name one, for example "
+        "--object=2021=visible_string,ro"
+    )
+
+
+def value_for(sdo: Dialogue, device: Device, known: KnownObject) -> bytes:
+    """Return another value than the present one."""
+    if known.varies:
+        return sdo.payload(SIZE)
+    before = device.values[known.mux]
+    return bytes([before[0] ^ 1]) + before[1:]
+
+
+def transfer(sdo: Dialogue, kind: str, known: KnownObject, data: bytes) -> Transfer:
+    """Return a transfer of a kind: of the object, or of these data to it."""
+    client = sdo.client
+    transfers: dict[str, Callable[[], Transfer]] = {
+        "upload": lambda: client.upload(known.mux),
+        "download": lambda: client.download(known.mux, data, segmented=True),
+        "block-upload": lambda: client.block_upload(known.mux, block_size=2),
+        "block-download": lambda: client.block_download(known.mux, data),
+    }
+    return transfers[kind]()
+
+
+def require_blocks(sdo: Dialogue, kinds: tuple[str, ...]) -> None:
+    """Raise Unimplemented where the server has no block transfers of these kinds."""
+    if "block-download" in kinds:
+        sdo.require_block_download()
+    if "block-upload" in kinds:
+        sdo.initiate_block_upload(sdo.device.writable(), block_size=2)
+        sdo.end_transfer()
+
+
+def start(sdo: Dialogue, kind: str, known: KnownObject) -> None:
+    """Begin a transfer of an object and leave it unfinished."""
+    if kind == "upload":
+        sdo.start_segmented_upload(known)
+        sdo.upload_segment(toggle=0)
+    elif kind == "download":
+        sdo.initiate_download(known, SIZE)
+        sdo.download_segment(sdo.payload(7), toggle=0)
+    elif kind == "block-upload":
+        sdo.initiate_block_upload(known, block_size=2)
+        sdo.start_block_upload(known, 2)
+    else:
+        sdo.initiate_block_download(known, SIZE)
+        sdo.send_segments([sdo.payload(7)])
+
+
+@must("independence.interleaved", clause=INDEPENDENT, pair=PAIRS)
+def test_interleaved(sdo: Dialogue, device: Device, pair: tuple[str, str]) -> None:
+    """Two transfers of any kinds run at the same time on two channels, step by step."""
+    require_blocks(sdo, pair)
+    objects = two_objects(device)
+    with sdo.further() as other:
+        data = [value_for(sdo, device, known) for known in objects]
+        for kind, known, value in zip(pair, objects, data, strict=True):
+            if kind.endswith("upload"):
+                sdo.download(known, value)
+        results = interleave(
+            (sdo, transfer(sdo, pair[0], objects[0], data[0])),
+            (other, transfer(other, pair[1], objects[1], data[1])),
+        )
+        for result, known, value in zip(results, objects, data, strict=True):
+            if isinstance(result, Abort):
+                raise sdo.breach("both transfers served", describe_response(result.encode()))
+            if isinstance(result, Uploaded) and not same_value(known, result.data, value):
+                raise sdo.breach(f"{known} reads {shown(value)}", shown(result.data))
+            sdo.expect_value(known, value)
+
+
+@must("independence.three", clause=INDEPENDENT)
+def test_three(sdo: Dialogue, device: Device) -> None:
+    """Three channels upload at the same time, each its own object."""
+    written = two_objects(device)
+    objects = (*written, KnownObject(device.shortest_readable()))
+    with sdo.further() as second, sdo.further(1) as third:
+        for known in written:
+            sdo.download(known, value_for(sdo, device, known))
+        due = [sdo.upload(known) for known in objects]
+        channels = (sdo, second, third)
+        results = interleave(
+            *(
+                (channel, channel.client.upload(known.mux))
+                for channel, known in zip(channels, objects, strict=True)
+            )
+        )
+        for result, known, value in zip(results, objects, due, strict=True):
+            if not isinstance(result, Uploaded) or not same_value(known, result.data, value):
+                raise sdo.breach(f"{known} reads {shown(value)}", str(result))
+
+
+@must("independence.abort", clause=INDEPENDENT, kind=KINDS)
+def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> None:
+    """An abort on one channel ends the transfer there and not the one on another channel."""
+    require_blocks(sdo, (kind,))
+    known, due = long_read_only(device)
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.further() as other:
+        for one, another in ((sdo, other), (other, sdo)):
+            start(one, kind, text)
+            response = another.start_segmented_upload(known)
+            one.end_transfer()
+            found = another.finish_upload(known, response)
+            if found != due:
+                raise sdo.breach(f"the upload goes on: {shown(due)}", shown(found))
+
+
+@must("independence.refusal", clause=INDEPENDENT)
+def test_refusal(sdo: Dialogue, device: Device, text: KnownObject) -> None:
+    """A transfer that the server aborts on one channel does not end the one on another channel."""
+    known, _ = long_read_only(device)
+    data = sdo.payload(14)
+    with sdo.further() as other:
+        for one, another in ((sdo, other), (other, sdo)):
+            another.initiate_download(text, 14)
+            another.download_segment(data[:7], toggle=0)
+            one.start_segmented_upload(known)
+            one.send(UploadSegment(1))
+            one.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known)
+            another.download_segment(data[7:], toggle=1, last=True)
+            sdo.expect_value(text, data)
+
+
+@must("independence.toggle", clause=INDEPENDENT)
+def test_toggle(sdo: Dialogue, device: Device) -> None:
+    """Each channel has a toggle bit of its own: one is a segment ahead of the other."""
+    ahead, _ = sdo.long_object(5)
+    known, data = long_read_only(device)
+    with sdo.further() as other:
+        sdo.start_segmented_upload(ahead)
+        sdo.upload_segment(toggle=0)
+        other.start_segmented_upload(known)
+        sdo.upload_segment(toggle=1)
+        first = other.upload_segment(toggle=0).data
+        sdo.upload_segment(toggle=0)
+        second = other.upload_segment(toggle=1).data
+        if not data.startswith(first + second):
+            raise sdo.breach(shown(data[:14]), shown(first + second))
+
+
+@must("independence.client-vanished", clause=INDEPENDENT, kind=KINDS)
+def test_client_vanished(sdo: Dialogue, device: Device, kind: str) -> None:
+    """A client that falls silent in mid-transfer blocks its own channel and no other."""
+    require_blocks(sdo, (kind,))
+    busy, free = two_objects(device)
+    if kind == "upload":
+        busy, _ = sdo.long_object()
+        free = next(known for known in two_objects(device) if known.mux != busy.mux)
+    with sdo.further() as other:
+        for one, another in ((other, sdo), (sdo, other)):
+            start(one, kind, busy)
+            value = value_for(sdo, device, free)
+            another.download(free, value, segmented=True)
+            another.expect_value(free, value)
+            another.fence()
+            one.end_transfer()
+
+
+@may("independence.same-object", clause=INDEPENDENT, kind=["upload", "download"])
+def test_same_object(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+    """Two clients use one object at once: both are served, or one is refused as busy.
+
+    Whatever happens, the data of the one do not turn up in those of the other.
+    """
+    before, first, second = (sdo.payload(SIZE) for _ in range(3))
+    sdo.store(text, before)
+    with sdo.further() as other:
+        results = interleave(
+            (sdo, transfer(sdo, "download", text, first)),
+            (other, transfer(other, kind, text, second)),
+        )
+        aborts = [result for result in results if isinstance(result, Abort)]
+        for abort in aborts:
+            if abort.code not in BUSY or len(aborts) > 1:
+                raise sdo.breach(
+                    "both served, or one refused as busy", describe_response(abort.encode())
+                )
+        allowed = [before, first, second]
+        uploads = [result.data for result in results if isinstance(result, Uploaded)]
+        for found in (sdo.upload(text), *uploads):
+            if not any(same_value(text, found, value) for value in allowed):
+                raise sdo.breach("one of the values, whole", shown(found))
+        if aborts:
+            sdo.info(f"busy object: {describe_response(aborts[0].encode())}")
+
+
+@must("independence.next-request", clause=INDEPENDENT)
+def test_next_request(sdo: Dialogue) -> None:
+    """Requests on two channels right behind one another are both answered, each on its own."""
+    with sdo.further() as other:
+        for one, another in ((sdo, other), (other, sdo)):
+            one.send(UploadInitiate(DEVICE_TYPE))
+            another.send(UploadInitiate(IDENTITY_COUNT))
+            another.checks.upload_initiate(another.receive(), IDENTITY_COUNT)
+            one.checks.upload_initiate(one.receive(), DEVICE_TYPE)
+            one.end_transfer()
+            another.end_transfer()
+
+
+@must("independence.segment-elsewhere", clause=INDEPENDENT, kind=["upload", "download"])
+def test_segment_elsewhere(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+    """A segment on a channel without a transfer does not go on with the one of another channel."""
+    sdo.store(text, sdo.payload(SIZE))
+    with sdo.further() as other:
+        for one, another in ((sdo, other), (other, sdo)):
+            start(one, kind, text)
+            download = DownloadSegment.with_data(sdo.payload(7), toggle=1)
+            another.expect_dead(UploadSegment(1) if kind == "upload" else download)
+            one.end_transfer()

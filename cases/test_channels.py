@@ -1,0 +1,338 @@
+"""SDO server parameters, 1200h to 127Fh: which channels there are, how they are configured."""
+
+from conformance.device.device import VENDOR_ID, Device
+from conformance.run.case import may, must
+from conformance.run.channel_steps import (
+    CLIENT,
+    COUNT,
+    DEFAULT_RECORD,
+    LAST_RECORD,
+    LONG_CHANNEL,
+    NOT_THERE,
+    REQUEST,
+    RESPONSE,
+    TEST_CHANNELS,
+)
+from conformance.run.dialogue import Dialogue
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.cob_id import RESTRICTED, ChannelIds, CobId
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import DownloadInitiate, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
+
+RECORD = "7.5.2.33"
+RESTRICTED_IDS = "7.3.5"
+HALVES = {"request": REQUEST, "response": RESPONSE}
+READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+NOT_NOW = (
+    AbortCode.VALUE_INVALID,
+    AbortCode.PARAMETER_INCOMPATIBLE,
+    AbortCode.DEVICE_STATE,
+    AbortCode.LOCAL_CONTROL,
+    AbortCode.GENERAL_ERROR,
+)
+OUT_OF_RANGE = (AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW)
+EDGES = {f"{can_id:03X}h": can_id for edges in RESTRICTED for can_id in edges}
+FIRST, SECOND = TEST_CHANNELS
+
+
+def default_value(sdo: Dialogue, sub_index: int) -> bytes:
+    """Read an entry of 1200h; a device that has none gets a remark and no failure."""
+    mux = Multiplexer(DEFAULT_RECORD, sub_index)
+    try:
+        return sdo.read(mux)
+    except ServerAborted as aborted:
+        shown = describe_response(aborted.abort.encode())
+        if aborted.abort.code not in NOT_THERE:
+            raise sdo.breach(f"{mux} to be served, or 06020000h", shown) from aborted
+        raise Unimplemented(shown) from aborted
+
+
+def write(sdo: Dialogue, index: int, sub_index: int, data: bytes) -> None:
+    """Send a write to an entry of a record, whose value is put back after the case."""
+    mux = Multiplexer(index, sub_index)
+    sdo.learn(mux)
+    sdo.send(DownloadInitiate.with_data(mux, data))
+
+
+def expect_cob_id(sdo: Dialogue, index: int, sub_index: int, due: CobId) -> None:
+    """Expect a COB-ID of a record to read as ``due``."""
+    found = sdo.cob_id(index, sub_index)
+    if found != due:
+        mux = Multiplexer(index, sub_index)
+        raise sdo.breach(
+            f"{mux} reads {bytes(due)[::-1].hex().upper()}h",
+            f"{mux} reads {bytes(found)[::-1].hex().upper()}h",
+        )
+
+
+# The default channel
+
+
+@must("channel.default-parameter", clause=RECORD, half=HALVES)
+def test_default_parameter(sdo: Dialogue, device: Device, half: int) -> None:
+    """1200h tells the COB-IDs of the default channel: 600h and 580h plus node-ID, nothing else."""
+    default = ChannelIds.default(device.node_id)
+    due = bytes(default.request if half == REQUEST else default.response)
+    found = default_value(sdo, half)
+    if found != due:
+        raise sdo.breach(f"1200h:{half:02X} reads {due.hex(' ')}", found.hex(" "))
+
+
+@must("channel.default-count", clause=RECORD)
+def test_default_count(sdo: Dialogue) -> None:
+    """1200h has two entries behind its sub-index 00h."""
+    found = default_value(sdo, COUNT)
+    if found[:1] != b"\2":
+        raise sdo.breach("1200h:00 reads 02", found.hex(" "))
+
+
+@must("channel.default-constant", clause=RECORD, sub_index=[COUNT, REQUEST, RESPONSE])
+def test_default_constant(sdo: Dialogue, sub_index: int) -> None:
+    """No entry of 1200h can be written: the default channel can be neither disabled nor moved.
+
+    A device that refuses its own value is then offered others.
+    """
+    before = default_value(sdo, sub_index)
+    sdo.require_parameters()
+    others = (bytes([before[0] ^ 1]) + before[1:], before[:-1] + bytes([before[-1] | 0x80]))
+    for value in (before, *others):
+        write(sdo, DEFAULT_RECORD, sub_index, value)
+        sdo.expect_abort(*READ_ONLY, of=Multiplexer(DEFAULT_RECORD, sub_index))
+        if default_value(sdo, sub_index) != before:
+            raise sdo.breach(f"1200h:{sub_index:02X} reads {before.hex(' ')} as before", "it moved")
+
+
+# Further channels: are there any?
+
+
+@must("channel.missing-refused", clause="7.2.4.3.17")
+def test_missing_refused(sdo: Dialogue) -> None:
+    """A record that the device has not is refused as a missing object; silence is a failure."""
+    found = sdo.further_channels()
+    for index in dict.fromkeys((DEFAULT_RECORD + 1 + len(found), LAST_RECORD)):
+        mux = Multiplexer(index, REQUEST)
+        try:
+            sdo.read(mux)
+        except ServerAborted as aborted:
+            sdo.take_abort(aborted.abort.encode(), (AbortCode.OBJECT_MISSING,), mux)
+
+
+@must("channel.count", clause=RECORD)
+def test_count(sdo: Dialogue) -> None:
+    """Sub-index 00h of a further record is 02h or, with a client's node-ID, 03h."""
+    (index,) = sdo.require_records()
+    found = sdo.upload(Multiplexer(index, COUNT))
+    if found[:1] not in (b"\2", b"\3"):
+        raise sdo.breach(f"{index:04X}h:00 reads 02 or 03", found.hex(" "))
+    for sub_index in range(1, found[0] + 1):
+        sdo.upload(Multiplexer(index, sub_index))
+
+
+@must("channel.count-constant", clause=RECORD)
+def test_count_constant(sdo: Dialogue) -> None:
+    """Sub-index 00h of a further record cannot be written."""
+    (index,) = sdo.require_further()
+    mux = Multiplexer(index, COUNT)
+    for value in (sdo.upload(mux)[:1], b"\0", b"\x01"):
+        write(sdo, index, COUNT, value)
+        sdo.expect_abort(*READ_ONLY, of=mux)
+
+
+# Configuring one
+
+
+@must("channel.configured", clause=RECORD)
+def test_configured(sdo: Dialogue) -> None:
+    """A channel that was given two COB-IDs and enabled reads back so and serves, beside 1200h."""
+    (index,) = sdo.require_further()
+    with sdo.further() as other:
+        expect_cob_id(sdo, index, REQUEST, FIRST.request)
+        expect_cob_id(other, index, RESPONSE, FIRST.response)
+        for mux in sdo.device.steady():
+            due, found = sdo.upload(mux), other.upload(mux)
+            if found != due:
+                raise sdo.breach(f"{mux} reads {due.hex(' ')} on both channels", found.hex(" "))
+
+
+@must("channel.own-identifier", clause=RECORD)
+def test_own_identifier(sdo: Dialogue) -> None:
+    """What was asked on a channel is answered on its own response identifier and on no other."""
+    with sdo.further() as other:
+        other.fence()
+        stray = sdo.drain()
+        if stray:
+            raise sdo.breach(f"nothing on {sdo.channel.ids.response}", str(stray[0]))
+
+
+@must("channel.configured-by-itself", clause=RECORD)
+def test_default_configured_on_other(sdo: Dialogue) -> None:
+    """A second channel can be configured on the first further one: all reach the same objects."""
+    _, index = sdo.require_further(2)
+    with sdo.further() as other:
+        other.configure(index, SECOND)
+        with sdo.on_channel(SECOND) as third:
+            third.fence()
+        expect_cob_id(sdo, index, RESPONSE, SECOND.response)
+
+
+@must("channel.half-valid", clause=RECORD, half=HALVES)
+def test_half_valid(sdo: Dialogue, half: int) -> None:
+    """A channel exists when bit 31 is 0 in both COB-IDs: with one of them it answers nothing."""
+    (index,) = sdo.require_further()
+    sdo.configure(index, FIRST)
+    sdo.disable(Multiplexer(index, half))
+    sdo.expect_no_server(FIRST)
+
+
+@must("channel.disabled", clause=RECORD)
+def test_disabled(sdo: Dialogue) -> None:
+    """A channel that was disabled answers nothing any more, and serves again when enabled."""
+    (index,) = sdo.require_further()
+    with sdo.further() as other:
+        other.fence()
+        sdo.disable_channel(index)
+        sdo.expect_no_server(FIRST)
+        sdo.configure(index, FIRST)
+
+
+@must("channel.moved", clause=RECORD)
+def test_moved(sdo: Dialogue) -> None:
+    """A channel that got other COB-IDs serves on these and on the old ones no more."""
+    (index,) = sdo.require_further()
+    with sdo.further() as other:
+        other.fence()
+        sdo.configure(index, SECOND)
+        with sdo.on_channel(SECOND):
+            sdo.expect_no_server(FIRST)
+        sdo.configure(index, FIRST)
+
+
+@must("channel.moved-while-valid", clause=RECORD, half=HALVES)
+def test_moved_while_valid(sdo: Dialogue, half: int) -> None:
+    """The CAN-ID of a channel in use cannot be changed: it has to be disabled before."""
+    (index,) = sdo.require_further()
+    with sdo.further() as other:
+        wanted = SECOND.request if half == REQUEST else SECOND.response
+        before = FIRST.request if half == REQUEST else FIRST.response
+        write(sdo, index, half, bytes(wanted))
+        sdo.expect_abort(*NOT_NOW, of=Multiplexer(index, half))
+        expect_cob_id(sdo, index, half, before)
+        other.fence()
+
+
+@may("channel.same-value-while-valid", clause=RECORD)
+def test_same_value_while_valid(sdo: Dialogue) -> None:
+    """A COB-ID in use may be written with its own value; it may also be refused. It stays."""
+    (index,) = sdo.require_further()
+    with sdo.further() as other:
+        abort = sdo.try_cob_id(index, REQUEST, FIRST.request)
+        if abort is not None and abort.code not in NOT_NOW:
+            raise sdo.breach("a confirmation or 06090030h", describe_response(abort.encode()))
+        expect_cob_id(sdo, index, REQUEST, FIRST.request)
+        other.fence()
+
+
+@must("channel.stray-bits", clause=RECORD, bit=[11, 20, 28])
+def test_stray_bits(sdo: Dialogue, bit: int) -> None:
+    """Bits 28 to 11 of a COB-ID with an 11-bit CAN-ID are 0: others are refused."""
+    (index,) = sdo.require_further()
+    sdo.disable_channel(index)
+    before = sdo.cob_id(index, REQUEST)
+    write(sdo, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit, valid=False)))
+    sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, REQUEST))
+    expect_cob_id(sdo, index, REQUEST, before)
+    write(sdo, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit)))
+    sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, REQUEST))
+    expect_cob_id(sdo, index, REQUEST, before)
+
+
+@must("channel.restricted", clause=RESTRICTED_IDS, can_id=EDGES)
+def test_restricted(sdo: Dialogue, can_id: int) -> None:
+    """A CAN-ID of another service cannot be put into use, neither at once nor in two steps."""
+    (index,) = sdo.require_further()
+    sdo.disable_channel(index)
+    for sub_index in (REQUEST, RESPONSE):
+        write(sdo, index, sub_index, bytes(CobId(can_id)))
+        sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, sub_index))
+        write(sdo, index, sub_index, bytes(CobId(can_id, valid=False)))
+        if not sdo.refused_value(index, sub_index):
+            write(sdo, index, sub_index, bytes(CobId(can_id)))
+            sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, sub_index))
+        if sdo.cob_id(index, sub_index).valid:
+            raise sdo.breach(f"{can_id:03X}h not in use", "bit 31 is 0 though it was refused")
+
+
+@may("channel.dynamic", clause=RECORD)
+def test_dynamic(sdo: Dialogue) -> None:
+    """Bit 30 (assigned dynamically, once reserved) may be taken or refused; the channel serves."""
+    (index,) = sdo.require_further()
+    sdo.disable_channel(index)
+    wanted = CobId(FIRST.request.can_id, valid=False, dynamic=True)
+    write(sdo, index, REQUEST, bytes(wanted))
+    if not sdo.refused_value(index, REQUEST):
+        expect_cob_id(sdo, index, REQUEST, wanted)
+        write(sdo, index, REQUEST, bytes(CobId(FIRST.request.can_id, valid=False)))
+        sdo.refused_value(index, REQUEST)
+    sdo.configure(index, FIRST)
+    with sdo.on_channel(FIRST) as other:
+        other.fence()
+
+
+@must("channel.extended", clause=RECORD)
+def test_extended(sdo: Dialogue) -> None:
+    """A channel with 29-bit CAN-IDs serves on these; a device that cannot refuses bit 29."""
+    (index,) = sdo.require_further()
+    sdo.disable_channel(index)
+    write(sdo, index, REQUEST, bytes(LONG_CHANNEL.request.disabled()))
+    if (refused := sdo.take_confirmation(index, REQUEST)) is not None:
+        frame = refused.encode()
+        sdo.take_abort(frame, (AbortCode.VALUE_INVALID,), Multiplexer(index, REQUEST))
+        raise Unimplemented(describe_response(frame))
+    sdo.configure(index, LONG_CHANNEL)
+    with sdo.on_channel(LONG_CHANNEL) as other:
+        known, data = other.long_object()
+        sdo.expect_value(known, data)
+        expect_cob_id(other, index, REQUEST, LONG_CHANNEL.request)
+
+
+@must("channel.extended-is-another", clause=RECORD)
+def test_extended_is_another(sdo: Dialogue) -> None:
+    """A 29-bit frame with the number of an 11-bit request identifier is no request of it."""
+    with sdo.further() as other:
+        request = FIRST.request
+        extended = ChannelIds(CobId(request.can_id, True), FIRST.response)
+        with sdo.listen_on(extended) as wrong:
+            wrong.send(UploadInitiate(VENDOR_ID.mux))
+        stray = other.fence()
+        if stray:
+            raise sdo.breach("no answer to the 29-bit frame", describe_response(stray[0]))
+
+
+@must("channel.client-node-id", clause=RECORD, value={"0": 0, "128": 128, "255": 255})
+def test_client_node_id(sdo: Dialogue, value: int) -> None:
+    """Sub-index 03h takes node-IDs from 1 to 127 and nothing else."""
+    index = sdo.require_client_entry()
+    mux = Multiplexer(index, CLIENT)
+    sdo.learn(mux)
+    for good in (127, 1):
+        sdo.download(mux, bytes((good,)))
+    write(sdo, index, CLIENT, bytes((value,)))
+    sdo.expect_abort(*OUT_OF_RANGE, of=mux)
+    if (found := sdo.upload(mux)[:1]) != b"\1":
+        raise sdo.breach(f"{mux} reads 01 as before", found.hex())
+
+
+@must("channel.reset-restores", clause="7.3.2.2.1")
+def test_reset_restores(sdo: Dialogue) -> None:
+    """After a reset of the communication the records hold their power-on values."""
+    (index,) = sdo.require_further()
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    due = [sdo.cob_id(index, half) for half in (REQUEST, RESPONSE)]
+    sdo.configure(index, FIRST if due[0].can_id != FIRST.request.can_id else SECOND)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    for half, value in zip((REQUEST, RESPONSE), due, strict=True):
+        expect_cob_id(sdo, index, half, value)

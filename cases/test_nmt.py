@@ -1,0 +1,170 @@
+"""NMT states: where an SDO server answers and where it does not (CiA 301, 7.3.2)."""
+
+from conformance.device.device import VENDOR_ID
+from conformance.device.objects import KnownObject
+from conformance.run.case import may, must
+from conformance.run.dialogue import Dialogue
+from conformance.run.network_steps import HEARTBEAT_PERIOD, HEARTBEAT_TIME
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    DownloadSegment,
+    UploadInitiate,
+    UploadSegment,
+    decode_response,
+)
+from conformance.sdo.nmt import NmtCommand
+
+STATES = "7.3.2.2"
+RESETS = {"node": NmtCommand.RESET_NODE, "communication": NmtCommand.RESET_COMMUNICATION}
+SERVING = {
+    "operational": NmtCommand.START,
+    "pre-operational": NmtCommand.ENTER_PRE_OPERATIONAL,
+}
+# How a server may end a transfer when it is stopped; it may as well keep silent.
+GONE = (
+    AbortCode.CONNECTION_NOT_AVAILABLE,
+    AbortCode.DEVICE_STATE,
+    AbortCode.TIMED_OUT,
+)
+
+
+def start_transfer(sdo: Dialogue, kind: str, text: KnownObject) -> None:
+    """Begin a transfer of 21 bytes and leave it unfinished."""
+    if kind == "download":
+        sdo.initiate_download(text, 21)
+        sdo.download_segment(sdo.payload(7), toggle=0)
+    else:
+        sdo.store(text, sdo.payload(21))
+        sdo.start_segmented_upload(text)
+        sdo.upload_segment(toggle=0)
+
+
+def next_segment(sdo: Dialogue, kind: str) -> UploadSegment | DownloadSegment:
+    """Return the segment with which the transfer would go on."""
+    if kind == "download":
+        return DownloadSegment.with_data(sdo.payload(7), toggle=1)
+    return UploadSegment(1)
+
+
+@must("nmt.serves", clause=STATES, command=SERVING)
+def test_serves(sdo: Dialogue, text: KnownObject, command: NmtCommand) -> None:
+    """In Pre-operational and in Operational the server reads and writes as ever."""
+    sdo.nmt(command)
+    sdo.settle()
+    data = sdo.payload(17)
+    sdo.store(text, data)
+    sdo.expect_value(text, data)
+    sdo.fence()
+
+
+@must("nmt.stopped-silent", clause=STATES, command=SERVING)
+def test_stopped_silent(sdo: Dialogue, command: NmtCommand) -> None:
+    """In Stopped a request is not answered, not even by an abort, and not later either."""
+    sdo.produce_heartbeats()
+    sdo.nmt(NmtCommand.STOP)
+    sdo.settle()
+    sdo.send(UploadInitiate(VENDOR_ID.mux))
+    sdo.settle()
+    sdo.nmt(command)
+    sdo.settle()
+    sdo.expect_nothing()
+
+
+@must("nmt.stopped-writes-nothing", clause=STATES)
+def test_stopped_writes_nothing(sdo: Dialogue, number: KnownObject) -> None:
+    """A download that was sent in Stopped is not carried out, then or later."""
+    sdo.produce_heartbeats()
+    with sdo.unchanged(number) as before:
+        changed = bytes([before[0] ^ 1]) + before[1:]
+        sdo.nmt(NmtCommand.STOP)
+        sdo.settle()
+        sdo.send(DownloadInitiate.with_data(number.mux, changed[:4]))
+        sdo.settle()
+        sdo.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+        sdo.settle()
+        sdo.expect_nothing()
+
+
+@must("nmt.stopped-in-transfer", clause=STATES, kind=["upload", "download"])
+def test_stopped_in_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+    """A stop in mid-transfer is met with silence or one abort; the next transfer is served.
+
+    Its next segment is not answered in Stopped.
+    """
+    sdo.produce_heartbeats()
+    start_transfer(sdo, kind, text)
+    sdo.nmt(NmtCommand.STOP)
+    sdo.settle()
+    farewell = sdo.drain()
+    for frame in farewell:
+        response = decode_response(frame.data)
+        if not isinstance(response, Abort) or response.code not in GONE or len(farewell) > 1:
+            raise sdo.breach("silence, or one abort 060A0023h", describe_response(frame.data))
+    sdo.send(next_segment(sdo, kind))
+    sdo.settle()
+    sdo.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+    sdo.settle()
+    sdo.tracker.open = None
+    sdo.expect_nothing()
+    data = sdo.payload(9)
+    sdo.store(text, data, segmented=True)
+    sdo.expect_value(text, data)
+
+
+@must("nmt.reset-boots", clause="7.3.2.2.1", command=RESETS)
+def test_reset_boots(sdo: Dialogue, command: NmtCommand) -> None:
+    """A reset leads to a boot-up message, and from then on the server serves."""
+    sdo.reset(command)
+    sdo.fence()
+    sdo.reset(command)
+    sdo.fence()
+
+
+@must("nmt.reset-from-stopped", clause="7.3.2.2.1", command=RESETS)
+def test_reset_from_stopped(sdo: Dialogue, command: NmtCommand) -> None:
+    """A reset in Stopped leads to Pre-operational, where the server serves."""
+    sdo.nmt(NmtCommand.STOP)
+    sdo.reset(command)
+    sdo.fence()
+
+
+@must("nmt.reset-ends-transfer", clause="7.3.2.2.1", kind=["upload", "download"])
+def test_reset_ends_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+    """A transfer that a reset interrupted is forgotten: its next segment is not served."""
+    start_transfer(sdo, kind, text)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    sdo.drain()  # an abort on the way down is allowed
+    sdo.tracker.open = None
+    sdo.expect_dead(next_segment(sdo, kind))
+    data = sdo.payload(12)
+    sdo.store(text, data, segmented=True)
+    sdo.expect_value(text, data)
+
+
+@must("nmt.reset-keeps-objects", clause="7.3.2.2.1")
+def test_reset_keeps_objects(sdo: Dialogue) -> None:
+    """After a reset of the communication constants read as before."""
+    due = {mux: sdo.upload(mux) for mux in sdo.device.steady() if sdo.device.is_constant(mux)}
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    for mux, value in due.items():
+        if (found := sdo.upload(mux)) != value:
+            raise sdo.breach(f"{mux} reads {value.hex(' ')}", found.hex(" "))
+
+
+@may("nmt.heartbeat", clause="7.2.8.2.2", command=SERVING)
+def test_heartbeat(sdo: Dialogue, command: NmtCommand) -> None:
+    """With a time in 1017h the device tells its state, and SDO goes on; with 0 it tells nothing."""
+    if not sdo.produce_heartbeats():
+        raise Unimplemented(sdo.refusal(HEARTBEAT_TIME))
+    sdo.nmt(command)
+    sdo.settle()
+    sdo.fence()
+    sdo.download(HEARTBEAT_TIME, bytes(2))
+    sdo.channel.receive_error_control(0)  # one may have been on its way
+    if sdo.channel.receive_error_control(2 * HEARTBEAT_PERIOD) is not None:
+        raise sdo.breach("no heartbeat with 1017h = 0", "one came")
+    sdo.fence()

@@ -1,0 +1,175 @@
+"""Nodes that are unusual, and right, in their SDO channels and in NMT."""
+
+from conformance.faults.initiates import initiated
+from conformance.faults.registry import variant
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import CobId
+from conformance.sdo.frames import Abort
+from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.node import HEARTBEAT_TIME, Node, ServerChannel
+from conformance.sdo.objects import Refusal
+from conformance.sdo.parameters import ServerParameter
+from conformance.sdo.segmented_server import SegmentedServer
+
+
+@variant("no-further-channels")
+class NoFurtherChannels(Node):
+    """Has the default channel only."""
+
+    def __init__(
+        self,
+        node_id: int,
+        server: SegmentedServer,
+        *further: SegmentedServer,
+        server_timeout: float | None = None,
+    ) -> None:
+        """Leave the others away."""
+        super().__init__(node_id, server, server_timeout=server_timeout)
+
+
+@variant("one-further-channel")
+class OneFurtherChannel(Node):
+    """Has one channel beside the default one."""
+
+    def __init__(
+        self,
+        node_id: int,
+        server: SegmentedServer,
+        *further: SegmentedServer,
+        server_timeout: float | None = None,
+    ) -> None:
+        """Leave the others away."""
+        super().__init__(node_id, server, *further[:1], server_timeout=server_timeout)
+
+
+@variant("channels-with-client-node-id")
+class ChannelsWithClient(Node):
+    """Has a sub-index 03h in all its further records."""
+
+    def further_record(self, number: int) -> ServerParameter:
+        """Return one that has it."""
+        return ServerParameter.further(number, self.check_cob_id, self.check_client)
+
+
+@variant("channels-without-client-node-id")
+class ChannelsWithoutClient(Node):
+    """Has no sub-index 03h in its further records."""
+
+    def further_record(self, number: int) -> ServerParameter:
+        """Return one without it."""
+        return ServerParameter.further(number, self.check_cob_id)
+
+
+@variant("channels-11-bit-only")
+class ElevenBitOnly(Node):
+    """Refuses bit 29 of a COB-ID."""
+
+    def check_format(self, wanted: CobId) -> None:
+        """Refuse it."""
+        super().check_format(wanted)
+        if wanted.extended:
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+
+@variant("channels-static-only")
+class StaticOnly(Node):
+    """Refuses bit 30 of a COB-ID, which was reserved once."""
+
+    def check_format(self, wanted: CobId) -> None:
+        """Refuse it."""
+        super().check_format(wanted)
+        if wanted.dynamic:
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+
+@variant("channel-in-use-is-locked")
+class LockedInUse(Node):
+    """Takes nothing for a COB-ID in use but bit 31, not even its own value."""
+
+    def check_in_use(self, before: CobId, wanted: CobId) -> None:
+        """Ask for bit 31."""
+        if before.valid and wanted != before.disabled():
+            raise Refusal(AbortCode.DEVICE_STATE)
+
+
+@variant("channel-restricted-refused-early")
+class RestrictedEarly(Node):
+    """Refuses a restricted CAN-ID also while the channel is not in use."""
+
+    def check_restricted(self, wanted: CobId) -> None:
+        """Ask as if it were; 000h is what a channel has before it gets one."""
+        if wanted.can_id:
+            super().check_restricted(CobId(wanted.can_id, wanted.extended))
+        super().check_restricted(wanted)
+
+
+class _OneClientAtATime(Node):
+    """Refuses an object that is in a transfer on another channel."""
+
+    code = AbortCode.LOCAL_CONTROL
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        """Look at the other transfers."""
+        mux = initiated(frame)
+        used = {
+            other.server.transfer.mux
+            for other in self.channels
+            if other is not channel and other.server.transfer is not None
+        }
+        if mux is not None and channel.server.transfer is None and mux in used:
+            return [Abort(mux, self.code).encode()]
+        return super().serve(channel, frame)
+
+
+@variant("object-busy-with-08000021")
+class BusyLocalControl(_OneClientAtATime):
+    """Refuses an object that another channel uses with 08000021h."""
+
+
+@variant("object-busy-with-060A0023")
+class BusyConnection(_OneClientAtATime):
+    """Refuses an object that another channel uses with 060A0023h."""
+
+    code = AbortCode.CONNECTION_NOT_AVAILABLE
+
+
+@variant("stopped-with-an-abort")
+class StoppedWithAbort(Node):
+    """Ends a transfer that is running when it is stopped with an abort."""
+
+    def follow(self, command: NmtCommand) -> list[CanFrame]:
+        """Say goodbye on every channel that is busy."""
+        frames: list[CanFrame] = []
+        for channel in self.channels if command is NmtCommand.STOP else ():
+            if channel.server.transfer is not None:
+                mux = channel.server.transfer.mux
+                abort = Abort(mux, AbortCode.CONNECTION_NOT_AVAILABLE)
+                frames += self.answers(channel, [abort.encode()])
+        return frames + super().follow(command)
+
+
+@variant("no-heartbeat")
+class NoHeartbeat(Node):
+    """Has no 1017h."""
+
+    def __init__(
+        self,
+        node_id: int,
+        server: SegmentedServer,
+        *further: SegmentedServer,
+        server_timeout: float | None = None,
+    ) -> None:
+        """Take it out of the object dictionary."""
+        super().__init__(node_id, server, *further, server_timeout=server_timeout)
+        self.objects.remove(HEARTBEAT_TIME.index)
+
+
+@variant("operational-at-once")
+class OperationalAtOnce(Node):
+    """Enters Operational by itself behind its boot-up message."""
+
+    def start(self) -> list[CanFrame]:
+        """Go on."""
+        frames = super().start()
+        return frames + self.follow(NmtCommand.START)

@@ -1,0 +1,253 @@
+"""What a case does with further SDO channels of a device: it configures them and talks on them.
+
+A channel is configured as CiA 301 has it (7.5.2.33): it is disabled first, then it gets its new
+COB-IDs, and then it is enabled. The values of before are put back after the case.
+"""
+
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
+from typing import Self
+
+from conformance.bus.channel import Channel
+from conformance.device.device import VENDOR_ID, NotTestable
+from conformance.device.safety import Permission
+from conformance.run.network_steps import NetworkSteps
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import Step
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.cob_id import ChannelIds, CobId
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
+
+DEFAULT_RECORD = 0x1200
+LAST_RECORD = 0x127F
+COUNT, REQUEST, RESPONSE, CLIENT = range(4)
+NOT_THERE = (AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR)
+NO_SUCH_ENTRY = (*NOT_THERE, AbortCode.SUB_INDEX_MISSING)
+BAD_VALUE = (AbortCode.VALUE_INVALID, AbortCode.GENERAL_ERROR)
+# CAN-IDs that the predefined connection set leaves free, for requests and responses.
+TEST_CHANNELS = (
+    ChannelIds(CobId(0x681), CobId(0x6A1)),
+    ChannelIds(CobId(0x682), CobId(0x6A2)),
+)
+LONG_CHANNEL = ChannelIds(CobId(0x18FF_0681, True), CobId(0x18FF_06A1, True))
+
+Running = tuple["ChannelSteps", Generator[Step, bytes, object]]
+
+
+def is_cob_id(mux: Multiplexer) -> bool:
+    """Say whether an entry is a COB-ID that is disabled before it is moved: 1200h is not."""
+    in_record = DEFAULT_RECORD < mux.index <= LAST_RECORD
+    return in_record and mux.sub_index in (REQUEST, RESPONSE)
+
+
+class ChannelSteps(NetworkSteps):
+    """Exchanges on several channels of one device."""
+
+    # Which channels there are
+
+    def further_channels(self) -> tuple[int, ...]:
+        """Return the records behind 1200h, those first that are not in use; looks once in a run."""
+        if self.device.further_channels is None:
+            found = []
+            for index in range(DEFAULT_RECORD + 1, LAST_RECORD + 1):
+                try:
+                    request = CobId.from_bytes(self.read(Multiplexer(index, REQUEST)))
+                except ServerAborted:
+                    break
+                found.append((request.valid, index))
+            self.device.further_channels = tuple(index for _, index in sorted(found))
+        return self.device.further_channels
+
+    def require_records(self, count: int = 1) -> tuple[int, ...]:
+        """Return so many records behind 1200h, none of them that of this channel.
+
+        Raises Unimplemented, with the refusal, when the device has not as many.
+        """
+        found = self.further_channels()
+        if len(found) < count:
+            raise Unimplemented(self.refusal(Multiplexer(DEFAULT_RECORD + 1 + len(found), REQUEST)))
+        others = tuple(index for index in found if not self._is_own(index))[:count]
+        if len(others) < count:
+            raise NotTestable(
+                f"needs {count} SDO channel(s) beside the default one and {self.channel.ids}"
+            )
+        return others
+
+    def _is_own(self, index: int) -> bool:
+        if self.on_default_channel:
+            return False
+        return self.cob_id(index, REQUEST).can_id == self.channel.ids.request.can_id
+
+    def require_further(self, count: int = 1) -> tuple[int, ...]:
+        """Return so many records that may be configured; raises NotTestable without permission."""
+        found = self.require_records(count)
+        self.require_parameters()
+        return found
+
+    def require_parameters(self) -> None:
+        """Raise NotTestable unless SDO parameters may be written."""
+        self.require(Permission.SDO_PARAMETERS)
+
+    def require_client_entry(self) -> int:
+        """Return a record with a sub-index 03h that may be configured."""
+        self.require_further()
+        found = [index for index in self.further_channels() if not self._is_own(index)]
+        for index in found:
+            if self.upload(Multiplexer(index, COUNT))[:1] == bytes((CLIENT,)):
+                return index
+        raise Unimplemented(self.refusal(Multiplexer(found[0], CLIENT)))
+
+    def refusal(self, mux: Multiplexer) -> str:
+        """Read what has to be refused because it does not exist; return the refusal in words."""
+        try:
+            self.read(mux)
+        except ServerAborted as aborted:
+            shown = describe_response(aborted.abort.encode())
+            if aborted.abort.code in (NO_SUCH_ENTRY if mux.sub_index == CLIENT else NOT_THERE):
+                return shown
+            raise self.breach(f"{mux} to be refused as missing", shown) from aborted
+        raise self.breach(f"{mux} to be refused as before", "it is served")
+
+    # COB-IDs
+
+    def cob_id(self, index: int, sub_index: int) -> CobId:
+        """Read a COB-ID of a record."""
+        return CobId.from_bytes(self.upload(Multiplexer(index, sub_index)))
+
+    def try_cob_id(self, index: int, sub_index: int, cob_id: CobId) -> Abort | None:
+        """Write a COB-ID to a record; return the abort if the server refuses."""
+        return self.write_parameter(Multiplexer(index, sub_index), bytes(cob_id))
+
+    def set_cob_id(self, index: int, sub_index: int, cob_id: CobId) -> None:
+        """Write a COB-ID to a record, which the server has to take."""
+        abort = self.try_cob_id(index, sub_index, cob_id)
+        if abort is not None:
+            raise Violation(
+                NOT_REFUSED,
+                expected=f"{cob_id} to be taken for {Multiplexer(index, sub_index)}",
+                actual=describe_response(abort.encode()),
+            )
+
+    def take_confirmation(self, index: int, sub_index: int) -> Abort | None:
+        """Take the answer to a write to a record: a confirmation, or an abort to be judged."""
+        try:
+            self.checks.download_initiate(self.receive(), Multiplexer(index, sub_index))
+        except ServerAborted as aborted:
+            return aborted.abort
+        return None
+
+    def refused_value(self, index: int, sub_index: int) -> bool:
+        """Take the answer to a write to a record: taken, or refused for its value."""
+        abort = self.take_confirmation(index, sub_index)
+        if abort is not None and abort.code not in BAD_VALUE:
+            raise self.breach(
+                "a confirmation, or an abort for the value (06090030h)",
+                describe_response(abort.encode()),
+            )
+        return abort is not None
+
+    def disable(self, mux: Multiplexer) -> None:
+        """Set bit 31 of a COB-ID that is in use."""
+        before = CobId.from_bytes(self.upload(mux))
+        if before.valid:
+            self.set_cob_id(mux.index, mux.sub_index, before.disabled())
+
+    def disable_channel(self, index: int) -> None:
+        """Take a channel out of use: bit 31 of both its COB-IDs is set."""
+        for sub_index in (REQUEST, RESPONSE):
+            self.disable(Multiplexer(index, sub_index))
+
+    def configure(self, index: int, ids: ChannelIds) -> None:
+        """Give a channel its COB-IDs and put it into use."""
+        if ids == self.channel.ids:
+            raise NotTestable(f"needs {ids}, which are those of the channel under test")
+        self.disable_channel(index)
+        for cob_ids in (
+            (ids.request.disabled(), ids.response.disabled()),
+            (ids.request, ids.response),
+        ):
+            for sub_index, cob_id in zip((REQUEST, RESPONSE), cob_ids, strict=True):
+                self.set_cob_id(index, sub_index, cob_id)
+
+    # Talking on them
+
+    @contextmanager
+    def on_channel(self, ids: ChannelIds) -> Iterator[Self]:
+        """Talk on a channel that was configured; its server has to be idle in the end."""
+        with self.listen_on(ids) as other:
+            yield other
+            other.end_transfer()
+            stray = other.fence()
+            if stray:
+                raise Violation(
+                    IDLE_AFTERWARDS,
+                    expected=f"nothing but the answer to a read of 1000h on {ids}",
+                    actual="; ".join(map(describe_response, stray)),
+                )
+
+    @contextmanager
+    def listen_on(self, ids: ChannelIds) -> Iterator[Self]:
+        """Talk on a channel that need not be there; what is found counts for this case."""
+        channel = Channel(
+            self.channel.link, self.device.node_id, self.channel.response_timeout, ids
+        )
+        other = type(self)(channel, self.device, self.rule, seed=0)
+        other.minor, other.notes, other.written = self.minor, self.notes, self.written
+        other.checks, other.client = self.checks, self.client
+        self.channels.append(ids)
+        try:
+            yield other
+        finally:
+            channel.close()
+            self.waited += other.waited
+            self.latency = max(self.latency, other.latency)
+
+    def expect_no_server(self, ids: ChannelIds) -> None:
+        """Expect that a request on a channel is not answered, and that this channel still serves.
+
+        The request is followed by two reads on this channel: a server that answers late is heard
+        while it answers these.
+        """
+        with self.listen_on(ids) as other:
+            other.send(UploadInitiate(VENDOR_ID.mux))
+            self.fence()
+            self.fence()
+            answers = other.drain()
+        if answers:
+            raise self.breach(f"no answer on {ids}", str(answers[0]))
+
+    @contextmanager
+    def further(self, number: int = 0) -> Iterator[Self]:
+        """Configure a further channel, the first or the second, and talk on it."""
+        index = self.require_further(number + 1)[number]
+        ids = TEST_CHANNELS[number]
+        self.configure(index, ids)
+        with self.on_channel(ids) as other:
+            yield other
+
+
+def interleave(*running: Running) -> list[object]:
+    """Run transfers at the same time, each on its own channel; return their results.
+
+    In each round all send their requests before the answer to any of them is taken. A transfer
+    that the server aborts has the abort for its result.
+    """
+    results: list[object] = [None] * len(running)
+    due: dict[int, Step] = {number: next(transfer) for number, (_, transfer) in enumerate(running)}
+    while due:
+        awaited = {number: running[number][0].ask(step) for number, step in due.items()}
+        for number, answer_due in awaited.items():
+            sdo, transfer = running[number]
+            try:
+                due[number] = transfer.send(sdo.receive()) if answer_due else next(transfer)
+            except StopIteration as done:
+                results[number] = done.value
+                del due[number]
+            except ServerAborted as aborted:
+                results[number] = aborted.abort
+                del due[number]
+    return results

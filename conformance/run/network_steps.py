@@ -1,0 +1,133 @@
+"""What a case does beside SDO: NMT commands, boot-up and heartbeat, communication parameters.
+
+All of it needs a permission of the user. What was done is undone: the device ends Pre-operational,
+and the parameters get back what they held.
+"""
+
+from conformance.bus.channel import Channel
+from conformance.device.device import Device, NotTestable
+from conformance.device.safety import Permission
+from conformance.run.block_steps import BlockSteps
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.frames import Abort
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import TRANSITIONS, NmtCommand, NmtMessage, NmtState
+from conformance.sdo.rules import Rule
+
+HEARTBEAT_TIME = Multiplexer(0x1017)
+HEARTBEAT_PERIOD = 0.02
+# Within how many seconds a device boots.
+BOOT_TIME = 5.0
+# How long a device without heartbeats gets to enter a state that nobody can see.
+SETTLING_TIME = 0.1
+PURPOSES = {
+    Permission.NMT: "to send NMT commands to the device",
+    Permission.SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
+}
+
+
+class NetworkSteps(BlockSteps):
+    """NMT and communication parameters of one device."""
+
+    def __init__(self, channel: Channel, device: Device, rule: Rule, seed: int) -> None:
+        """Nothing was asked of the device yet: its NMT state is what it was."""
+        super().__init__(channel, device, rule, seed)
+        self.nmt_state: NmtState | None = None
+        self.expected_boot_ups = 0
+        self._booting = False
+        self._beating = False
+
+    def require(self, permission: Permission) -> None:
+        """Raise NotTestable without a permission."""
+        if permission not in self.device.permissions:
+            raise NotTestable(f"needs permission {PURPOSES[permission]}: add --allow={permission}")
+
+    @property
+    def on_default_channel(self) -> bool:
+        """Whether the case talks on the default channel of the device, which is always there."""
+        return self.channel.ids == ChannelIds.default(self.device.node_id)
+
+    # Network management
+
+    def nmt(self, command: NmtCommand) -> None:
+        """Send a command to the device."""
+        self.require(Permission.NMT)
+        state = TRANSITIONS[command]
+        if state is NmtState.INITIALISING:
+            if not self.on_default_channel:
+                raise NotTestable("a reset may end this channel: needs the default SDO channel")
+            self.expected_boot_ups += 1
+            self._booting = True
+            self._beating = False
+        if not state.serves_sdo:
+            self.tracker.open = None
+        self.nmt_state = state
+        self.channel.send_nmt(NmtMessage(command, self.device.node_id))
+
+    def expect_boot_up(self) -> None:
+        """Expect the boot-up message that follows a reset."""
+        self._booting = False
+        while (frame := self.channel.receive_error_control(BOOT_TIME)) is not None:
+            if frame.data[0] == NmtState.INITIALISING:
+                self.nmt_state = NmtState.PRE_OPERATIONAL
+                return
+        raise self.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
+
+    def reset(self, command: NmtCommand) -> None:
+        """Reset the device and see it boot."""
+        self.nmt(command)
+        self.expect_boot_up()
+
+    def produce_heartbeats(self) -> bool:
+        """Let the device tell its state by a time in 1017h; say whether it can."""
+        self.require(Permission.NMT)
+        period = round(HEARTBEAT_PERIOD * 1000).to_bytes(2, "little")
+        self._beating = (
+            self.learn(HEARTBEAT_TIME) and self.write_parameter(HEARTBEAT_TIME, period) is None
+        )
+        return self._beating
+
+    def settle(self) -> None:
+        """Wait until the device tells that it is in the state last asked for, twice if it beats.
+
+        The first heartbeat may have been on its way when the last frame was sent to the device.
+        """
+        if not self._beating:
+            self.channel.receive_error_control(SETTLING_TIME)
+            return
+        told = 0
+        for _ in range(round(self.channel.response_timeout / HEARTBEAT_PERIOD) + 2):
+            frame = self.channel.receive_error_control()
+            if frame is None:
+                raise self.breach("heartbeats, as 1017h says", "none")
+            told = told + 1 if frame.data[0] & 0x7F == self.nmt_state else 0
+            if told > 1:
+                return
+        state = NmtState.INITIALISING if self.nmt_state is None else self.nmt_state
+        raise self.breach(f"heartbeats with {state:02X}h", f"{frame}")
+
+    def end_nmt(self) -> None:
+        """Leave the device in a state in which it serves, whatever became of the case."""
+        if self._booting:
+            self.channel.receive_error_control(BOOT_TIME)
+            self._booting = False
+        if self.nmt_state not in (None, NmtState.PRE_OPERATIONAL):
+            self.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
+
+    # Communication parameters
+
+    def learn(self, mux: Multiplexer) -> bool:
+        """Read a parameter before it is written for the first time; say whether it is there."""
+        if mux not in self.device.parameters:
+            try:
+                self.device.parameters[mux] = self.read(mux)
+            except ServerAborted:
+                return False
+        return True
+
+    def write_parameter(self, mux: Multiplexer, data: bytes) -> Abort | None:
+        """Write a parameter that was learned; return the abort if the server refuses."""
+        if not self.learn(mux):
+            raise self.breach(f"{mux} to be readable", "it is not")
+        return self.try_download(mux, data)

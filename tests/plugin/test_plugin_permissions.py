@@ -1,0 +1,112 @@
+"""Nothing of NMT or 12xxh without permission, and runs on another channel than the default one."""
+
+import pytest
+from plugin_runs import NODE_ID, hosted, run, the_report
+
+from conformance.faults.catalogue import build_node
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.node import Node
+
+pytest_plugins = ["pytester"]
+
+NETWORK = "test_channel or test_nmt"
+
+
+class Watched:
+    """The reference node; keeps NMT commands and what would write to communication objects."""
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.commands: list[bytes] = []
+        self.writes: set[int] = set()
+
+    def start(self) -> list[CanFrame]:
+        return self.node.start()
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        if frame.can_id == 0:
+            self.commands.append(frame.data)
+        index = int.from_bytes(frame.data[1:3], "little")
+        if frame.can_id == 0x600 + NODE_ID and frame.data[0] >> 5 == 1 and index < 0x2000:
+            self.writes.add(index)
+        return self.node.receive(frame)
+
+    def advance(self, now: float) -> list[CanFrame]:
+        return self.node.advance(now)
+
+    @property
+    def wake_at(self) -> float | None:
+        return self.node.wake_at
+
+
+def cases(pytester: pytest.Pytester, *options: str) -> tuple[pytest.RunResult, Watched]:
+    """Run the cases on channels and NMT against a device that is not the built-in one."""
+    watched = Watched(build_node(None, NODE_ID))
+    objects = ("--object=2004=unsigned32", "--object=2010=visible_string", "--object=2011=domain")
+    with hosted(watched) as bus:
+        device = (f"--node-id={NODE_ID}", *bus, *objects)
+        return run(pytester, *device, "-k", NETWORK, *options), watched
+
+
+def test_without_permission(pytester: pytest.Pytester) -> None:
+    """Reading is allowed, and each case that needs more says what to add."""
+    result, watched = cases(pytester)
+    counts = result.parseoutcomes()
+    assert result.ret == 0
+    assert counts["passed"] < 10 < counts["skipped"]
+    assert watched.commands == []
+    assert watched.writes == set()
+    text = result.stdout.str()
+    assert "needs permission to send NMT commands to the device: add --allow=nmt" in text
+    assert "add --allow=sdo-parameters" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "other", "indices"),
+    [("nmt", "sdo-parameters", {0x1017}), ("sdo-parameters", "nmt", {0x1200, 0x1201, 0x1202})],
+)
+def test_one_permission(
+    pytester: pytest.Pytester, name: str, other: str, indices: set[int]
+) -> None:
+    result, watched = cases(pytester, f"--allow={name}")
+    assert result.ret == 0
+    assert bool(watched.commands) is (name == "nmt")
+    assert {data[1] for data in watched.commands} <= {NODE_ID}
+    assert watched.writes == indices
+    text = result.stdout.str()
+    assert f"add --allow={other}" in text
+    assert f"add --allow={name}\n" not in text
+
+
+def test_both_permissions(pytester: pytest.Pytester) -> None:
+    result, watched = cases(pytester, "--allow=nmt", "--allow=sdo-parameters")
+    assert result.ret == 0
+    assert "skipped" not in result.parseoutcomes()
+    assert not any(channel.record.is_valid for channel in watched.node.channels[1:])
+    assert watched.node.state.serves_sdo
+    assert watched.node.heartbeat_time.value == bytes(2)
+
+
+@pytest.mark.parametrize(
+    ("option", "values"),
+    [("640:5C0", ("40060000", "C0050000")), ("18FF0B05:18FF0C05", ("050BFF38", "050CFF38"))],
+    ids=["11-bit", "29-bit"],
+)
+def test_another_channel(pytester: pytest.Pytester, option: str, values: tuple[str, str]) -> None:
+    """The whole of the cases on a channel that was configured before; it stays as it is."""
+    node = build_node(None, NODE_ID)
+    for sub_index, value in enumerate(values, 1):
+        node.channels[1].record.entries[sub_index].value = bytes.fromhex(value)
+    objects = ("--object=2004=unsigned32", "--object=2010=visible_string", "--object=2011=domain")
+    with hosted(node) as bus:
+        result = run(
+            pytester,
+            *(f"--node-id={NODE_ID}", *bus, *objects, f"--sdo-channel={option}"),
+            *("--allow=sdo-parameters", "-k", "test_expedited or test_frame or test_channel"),
+        )
+    assert result.ret == 0, result.stdout.str()
+    assert result.parseoutcomes()["passed"] > 50
+    assert node.channels[1].record.is_valid
+    assert not node.channels[2].record.is_valid
+    log = (the_report(pytester) / "bus.log").read_text()
+    assert f" {option.partition(':')[0]}#4000100000000000" in log

@@ -1,0 +1,203 @@
+"""Cases on several channels and with NMT: what they configure is undone however they end."""
+
+import pytest
+from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
+
+from conformance.device.device import NotTestable
+from conformance.device.safety import ALL_PERMISSIONS, WritePolicy
+from conformance.faults.catalogue import build_node
+from conformance.run.channel_steps import TEST_CHANNELS, interleave
+from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.verdict import Unimplemented, Verdict
+from conformance.sdo.cob_id import CobId
+from conformance.sdo.frames import Abort, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand, NmtState
+from conformance.sdo.node import Node
+from conformance.sdo.rules import Level, Rule, Violation
+
+RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")
+FIRST, SECOND = TEST_CHANNELS
+
+
+def allow(bench: Workbench) -> None:
+    """Let the cases do what users have to permit."""
+    bench.device.permissions = ALL_PERMISSIONS
+    writable = [known.mux for known in bench.device.objects if known.access.writable]
+    bench.device.policy = WritePolicy(writable, ALL_PERMISSIONS)
+
+
+def case(session: DeviceSession) -> CaseRun:
+    return session.begin("test.case", "test", RULE)
+
+
+def violation() -> Violation:
+    return Violation(RULE, expected="this", actual="that")
+
+
+@pytest.fixture
+def node() -> Node:
+    return build_node(None, NODE_ID)
+
+
+@pytest.mark.parametrize("error", [None, violation(), AssertionError("own")], ids=repr)
+def test_channels_are_put_back(node: Node, error: Exception | None) -> None:
+    records = [channel.record for channel in node.channels[1:]]
+    records[0].entries[1].value = bytes(CobId(0x6B1))
+    records[0].entries[2].value = bytes(CobId(0x6B2))
+    with discovered(node) as bench:
+        allow(bench)
+        run = case(bench.session())
+        run.sdo.configure(0x1201, FIRST)
+        run.sdo.configure(0x1202, SECOND)
+        assert records[0].request == FIRST.request
+        result = run.conclude(error)
+    assert (records[0].request, records[0].response) == (CobId(0x6B1), CobId(0x6B2))
+    assert not records[1].is_valid
+    assert result.verdict is (Verdict.FAIL if error else Verdict.PASS)
+
+
+@pytest.mark.parametrize(
+    "command", [NmtCommand.STOP, NmtCommand.START, NmtCommand.RESET_NODE], ids=str
+)
+def test_the_device_serves_again_however_a_case_ends(node: Node, command: NmtCommand) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        session = bench.session()
+        run = case(session)
+        run.sdo.produce_heartbeats()
+        run.sdo.nmt(command)
+        assert run.conclude(violation()).afterwards.value == "idle"
+        assert case(session).conclude(None).verdict is Verdict.PASS
+        assert session.restorer.unrestored == {}
+    assert node.state is NmtState.PRE_OPERATIONAL
+    assert node.heartbeat_time.value == bytes(2)
+
+
+def test_a_boot_up_that_was_asked_for_is_no_reboot(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        session = bench.session()
+        run = case(session)
+        run.sdo.reset(NmtCommand.RESET_COMMUNICATION)
+        run.sdo.reset(NmtCommand.RESET_NODE)
+        assert run.conclude(None).verdict is Verdict.PASS
+        assert session.device.boot_ups >= 2
+
+
+def test_one_boot_up_more_than_asked_for_is(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        run = case(bench.session())
+        run.sdo.reset(NmtCommand.RESET_COMMUNICATION)
+        bench.send_from_elsewhere(node.start()[0])
+        result = run.conclude(None)
+    assert result.verdict is Verdict.FAIL
+    assert result.broken_rule.startswith("server.no-reboot")
+
+
+def test_permission_is_asked_for_before_anything_is_sent(node: Node) -> None:
+    with discovered(node) as bench:
+        sdo = bench.dialogue()
+        with pytest.raises(NotTestable, match="--allow=nmt"):
+            sdo.nmt(NmtCommand.STOP)
+        with pytest.raises(NotTestable, match="--allow=sdo-parameters"), sdo.further():
+            raise AssertionError("unreachable")
+        assert node.state is NmtState.PRE_OPERATIONAL
+        assert sdo.written == set()
+
+
+@pytest.mark.parametrize(
+    ("name", "records"),
+    [(None, (0x1201, 0x1202)), ("one-further-channel", (0x1201,)), ("no-further-channels", ())],
+)
+def test_which_channels_there_are(name: str | None, records: tuple[int, ...]) -> None:
+    with discovered(build_node(name, NODE_ID)) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        assert sdo.further_channels() == records
+        with pytest.raises(Unimplemented, match="06020000"):
+            sdo.require_further(len(records) + 1)
+
+
+def test_channels_in_use_come_last(node: Node) -> None:
+    node.channels[1].record.entries[1].value = bytes(CobId(0x6B1))
+    with discovered(node) as bench:
+        assert bench.dialogue().further_channels() == (0x1202, 0x1201)
+
+
+def test_transfers_step_by_step(node: Node) -> None:
+    """The requests of a round go out before an answer is taken; an abort is a result."""
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        sent: list[int] = []
+        sdo.channel.link.listen(lambda captured: sent.append(captured.frame.can_id))
+        with sdo.further() as other:
+            sent.clear()
+            results = interleave(
+                (sdo, sdo.client.download(TEXT.mux, b"fourteen bytes")),
+                (other, other.client.download(NUMBER.mux, b"\1\2\3\4")),
+            )
+    requests = [can_id for can_id in sent if can_id in (0x605, 0x681)]
+    assert requests[:3] == [0x605, 0x681, 0x605]
+    assert sent[:2] == [0x605, 0x681]
+    assert results == [None, None]
+
+
+def test_a_refused_transfer_does_not_stop_the_others(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        with sdo.further() as other:
+            refused, served = interleave(
+                (sdo, sdo.client.upload(Multiplexer(0x1FFF))),
+                (other, other.client.upload(Multiplexer(0x1008))),
+            )
+    assert isinstance(refused, Abort)
+    assert refused.code == 0x06020000
+    assert getattr(served, "data", None) == bench.device.values[Multiplexer(0x1008)]
+
+
+def test_what_is_left_on_a_channel_fails_the_case(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        with pytest.raises(Violation, match="idle-afterwards"), sdo.further() as other:
+            other.send(UploadInitiate(Multiplexer(0x1018, 1)))
+
+
+def test_frames_of_all_channels_are_shown_in_words(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        run = case(bench.session())
+        with run.sdo.further() as other:
+            other.upload(Multiplexer(0x1018, 1))
+        run.sdo.nmt(NmtCommand.START)
+        trace = "\n".join(run.conclude(None).trace)
+    assert "681#4018100100000000 upload initiate 1018h:01" in trace
+    assert "6A1#4318100100000000 upload initiate response 1018h:01" in trace
+    assert "000#0105             NMT: start, node 5" in trace
+
+
+def test_silence_on_a_disabled_channel_is_proven(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        sdo.expect_no_server(FIRST)
+        sdo.configure(0x1201, FIRST)
+        with pytest.raises(Violation, match="no answer on 681h and 6A1h"):
+            sdo.expect_no_server(FIRST)
+
+
+def test_a_state_is_seen_in_heartbeats(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        assert sdo.produce_heartbeats()
+        sdo.nmt(NmtCommand.STOP)
+        sdo.settle()
+        assert node.state is NmtState.STOPPED
+        sdo.end_nmt()
+        sdo.settle()
+        assert sdo.fence() == []
