@@ -14,8 +14,8 @@ from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.description import HIGHEST_NODE_ID
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
-from conformance.options import HIGHEST_NODE_ID
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH

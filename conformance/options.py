@@ -9,9 +9,19 @@ import pytest
 
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
+from conformance.device.description import (
+    HIGHEST_NODE_ID,
+    Description,
+    KnownDeviation,
+    read_description,
+)
+from conformance.device.eds import read_eds
+from conformance.device.files import FileError
+from conformance.device.listing import Listing
 from conformance.device.objects import ObjectNameError, parse_object
+from conformance.device.permits import NotPermitted, Permits
 from conformance.faults.catalogue import UnknownServer, find_deviation
-from conformance.faults.device import REFERENCE_OBJECTS
+from conformance.faults.listing import reference_listing, reference_permits
 from conformance.run.bench import (
     DEFAULT_RESPONSE_TIMEOUT,
     DEFAULT_SEED,
@@ -20,7 +30,6 @@ from conformance.run.bench import (
 )
 
 SELF_TEST_NODE = 5
-HIGHEST_NODE_ID = 127
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +41,7 @@ class Options:
     server: str | None
     report_dir: Path
     strict: bool
+    deviations: tuple[KnownDeviation, ...] = ()
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -42,6 +52,18 @@ def add_options(parser: pytest.Parser) -> None:
         metavar="N",
         type=_node_ids,
         help="node-ID of the device under test, 1 to 127; a list like 1-4,9 for several",
+    )
+    group.addoption(
+        "--device",
+        metavar="FILE.toml",
+        dest="device_description",
+        help="the description of the device: node-ID, bus, EDS, what may be written and more; "
+        "options override it",
+    )
+    group.addoption(
+        "--eds",
+        metavar="FILE",
+        help="the EDS or DCF of the device: adds cases for every object that it lists",
     )
     group.addoption("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     group.addoption("--can-channel", metavar="NAME", help="channel of the interface (can0)")
@@ -55,8 +77,7 @@ def add_options(parser: pytest.Parser) -> None:
         "--response-timeout",
         metavar="SECONDS",
         type=_seconds,
-        default=DEFAULT_RESPONSE_TIMEOUT,
-        help="time within which a response has to come (%(default)s)",
+        help=f"time within which a response has to come ({DEFAULT_RESPONSE_TIMEOUT})",
     )
     group.addoption(
         "--object",
@@ -99,10 +120,11 @@ def read_options(config: pytest.Config) -> Options | None:
     Raises pytest.UsageError with a sentence.
     """
     self_test = bool(config.getoption("self_test"))
-    node_ids = config.getoption("node_id")
     server = config.getoption("fault")
     if server is not None and not self_test:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
+    description = _description(config, self_test=self_test)
+    node_ids = _wanted_nodes(config, description)
     if not self_test and node_ids is None:
         return None
     if config.getoption("dist", default="no") != "no":
@@ -110,33 +132,91 @@ def read_options(config: pytest.Config) -> Options | None:
             "Cases run one after another in one process: leave out -n (pytest-xdist). Several "
             "devices are tested in turn: --node-id=1-4."
         )
+    node_ids = node_ids or [SELF_TEST_NODE]
     try:
         find_deviation(server)
-    except UnknownServer as error:
-        raise pytest.UsageError(str(error)) from error
-    objects = list(config.getoption("conformance_objects"))
-    if self_test:
-        bus = BusSettings("virtual", private_channel())
-        objects = objects or list(REFERENCE_OBJECTS)
-    else:
-        bus = BusSettings(
-            config.getoption("can_interface"),
-            config.getoption("can_channel"),
-            config.getoption("can_bitrate"),
+        run = RunSettings(
+            node_ids,
+            _bus(config, description, self_test=self_test),
+            config.getoption("response_timeout")
+            or description.response
+            or DEFAULT_RESPONSE_TIMEOUT,
+            config.getoption("seed"),
+            _listings(config, description, node_ids, self_test=self_test),
+            _permits(config, description, self_test=self_test),
+            description.server_timeout,
         )
-        try:
-            bus = bus.resolve()
-        except BusNotOpened as error:
-            raise pytest.UsageError(str(error)) from error
-    run = RunSettings(
-        node_ids or [SELF_TEST_NODE],
-        bus,
-        config.getoption("response_timeout"),
-        objects,
-        config.getoption("seed"),
-    )
+    except (UnknownServer, BusNotOpened, FileError, NotPermitted) as error:
+        raise pytest.UsageError(str(error)) from error
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
-    return Options(run, self_test, server, report_dir, _strict(config))
+    return Options(run, self_test, server, report_dir, _strict(config), description.deviations)
+
+
+def _description(config: pytest.Config, *, self_test: bool) -> Description:
+    name = config.getoption("device_description")
+    if name is None:
+        return Description()
+    if self_test:
+        raise pytest.UsageError(f"--device={name} describes a device: leave out --self-test.")
+    try:
+        return read_description(config.invocation_params.dir / name)
+    except FileError as error:
+        raise pytest.UsageError(str(error)) from error
+
+
+def _wanted_nodes(config: pytest.Config, description: Description) -> list[int] | None:
+    node_ids: list[int] | None = config.getoption("node_id")
+    if node_ids is not None:
+        return node_ids
+    if description.node_id is not None:
+        return [description.node_id]
+    for option, dest in (("--device", "device_description"), ("--eds", "eds")):
+        name = config.getoption(dest)
+        if name is not None and not config.getoption("self_test"):
+            raise pytest.UsageError(
+                f"{option}={name} does not say which node it is: add --node-id=N, or node-id = N "
+                "to device.toml."
+            )
+    return None
+
+
+def _bus(config: pytest.Config, description: Description, *, self_test: bool) -> BusSettings:
+    if self_test:
+        return BusSettings("virtual", private_channel())
+    return BusSettings(
+        config.getoption("can_interface") or description.interface,
+        config.getoption("can_channel") or description.channel,
+        config.getoption("can_bitrate") or description.bitrate,
+    ).resolve()
+
+
+def _listings(
+    config: pytest.Config, description: Description, node_ids: list[int], *, self_test: bool
+) -> dict[int, Listing]:
+    name = config.getoption("eds")
+    path = config.invocation_params.dir / name if name is not None else description.eds
+    if path is not None:
+        return {node_id: read_eds(path, node_id) for node_id in node_ids}
+    if self_test and not config.getoption("conformance_objects"):
+        return {node_id: reference_listing(node_id) for node_id in node_ids}
+    return {}
+
+
+def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
+    named = list(config.getoption("conformance_objects"))
+    if self_test and not named:
+        return reference_permits()
+    overridden = {known.mux for known in named}
+    named += [known for known in description.writable if known.mux not in overridden]
+    permits = Permits(
+        tuple(named),
+        description.all_rw,
+        description.large,
+        description.never,
+        description.permissions,
+    )
+    permits.check()
+    return permits
 
 
 def _strict(config: pytest.Config) -> bool:

@@ -6,6 +6,7 @@ import pytest
 
 from conformance import __version__, fixtures
 from conformance.collection import CaseFunction, case_files, make_items, make_module, ordered
+from conformance.device.listing import Listing
 from conformance.options import add_options, read_options
 from conformance.running import Running
 from conformance.state import STATE, RunState
@@ -59,7 +60,8 @@ def pytest_pycollect_makeitem(
 ) -> list[CaseFunction] | None:
     """Turn marked functions into cases."""
     state = collector.config.stash.get(STATE, None)
-    return make_items(collector, obj, state.options.run.node_ids if state else [0])
+    listings = state.options.run.all_listings if state else {0: Listing()}
+    return make_items(collector, obj, listings)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -21,7 +21,7 @@ from conformance.faults import (
     uploads,
     variants,
 )
-from conformance.faults.device import reference_device
+from conformance.faults.dictionary import reference_device
 from conformance.faults.registry import Deviation, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server

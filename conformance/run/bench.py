@@ -9,7 +9,8 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
-from conformance.device.objects import KnownObject
+from conformance.device.listing import Listing, mandatory_and
+from conformance.device.permits import Permits, known_objects
 from conformance.device.safety import WritePolicy
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
@@ -20,13 +21,29 @@ DEFAULT_SEED = 1
 
 @dataclass(slots=True)
 class RunSettings:
-    """What the user asked for; ``response_timeout`` is in seconds."""
+    """What the user asked for; times are in seconds.
+
+    ``listings`` holds by node-ID what an EDS, or the user, says of the objects;
+    ``server_timeout`` is the device's own SDO time-out, if it has declared one.
+    """
 
     node_ids: list[int]
     bus: BusSettings
     response_timeout: float = DEFAULT_RESPONSE_TIMEOUT
-    objects: list[KnownObject] = field(default_factory=list)
     seed: int = DEFAULT_SEED
+    listings: dict[int, Listing] = field(default_factory=dict)
+    permits: Permits = field(default_factory=Permits)
+    server_timeout: float | None = None
+
+    @property
+    def permissions(self) -> frozenset[str]:
+        """What the user permits by name."""
+        return self.permits.permissions
+
+    @property
+    def all_listings(self) -> dict[int, Listing]:
+        """What is known of the objects of each node before anything was asked."""
+        return self.listings or dict.fromkeys(self.node_ids, mandatory_and(self.permits.named))
 
 
 def private_channel() -> str:
@@ -70,8 +87,15 @@ class Bench:
     def _session(self, link: Link, node_id: int) -> DeviceSession:
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout)
-        writable = [known.mux for known in settings.objects if known.access.writable]
-        device = Device(node_id, list(settings.objects), policy=WritePolicy(writable))
+        listing = settings.listings.get(node_id, Listing())
+        objects = known_objects(settings.permits.named, listing)
+        device = Device(
+            node_id,
+            objects,
+            policy=WritePolicy(settings.permits.allowed(objects)),
+            listing=settings.all_listings[node_id],
+            permits=settings.permits,
+        )
         discover(channel, device)
         return DeviceSession(
             channel,

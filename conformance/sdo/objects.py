@@ -100,6 +100,7 @@ class Entry:
     low: int | None = None
     high: int | None = None
     capacity: int = DEFAULT_CAPACITY
+    has_data: bool = True
 
     @property
     def longest(self) -> int:
@@ -148,6 +149,8 @@ class ObjectDictionary:
         entry = self.find(mux)
         if not entry.access.readable:
             raise Refusal(AbortCode.READ_OF_WRITE_ONLY)
+        if not entry.has_data:
+            raise Refusal(AbortCode.NO_DATA)
         return entry
 
     def writable(self, mux: Multiplexer) -> Entry:
