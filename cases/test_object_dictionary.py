@@ -4,7 +4,7 @@ from conformance.device.device import Device
 from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.objects import KnownObject
 from conformance.run import listed as choose
-from conformance.run.case import may, must
+from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
 from conformance.run.dictionary_steps import (
     NOT_NOW,
@@ -77,6 +77,12 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     """A constant has the value that the EDS states."""
     sdo.expect_value(entry, entry.default or b"")
+
+
+@should("od.configured", clause=EDS, entry=choose.configured)
+def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
+    """The device is configured as its DCF says (ParameterValue)."""
+    sdo.expect_value(entry, entry.configured or b"")
 
 
 @must("od.identity", clause="7.5.2.19", said=choose.identity)

@@ -14,6 +14,8 @@ from conformance.sdo.layout import Multiplexer
 
 Read = TypeVar("Read")
 LARGEST = 64 * 1024
+# What tomllib needs for a key of many parts grows with their square.
+LONGEST_LINE = 4096
 HIGHEST_NODE_ID = 127
 ALL_RW = "all-rw"
 KNOWN_PERMISSIONS = PERMISSIONS | {"nmt"}
@@ -105,16 +107,19 @@ class _File:
         """Look for a key in its table, the ``position``-th of that name; tomllib keeps no lines."""
         header = re.compile(r"\s*\[\[?\s*([^\]]*?)\s*\]")
         written = re.compile(rf"\s*([\"']?){re.escape(key)}\1\s*[=.]")
+        # A table may also be written in a line, or by keys with a dot.
+        inline = re.compile(rf"\s*{re.escape(table)}\s*[=.]")
         current, seen, found = "", -1, None
         for number, line in enumerate(self.text.split("\n"), 1):
-            if match := header.match(line[:200]):
+            if match := header.match(line):
                 current = match[1].strip("\"'")
-                if current == table:
-                    seen += 1
+                seen += current == table
                 if current in (table, key) and seen in (position, -1):
                     found = found or number
             elif current == table and max(seen, 0) == position and written.match(line):
                 return number
+            elif not current and table and inline.match(line):
+                found = found or number
         return found
 
 
@@ -156,12 +161,16 @@ _WRITABLE = f'write a list, as in ["2001", "2010:01=unsigned16"], or "{ALL_RW}"'
 
 
 def _parsed(path: Path, text: str) -> dict[str, Any]:
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > LONGEST_LINE:
+            raise FileError(path, number, f"a line of {len(line)} characters: break it.")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        match = re.search(r"\(at line (\d+)", str(error))
-        what = str(error).partition(" (at ")[0]
-        raise FileError(path, int(match[1]) if match else None, f"no TOML: {what}.") from None
+        what, _, where = str(error).partition(" (at ")
+        match = re.match(r"line (\d+)", where)
+        last = int(match[1]) if match else text.count("\n") + 1
+        raise FileError(path, last, f"no TOML: {what}.") from None
     except (ValueError, RecursionError) as error:
         # Numbers of thousands of digits, arrays in arrays in arrays.
         deep = isinstance(error, RecursionError)
@@ -180,7 +189,7 @@ def _permissions(file: _File, top: _Table) -> frozenset[str]:
         return frozenset(given)
     names = value if isinstance(value, list) else [value]
     for name in names:
-        if name not in KNOWN_PERMISSIONS:
+        if not isinstance(name, str) or name not in KNOWN_PERMISSIONS:
             raise file.error(
                 f"there is no permission {shortened(str(name))}. "
                 f"{did_you_mean(str(name), sorted(KNOWN_PERMISSIONS))}",

@@ -2,8 +2,8 @@
 
 import configparser
 import io
-import struct
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from canopen.objectdictionary import ObjectDictionary as Imported
@@ -26,6 +26,7 @@ from conformance.sdo.objects import Access, DataType
 
 SUFFIXES = (".eds", ".dcf")
 MOST_COMPACT = 0xFE
+ERROR_LIST = 0x1003
 # The objects that describe types of the device, and none at all: no server reads them.
 _NO_OBJECTS = (0x00, 0x05, 0x06)
 _ACCESS = {access.value: access for access in Access} | {"rwr": Access.RW, "rww": Access.RW}
@@ -210,7 +211,7 @@ def _listed(
     if isinstance(found, ODVariable):
         entries = {0: _entry(found, section, 0, node_id)}
     elif count := _compact(section, node_id):
-        entries = _compact_entries(found, section, index, count, node_id)
+        entries = _compact_entries(found, sections, section, count, node_id)
     else:
         entries = {
             sub: _entry(variable, sections[f"{index:04X}sub{sub:X}"], sub, node_id)
@@ -221,13 +222,25 @@ def _listed(
 
 
 def _compact_entries(
-    found: ODArray | ODRecord, section: Section, index: int, count: int, node_id: int
+    found: ODArray | ODRecord,
+    sections: Mapping[str, Section],
+    section: Section,
+    count: int,
+    node_id: int,
 ) -> dict[int, KnownObject]:
     """Return the entries of an object of which one description serves for all sub-indices."""
-    number = KnownObject(Multiplexer(index), DataType.UNSIGNED8, Access.RO, default=bytes([count]))
-    return {0: number} | {
-        sub: _entry(found[sub], section, sub, node_id) for sub in range(1, count + 1)
-    }
+    # By CiA 306-1 sub-index 0 is read-only then; that of 1003h is not, by CiA 301.
+    access = Access.RW if found.index == ERROR_LIST else Access.RO
+    number = KnownObject(
+        Multiplexer(found.index), DataType.UNSIGNED8, access, default=bytes([count])
+    )
+    names = sections.get(f"{section.name}Name")
+    entries = {0: number}
+    for sub in range(1, count + 1):
+        entry = _entry(found[sub], section, sub, node_id)
+        name = names.text(str(sub)) if names else ""
+        entries[sub] = replace(entry, name=name or entry.name)
+    return entries
 
 
 def _entry(variable: ODVariable, section: Section, sub_index: int, node_id: int) -> KnownObject:
@@ -246,7 +259,8 @@ def _entry(variable: ODVariable, section: Section, sub_index: int, node_id: int)
         section.text("ParameterName"),
         low,
         high,
-        _value(variable, section, data_type),
+        _value(variable.default, section, "DefaultValue", data_type),
+        _value(variable.value, section, "ParameterValue", data_type),
         section.number("ObjFlags", node_id, 0) or 0,
         variable.access_type == "rwr",
     )
@@ -274,9 +288,8 @@ def _limit(section: Section, key: str, data_type: DataType | None, node_id: int)
     return decode_number(data_type, data)
 
 
-def _value(variable: ODVariable, section: Section, data_type: DataType | None) -> bytes | None:
-    """Return the default value as it goes over the wire; None where there is none to compare."""
-    value: object = variable.default
+def _value(value: object, section: Section, key: str, data_type: DataType | None) -> bytes | None:
+    """Return a value as it goes over the wire; None where there is none to compare."""
     if data_type is None or value is None:
         return None
     if isinstance(value, str):
@@ -288,7 +301,5 @@ def _value(variable: ODVariable, section: Section, data_type: DataType | None) -
         return None
     try:
         return encode_number(data_type, value)
-    except (OverflowError, struct.error) as error:
-        raise section.error(
-            f"DefaultValue={shortened(section.text('DefaultValue'))}: {error}.", "DefaultValue"
-        ) from None
+    except OverflowError as error:
+        raise section.error(f"{key}={shortened(section.text(key))}: {error}.", key) from None

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from conformance.device.files import FileError, did_you_mean, read_text, shortened
 
-LARGEST = 4 * 1024 * 1024
+LARGEST = 2 * 1024 * 1024
 ENCODINGS = ("utf-8-sig", "cp1252")
 OBJECT_KEYS = (
     "ParameterName",
@@ -210,7 +210,7 @@ def _add(section: Section, line: int, content: str) -> None:
 
 def _without_comment(text: str) -> str:
     """Cut a comment behind a value: a semicolon with a blank in front of it."""
-    match = re.search(r"\s;", text)
+    match = re.search(r"\s;", text) if ";" in text else None
     return (text[: match.start()] if match else text).strip()
 
 
@@ -242,10 +242,7 @@ def _check_list(section: Section, sections: Mapping[str, Section]) -> None:
                 key,
             )
         if f"{index:04X}" not in sections:
-            near = did_you_mean(f"{index:04X}", [name for name in sections if len(name) == 4])
-            hint = f" {near}" if near.startswith("Did") else ""
             raise section.error(
-                f"[{section.name}] lists {index:04X}h, but there is no section "
-                f"[{index:04X}].{hint}",
+                f"[{section.name}] lists {index:04X}h, but there is no section [{index:04X}].",
                 key,
             )

@@ -27,7 +27,8 @@ class KnownObject:
     """One entry of the device's object dictionary; a type of None is not known.
 
     The rest is what an EDS says of it: limits, both included; the value after the defaults were
-    loaded; the ObjFlags. An entry ``floats`` when the device itself changes it (access rwr).
+    loaded, and the one that a DCF configures; the ObjFlags. An entry ``floats`` when the device
+    itself changes it (access rwr).
     """
 
     mux: Multiplexer
@@ -37,6 +38,7 @@ class KnownObject:
     low: Number | None = None
     high: Number | None = None
     default: bytes | None = None
+    configured: bytes | None = None
     flags: int = 0
     floats: bool = False
 

@@ -74,6 +74,7 @@ of_fixed_length = _entries(lambda known: is_read(known) and _has_length(known))
 constant = _entries(
     lambda known: known.access is Access.CONST and known.default is not None and is_read(known)
 )
+configured = _entries(lambda known: known.configured is not None and is_read(known))
 limited = _entries(lambda known: is_read(known) and _is_limited(known))
 writable = _entries(_is_written)
 writable_numbers = _entries(lambda known: _is_written(known) and _has_length(known))
