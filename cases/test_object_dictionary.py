@@ -103,7 +103,7 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     count = sdo.upload(Multiplexer(choose.ERROR_LIST))[0]
     sdo.send(UploadInitiate(entry.mux))
     if entry.mux.sub_index > count:
-        sdo.expect_abort(AbortCode.NO_DATA, of=entry)
+        sdo.expect_abort(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR, of=entry)
         return
     response = sdo.checks.upload_initiate(sdo.receive(), entry.mux)
     data = sdo.finish_upload(entry, response)

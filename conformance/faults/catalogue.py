@@ -13,6 +13,9 @@ from conformance.faults import (
     block_upload_states,
     block_uploads,
     block_variants,
+    dictionary_reads,
+    dictionary_variants,
+    dictionary_writes,
     download_segments,
     downloads,
     frames,
@@ -42,8 +45,11 @@ _MODULES = (
     block_upload_frames,
     block_upload_states,
     block_leaks,
+    dictionary_reads,
+    dictionary_writes,
     variants,
     block_variants,
+    dictionary_variants,
 )
 
 

@@ -19,8 +19,8 @@ def reference_device(node_id: int) -> ObjectDictionary:
 
 
 def _errors() -> dict[Multiplexer, Entry]:
-    """Return an error list without errors: its count takes no value but 0."""
-    count = Entry(bytes(1), DataType.UNSIGNED8, low=0, high=0)
+    """Return an error list without errors."""
+    count = Entry(bytes(1), DataType.UNSIGNED8)
     places = {
         Multiplexer(ERRORS, sub): Entry(bytes(4), DataType.UNSIGNED32, Access.RO, has_data=False)
         for sub in (1, 2)

@@ -7,7 +7,6 @@ from pathlib import Path
 from conformance.device.deny import PERMISSIONS
 from conformance.device.eds import parse_eds
 from conformance.device.listing import Listing, ObjectType
-from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
 from conformance.device.values import decode_number, is_number
 from conformance.faults.device import REFERENCE_OBJECTS
@@ -27,9 +26,7 @@ def reference_listing(node_id: int) -> Listing:
 
 def reference_permits() -> Permits:
     """Return what its user would permit: everything that is there."""
-    count_of_errors = KnownObject(Multiplexer(ERRORS), DataType.UNSIGNED8)
-    named = (*REFERENCE_OBJECTS, count_of_errors)
-    return Permits(named, all_rw=True, permissions=PERMISSIONS)
+    return Permits(REFERENCE_OBJECTS, all_rw=True, permissions=PERMISSIONS)
 
 
 def reference_eds(node_id: int) -> str:

@@ -40,7 +40,8 @@ def is_read(known: KnownObject) -> bool:
 
 
 def _is_written(known: KnownObject) -> bool:
-    return known.access is Access.RW and is_read(known)
+    # The count of errors takes no value but 0, not even its own.
+    return known.access is Access.RW and is_read(known) and known.mux.index != ERROR_LIST
 
 
 def _has_length(known: KnownObject) -> bool:

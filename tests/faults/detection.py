@@ -40,6 +40,7 @@ FILES = {
     "block-download": "test_block_download",
     "block-upload": "test_block_upload",
     "block-sequence": "test_block_sequences",
+    "od": "test_object_dictionary",
 }
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 
