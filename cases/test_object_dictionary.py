@@ -1,6 +1,6 @@
 """Every object that is listed of the device, in its EDS or by name (CiA 301, 7.4; CiA 306-1)."""
 
-from conformance.device.device import Device
+from conformance.device.device import Device, NotTestable
 from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.objects import KnownObject
 from conformance.run import listed as choose
@@ -13,9 +13,11 @@ from conformance.run.dictionary_steps import (
     expect_unlisted,
     expect_write_refused,
     expect_written_back,
+    indices_text,
     is_within_limits,
     may_be_probed,
     may_be_written,
+    scan,
     unchanged,
     value_of,
 )
@@ -73,9 +75,20 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
         raise sdo.breach(f"{entry} between {entry.low} and {entry.high}", shown(data))
 
 
-@must("od.default", clause=EDS, entry=choose.constant)
+@must("od.default", clause=EDS, entry=choose.fixed)
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
-    """A constant has the value that the EDS states."""
+    """What never changes has the value that the EDS states."""
+    sdo.expect_value(entry, entry.default or b"")
+
+
+@must("od.default-of-parameter", clause=EDS, entry=choose.parameters)
+def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """After the defaults were loaded a parameter has the value that the EDS states."""
+    if not device.permits.at_defaults:
+        raise NotTestable(
+            "a device in use may have other values than its defaults: load them (1011h), reset it, "
+            "and say so in device.toml, [objects] at-defaults = true"
+        )
     sdo.expect_value(entry, entry.default or b"")
 
 
@@ -319,3 +332,16 @@ def test_unlisted(sdo: Dialogue, mux: Multiplexer) -> None:
     """
     sdo.send(UploadInitiate(mux))
     expect_unlisted(sdo, sdo.receive(), mux)
+
+
+@must("od.scan", clause=EDS, indices=choose.ranges)
+def test_scan(sdo: Dialogue, device: Device, indices: range) -> None:
+    """Of all indices those that the EDS lists are there; what else there is, is told."""
+    there, missing = scan(sdo, indices)
+    listed = {index for index in device.listing.objects if index in indices}
+    if listed & missing:
+        raise sdo.breach(
+            "an object at each index that is listed", f"none at {indices_text(listed & missing)}"
+        )
+    if there - listed:
+        sdo.info(f"not listed, and there: {indices_text(there - listed)}")

@@ -65,6 +65,11 @@ def add_options(parser: pytest.Parser) -> None:
         metavar="FILE",
         help="the EDS or DCF of the device: adds cases for every object that it lists",
     )
+    group.addoption(
+        "--scan",
+        action="store_true",
+        help="read all indices as well, 65535 of them, and tell what the EDS does not list",
+    )
     group.addoption("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     group.addoption("--can-channel", metavar="NAME", help="channel of the interface (can0)")
     group.addoption(
@@ -145,6 +150,7 @@ def read_options(config: pytest.Config) -> Options | None:
             _listings(config, description, node_ids, self_test=self_test),
             _permits(config, description, self_test=self_test),
             description.server_timeout,
+            config.getoption("scan"),
         )
     except (UnknownServer, BusNotOpened, FileError, NotPermitted) as error:
         raise pytest.UsageError(str(error)) from error
@@ -214,6 +220,7 @@ def _permits(config: pytest.Config, description: Description, *, self_test: bool
         description.large,
         description.never,
         description.permissions,
+        description.at_defaults,
     )
     permits.check()
     return permits

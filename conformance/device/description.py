@@ -34,7 +34,8 @@ class Description:
     """What device.toml says; None and empty stand for what it does not say.
 
     Times are in seconds. ``all_rw`` allows writes to everything that the EDS calls rw from 2000h
-    on. The ``command`` is started for the run in ``folder``, ``recover`` when the device is lost.
+    on; ``at_defaults`` says that the defaults were loaded before the run. The ``command`` is
+    started for the run in ``folder``, ``recover`` when the device is lost.
     """
 
     folder: Path = Path()
@@ -47,6 +48,7 @@ class Description:
     all_rw: bool = False
     large: KnownObject | None = None
     never: frozenset[Multiplexer] = frozenset()
+    at_defaults: bool = False
     response: float | None = None
     server_timeout: float | None = None
     command: tuple[str, ...] = ()
@@ -144,6 +146,7 @@ def read_description(path: Path) -> Description:
         all_rw=objects.read("writable", _has_all_rw, "", False),
         large=objects.read("large", _object, 'write an object, as in "2020=domain"', None),
         never=objects.read("never", _multiplexers, 'write a list, as in ["2100"]', frozenset()),
+        at_defaults=objects.read("at-defaults", _flag, "write true or false", False),
         response=timing.read("response", _seconds, _TIME, None),
         server_timeout=timing.read("server-timeout", _seconds, _TIME, None),
         command=process.read("command", _command, 'write a list, as in ["./my_server"]', ()),

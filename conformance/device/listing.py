@@ -63,12 +63,14 @@ class Listing:
     """All that is known of the objects of a device before anything was asked.
 
     ``is_complete`` says that what is not listed is not there: an EDS lists everything. The
-    ``identity`` is what an EDS says of the device, by sub-index of 1018h.
+    ``identity`` is what an EDS says of the device, by sub-index of 1018h. Where the user asked
+    for it, the device is ``to_scan``: all indices are read, listed or not.
     """
 
     objects: Mapping[int, ListedObject] = field(default_factory=dict)
     is_complete: bool = False
     identity: Mapping[int, int] = field(default_factory=dict)
+    to_scan: bool = False
 
     @property
     def entries(self) -> list[KnownObject]:

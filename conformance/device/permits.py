@@ -20,13 +20,17 @@ class NotPermitted(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Permits:
-    """What the user allows: named objects, all that an EDS calls rw, or permissions by name."""
+    """What the user allows: named objects, all that an EDS calls rw, or permissions by name.
+
+    ``at_defaults`` says that the defaults of the device were loaded before the run.
+    """
 
     named: tuple[KnownObject, ...] = ()
     all_rw: bool = False
     large: KnownObject | None = None
     never: frozenset[Multiplexer] = frozenset()
     permissions: frozenset[str] = frozenset()
+    at_defaults: bool = False
 
     def check(self) -> None:
         """Raise NotPermitted for an object that was named and takes a permission."""

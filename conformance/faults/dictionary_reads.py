@@ -11,7 +11,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType, Entry, Refusal
+from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
 from conformance.sdo.server import Server
 
 ACCESS = DefectClass.ACCESS_OR_SIZE
@@ -93,6 +93,18 @@ class ConstantsDiffer(Server):
         if entry.access is not Access.CONST:
             return entry.value
         return bytes([entry.value[0] ^ 1]) + entry.value[1:]
+
+
+@fault("parameters-differ-from-eds", ACCESS, "od.default-of-parameter")
+class ParametersDiffer(Server):
+    """Has other defaults than its EDS states."""
+
+    def __init__(self, objects: ObjectDictionary) -> None:
+        """Change a bit of each within its limits."""
+        super().__init__(objects)
+        for entry in objects:
+            if entry.access is Access.RW and entry.value:
+                entry.value = bytes([entry.value[0] ^ 1]) + entry.value[1:]
 
 
 @fault("other-revision-than-eds", ACCESS, "od.identity[revision-number]")

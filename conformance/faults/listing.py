@@ -26,7 +26,7 @@ def reference_listing(node_id: int) -> Listing:
 
 def reference_permits() -> Permits:
     """Return what its user would permit: everything that is there."""
-    return Permits(REFERENCE_OBJECTS, all_rw=True, permissions=PERMISSIONS)
+    return Permits(REFERENCE_OBJECTS, all_rw=True, permissions=PERMISSIONS, at_defaults=True)
 
 
 def reference_eds(node_id: int) -> str:

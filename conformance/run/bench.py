@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Link
@@ -24,7 +24,8 @@ class RunSettings:
     """What the user asked for; times are in seconds.
 
     ``listings`` holds by node-ID what an EDS, or the user, says of the objects;
-    ``server_timeout`` is the device's own SDO time-out, if it has declared one.
+    ``server_timeout`` is the device's own SDO time-out, if it has declared one. To ``scan`` is to
+    read all indices.
     """
 
     node_ids: list[int]
@@ -34,6 +35,7 @@ class RunSettings:
     listings: dict[int, Listing] = field(default_factory=dict)
     permits: Permits = field(default_factory=Permits)
     server_timeout: float | None = None
+    scan: bool = False
 
     @property
     def permissions(self) -> frozenset[str]:
@@ -43,7 +45,11 @@ class RunSettings:
     @property
     def all_listings(self) -> dict[int, Listing]:
         """What is known of the objects of each node before anything was asked."""
-        return self.listings or dict.fromkeys(self.node_ids, mandatory_and(self.permits.named))
+        without = mandatory_and(self.permits.named)
+        return {
+            node_id: replace(self.listings.get(node_id, without), to_scan=self.scan)
+            for node_id in self.node_ids
+        }
 
 
 def private_channel() -> str:

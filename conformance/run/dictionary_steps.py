@@ -1,6 +1,6 @@
 """What cases on listed objects expect, whatever the object: values kept, writes refused."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from conformance.device.device import Device, NotTestable
@@ -10,11 +10,12 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.steps import shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort, DownloadInitiate, decode_response
+from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
 
 EXPEDITED_LENGTH = 4
+MOST_SHOWN = 32
 # What a device may say of an object that it has, at a time when it cannot serve it.
 NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
 LIMITS = (AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
@@ -124,6 +125,29 @@ def expect_unlisted(sdo: Dialogue, frame: bytes, mux: Multiplexer) -> None:
             actual=describe_response(frame),
         )
     )
+
+
+def scan(sdo: Dialogue, indices: Iterable[int]) -> tuple[set[int], set[int]]:
+    """Read sub-index 0 of each index; return the indices that are there, and the missing ones.
+
+    The next request waits for the answer of the one before, and for nothing else.
+    """
+    there: set[int] = set()
+    missing: set[int] = set()
+    for index in indices:
+        sdo.send(UploadInitiate(Multiplexer(index)))
+        response = decode_response(sdo.receive())
+        sdo.end_transfer()
+        lacking = isinstance(response, Abort) and response.code == AbortCode.OBJECT_MISSING
+        (missing if lacking else there).add(index)
+    return there, missing
+
+
+def indices_text(indices: Iterable[int]) -> str:
+    """Write indices in their order, the first of very many."""
+    found = sorted(indices)
+    rest = f" and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
+    return ", ".join(f"{index:04X}h" for index in found[:MOST_SHOWN]) + rest
 
 
 _THERE = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS, *NOT_NOW)

@@ -15,8 +15,13 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
 ERROR_LIST = 0x1003
+FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
+# What is written there is a command, and what is read says whether it is understood.
+COMMANDS = (0x1010, 0x1011)
+SERIAL_NUMBER = Multiplexer(0x1018, 4)
 FIRST_INDEX, LAST_INDEX = 0x1000, 0xBFFF
 MOST_UNLISTED = 24
+RANGE = 0x1000
 
 Entries = dict[str, KnownObject]
 Choice = Callable[[KnownObject], bool]
@@ -52,6 +57,16 @@ def _is_protected(known: KnownObject) -> bool:
     return is_read(known) and not known.access.writable
 
 
+def _is_fixed(known: KnownObject) -> bool:
+    """Say whether an entry has the value of its EDS for ever, whatever was written.
+
+    That are constants, and what the standard fixes however an EDS calls it; of the serial number an
+    EDS knows nothing.
+    """
+    by_standard = known.access is Access.RO and known.mux.index in FIXED
+    return (known.access is Access.CONST or by_standard) and known.mux != SERIAL_NUMBER
+
+
 def _is_limited(known: KnownObject) -> bool:
     return known.is_limited and is_number(known.data_type)
 
@@ -72,8 +87,14 @@ def below(known: KnownObject) -> bytes | None:
 
 readable = _entries(is_read)
 of_fixed_length = _entries(lambda known: is_read(known) and _has_length(known))
-constant = _entries(
-    lambda known: known.access is Access.CONST and known.default is not None and is_read(known)
+fixed = _entries(lambda known: _is_fixed(known) and known.default is not None and is_read(known))
+parameters = _entries(
+    lambda known: (
+        _is_written(known)
+        and known.is_steady
+        and known.default is not None
+        and known.mux.index not in COMMANDS
+    )
 )
 configured = _entries(lambda known: known.configured is not None and is_read(known))
 limited = _entries(lambda known: is_read(known) and _is_limited(known))
@@ -146,4 +167,14 @@ def identity(listing: Listing) -> dict[str, tuple[Multiplexer, int]]:
     return {
         IDENTITY_NAMES[sub]: (Multiplexer(0x1018, sub), number)
         for sub, number in listing.identity.items()
+    }
+
+
+def ranges(listing: Listing) -> dict[str, range]:
+    """Choose all indices, in parts, where the user asked to scan them."""
+    if not listing.to_scan:
+        return {}
+    return {
+        f"{first:04X}h-{first + RANGE - 1:04X}h": range(max(first, 1), first + RANGE)
+        for first in range(0, 0x10000, RANGE)
     }

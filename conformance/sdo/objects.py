@@ -1,5 +1,6 @@
 """The reference server's object dictionary: entries, their types, and who may do what to them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
@@ -135,6 +136,10 @@ class ObjectDictionary:
         """Take the entries as they are: the server writes into them."""
         self._entries = entries
         self._indices = {mux.index for mux in entries}
+
+    def __iter__(self) -> Iterator[Entry]:
+        """Go through all entries."""
+        return iter(self._entries.values())
 
     def find(self, mux: Multiplexer) -> Entry:
         """Return the entry, or refuse: no such object, or no such sub-index of it."""
