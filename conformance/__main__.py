@@ -4,6 +4,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from types import FrameType
 
 import can
@@ -15,6 +16,7 @@ from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.description import HIGHEST_NODE_ID
+from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import Decoder, describe
@@ -46,6 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
     serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+    serve.add_argument("--eds", metavar="FILE", help="a device with the objects of an EDS or DCF")
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
     serve.set_defaults(command=_serve)
 
@@ -62,7 +65,8 @@ def _parser() -> argparse.ArgumentParser:
 def _serve(options: argparse.Namespace) -> int:
     if not 1 <= options.node_id <= HIGHEST_NODE_ID:
         raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
-    node = build_node(options.fault, options.node_id)
+    listing = read_eds(Path(options.eds), options.node_id) if options.eds else None
+    node = build_node(options.fault, options.node_id, listing)
     settings = BusSettings(
         options.can_interface, options.can_channel, options.can_bitrate
     ).resolve()

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from conformance.device.deny import READ_ONLY_PROBES, denial
+from conformance.device.deny import READ_ONLY_PROBES, Denied, denial
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.safety import IDENTITY
@@ -11,6 +11,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
 # Where the objects of the device and of its profile are; what is below is communication.
+CONSTANT = (0x1000, 0x1018)
 FIRST_OF_DEVICE, LAST_OF_DEVICE = 0x2000, 0x9FFF
 
 
@@ -37,10 +38,7 @@ class Permits:
         for known in self.named:
             group = denial(known.mux.index, self.permissions)
             if group is not None and known.access.writable:
-                raise NotPermitted(
-                    f"{known.mux} belongs to {group.what}, which are not written without a "
-                    f"permission: add [permissions] {group.permission} = true to device.toml."
-                )
+                raise NotPermitted(f"{known.mux} was named, but {_needs_permission(group)}.")
 
     def refusal(self, known: KnownObject) -> str:
         """Say why an entry may not be written and what to add; empty when it may."""
@@ -50,10 +48,7 @@ class Permits:
             return ""
         group = denial(known.mux.index, self.permissions)
         if group is not None:
-            return (
-                f"{group.what} are not written without a permission: "
-                f"[permissions] {group.permission} = true in device.toml"
-            )
+            return _needs_permission(group)
         if known.refuses_download:
             return "the EDS asks not to write it (ObjFlags): name it if it may be written"
         lifted = denial(known.mux.index, frozenset()) is not None
@@ -74,10 +69,7 @@ class Permits:
             return ""
         group = denial(known.mux.index, self.permissions)
         if group is not None:
-            return (
-                f"{group.what} are not written without a permission: "
-                f"[permissions] {group.permission} = true in device.toml"
-            )
+            return _needs_permission(group)
         if known.refuses_download:
             return "the EDS asks not to write it (ObjFlags)"
         if READ_ONLY_PROBES in self.permissions or known.mux in {one.mux for one in self.named}:
@@ -96,14 +88,27 @@ class Permits:
         ]
 
 
+def _needs_permission(group: Denied) -> str:
+    return (
+        f"a permission is needed to write {group.what}: "
+        f"[permissions] {group.permission} = true in device.toml"
+    )
+
+
 def known_objects(named: Iterable[KnownObject], listing: Listing) -> list[KnownObject]:
     """Return what the user named, with what the listing says of it, and then all that it lists."""
     found: dict[Multiplexer, KnownObject] = {}
     for known in named:
         found[known.mux] = _completed(known, listing.find(known.mux))
     for known in listing.entries:
-        found.setdefault(known.mux, known)
+        found.setdefault(known.mux, _by_standard(known))
     return list(found.values())
+
+
+def _by_standard(known: KnownObject) -> KnownObject:
+    """Return an entry as CiA 301 has it: device type and identity never change."""
+    constant = known.access is Access.RO and known.mux.index in CONSTANT
+    return replace(known, access=Access.CONST) if constant else known
 
 
 def _completed(known: KnownObject, listed: KnownObject | None) -> KnownObject:

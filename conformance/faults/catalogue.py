@@ -2,6 +2,7 @@
 
 import difflib
 
+from conformance.device.listing import Listing
 from conformance.faults import (
     aborts,
     block_download_aborts,
@@ -24,6 +25,7 @@ from conformance.faults import (
     uploads,
     variants,
 )
+from conformance.faults.described import described_device
 from conformance.faults.dictionary import reference_device
 from conformance.faults.registry import Deviation, deviations_in
 from conformance.sdo.node import Node
@@ -90,11 +92,11 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
-def build_node(name: str | None, node_id: int) -> Node:
-    """Return the reference node, or the fault or variant of that name, on the built-in device.
+def build_node(name: str | None, node_id: int, listing: Listing | None = None) -> Node:
+    """Return the reference node, or the fault or variant of that name.
 
-    Raises UnknownServer.
+    It is the built-in device, or the one that ``listing`` describes. Raises UnknownServer.
     """
-    objects = reference_device(node_id)
+    objects = reference_device(node_id) if listing is None else described_device(listing)
     deviation = find_deviation(name)
     return deviation.build(node_id, objects) if deviation else Node(node_id, Server(objects))

@@ -1,6 +1,7 @@
 """The object dictionary of the built-in device beyond what its transfers need: all that may lie in
 one, so that cases on the object dictionary have something to look at."""
 
+from conformance.device.values import encode_number
 from conformance.faults.device import UNSIGNED, reference_entries
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
@@ -37,13 +38,11 @@ def _limited() -> dict[Multiplexer, Entry]:
         (DataType.INTEGER24, 0, -1_000_000, 1_000_000),
         (DataType.INTEGER64, 1, -(1 << 40), 1 << 40),
         (DataType.UNSIGNED16, 7, None, 1000),
+        (DataType.REAL32, 1.5, -2.5, 10.0),
     )
     entries = {
         Multiplexer(LIMITED, sub): Entry(
-            value.to_bytes(data_type.length or 0, "little", signed=value < 0),
-            data_type,
-            low=low,
-            high=high,
+            encode_number(data_type, value), data_type, low=low, high=high
         )
         for sub, (data_type, value, low, high) in enumerate(numbers, 1)
     }

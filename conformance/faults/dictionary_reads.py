@@ -1,5 +1,6 @@
 """Servers whose object dictionary is not what their EDS says: what they read, lack and count."""
 
+from conformance.device.values import encode_number
 from conformance.faults.dictionary import ERRORS, GAPPY
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
@@ -81,7 +82,7 @@ class OutsideLimits(Server):
         """Go beyond."""
         if entry.high is None:
             return entry.value
-        return (entry.high + 1).to_bytes(len(entry.value), "little", signed=True)
+        return encode_number(entry.data_type, entry.high + 1)
 
 
 @fault("constants-differ-from-eds", ACCESS, "od.default")

@@ -1,5 +1,6 @@
 """Servers that check wrongly what is written: lengths, limits, and who may write at all."""
 
+from conformance.device.values import encode_number
 from conformance.faults.dictionary import MEASURED
 from conformance.faults.leaks import SameValueRefused
 from conformance.faults.registry import DefectClass, fault
@@ -78,10 +79,6 @@ class _Limits(Server):
         entry.value = data
 
 
-def _number(entry: Entry, data: bytes) -> int:
-    return int.from_bytes(data, "little", signed=entry.data_type.name.startswith("INTEGER"))
-
-
 @fault("limits-not-checked", ACCESS, "od.above-limit")
 class LimitsNotChecked(_Limits):
     """Takes any number, whatever the limits."""
@@ -93,7 +90,7 @@ class LowLimitsNotChecked(_Limits):
 
     def store_number(self, entry: Entry, data: bytes) -> None:
         """Look at one."""
-        if entry.high is not None and _number(entry, data) > entry.high:
+        if entry.high is not None and entry.number(data) > entry.high:
             raise Refusal(AbortCode.VALUE_TOO_HIGH)
         entry.value = data
 
@@ -105,7 +102,7 @@ class LimitsExclusive(_Limits):
     def store_number(self, entry: Entry, data: bytes) -> None:
         """Compare with or-equal."""
         entry.check_limits(data)
-        if _number(entry, data) in (entry.low, entry.high):
+        if entry.number(data) in (entry.low, entry.high):
             raise Refusal(AbortCode.VALUE_INVALID)
         entry.value = data
 
@@ -116,7 +113,7 @@ class HighLimitLow(_Limits):
 
     def store_number(self, entry: Entry, data: bytes) -> None:
         """Compare with or-equal."""
-        if entry.high is not None and _number(entry, data) >= entry.high:
+        if entry.high is not None and entry.number(data) >= entry.high:
             raise Refusal(AbortCode.VALUE_TOO_HIGH)
         entry.check_limits(data)
         entry.value = data
@@ -128,14 +125,12 @@ class LimitsClamp(_Limits):
 
     def store_number(self, entry: Entry, data: bytes) -> None:
         """Clamp."""
-        number = _number(entry, data)
+        number = before = entry.number(data)
         if entry.high is not None:
             number = min(number, entry.high)
         if entry.low is not None:
             number = max(number, entry.low)
-        signed = entry.data_type.name.startswith("INTEGER")
-        limited = entry.low is not None or entry.high is not None
-        entry.value = number.to_bytes(len(data), "little", signed=signed) if limited else data
+        entry.value = data if number == before else encode_number(entry.data_type, number)
 
 
 @fault("limits-checked-after-storing", ACCESS, "od.above-limit")

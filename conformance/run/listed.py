@@ -167,6 +167,7 @@ def identity(listing: Listing) -> dict[str, tuple[Multiplexer, int]]:
     return {
         IDENTITY_NAMES[sub]: (Multiplexer(0x1018, sub), number)
         for sub, number in listing.identity.items()
+        if listing.find(Multiplexer(0x1018, sub)) is not None
     }
 
 

@@ -1,5 +1,6 @@
 """The reference server's object dictionary: entries, their types, and who may do what to them."""
 
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
@@ -98,8 +99,8 @@ class Entry:
     value: bytes
     data_type: DataType = DataType.DOMAIN
     access: Access = Access.RW
-    low: int | None = None
-    high: int | None = None
+    low: int | float | None = None
+    high: int | float | None = None
     capacity: int = DEFAULT_CAPACITY
     has_data: bool = True
 
@@ -120,9 +121,18 @@ class Entry:
         if length < self.shortest:
             raise Refusal(AbortCode.LENGTH_TOO_LOW)
 
+    def number(self, data: bytes) -> int | float:
+        """Return the number that bytes stand for in the type of the entry."""
+        if self.data_type in (DataType.REAL32, DataType.REAL64):
+            form = "<f" if self.data_type is DataType.REAL32 else "<d"
+            return float(struct.unpack(form, data)[0])
+        return int.from_bytes(data, "little", signed=self.data_type.name.startswith("INTEGER"))
+
     def check_limits(self, data: bytes) -> None:
         """Refuse a value outside the limits."""
-        value = int.from_bytes(data, "little", signed=self.data_type.name.startswith("INTEGER"))
+        if self.low is None and self.high is None:
+            return
+        value = self.number(data)
         if self.high is not None and value > self.high:
             raise Refusal(AbortCode.VALUE_TOO_HIGH)
         if self.low is not None and value < self.low:

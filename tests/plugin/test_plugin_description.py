@@ -106,8 +106,8 @@ WRONG = {
     "--eds=typo.eds --node-id=5": "typo.eds, line 3: [1000] has no AccessType, but 'AccesType'.",
     "--device=typo.toml": "typo.toml, line 2: there is no key 'nodeid'. Did you mean 'node-id'?",
     "--device=denied.toml": (
-        "1017h:00 belongs to the heartbeat times, which are not written without a permission: add "
-        "[permissions] heartbeat-parameters = true to device.toml."
+        "1017h:00 was named, but a permission is needed to write the heartbeat times: "
+        "[permissions] heartbeat-parameters = true in device.toml."
     ),
     "--device=nameless.toml": "does not say which node it is: add --node-id=N",
     "--eds=drive.eds": "--eds=drive.eds does not say which node it is: add --node-id=N",
