@@ -82,3 +82,12 @@ OFFICIAL_STEPS = (
     _step("OD 08", "compares their values with the defaults", "od.default["),
     _step("OD 09", "reads and writes back, heeding ObjFlags", "od.read[", "od.write-back["),
 )
+
+
+def table() -> str:
+    """Return the steps and their cases as a table in Markdown."""
+    lines = ["| step | what it does | cases |", "|---|---|---|"]
+    for step in OFFICIAL_STEPS:
+        cases = ", ".join(f"`{stem.rstrip('[')}`" for stem in step.stems)
+        lines.append(f"| {step.name} | {step.what} | {cases} |")
+    return "\n".join(lines)

@@ -7,7 +7,7 @@ from plugin_runs import NODE_ID, case_ids, hosted, reference, reports, run, self
 
 from conformance.faults.catalogue import build_node
 from conformance.faults.listing import reference_eds
-from conformance.run.official_steps import OFFICIAL_STEPS
+from conformance.run.official_steps import OFFICIAL_STEPS, table
 
 pytest_plugins = ["pytester"]
 
@@ -221,3 +221,8 @@ def test_each_step_of_the_official_tool_has_its_cases(pytester: pytest.Pytester)
     names = [f"SDO {number:02}" for number in range(1, 31)]
     names += [f"OD {number:02}" for number in range(1, 10)]
     assert [step.name for step in OFFICIAL_STEPS] == names
+
+
+def test_the_table_for_users_is_up_to_date() -> None:
+    path = Path(__file__).parents[2] / "docs" / "official-test.md"
+    assert path.read_text(encoding="utf-8").endswith(f"\n\n{table()}\n")
