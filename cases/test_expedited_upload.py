@@ -50,7 +50,7 @@ def test_known_objects(sdo: Dialogue, device: Device) -> None:
     for mux in (*TEXTS, *sorted(device.values)):
         with suppress(ServerAborted):
             sdo.read(mux)
-    named = [known.mux for known in device.objects if known.access.readable]
+    named = [known.mux for known in device.permits.named if known.access.readable]
     for mux in named:
         try:
             sdo.read(mux)

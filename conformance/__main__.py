@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Iterator, Sequence
 from itertools import chain
+from pathlib import Path
 from types import FrameType
 
 import can
@@ -15,6 +16,7 @@ from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.judging import Finding, LogJudge, Seen
 from conformance.rule_listing import rule_lines
@@ -53,6 +55,7 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
     serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+    serve.add_argument("--eds", metavar="FILE", help="a device with the objects of an EDS or DCF")
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
     serve.add_argument(
         "--server-timeout",
@@ -86,7 +89,10 @@ def _serve(options: argparse.Namespace) -> int:
         raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
     if options.server_timeout is not None and not 0 < options.server_timeout < math.inf:
         raise ValueError(f"--server-timeout takes seconds, as in 0.5, not {options.server_timeout}")
-    node = build_node(options.fault, options.node_id, server_timeout=options.server_timeout)
+    listing = read_eds(Path(options.eds), options.node_id) if options.eds else None
+    node = build_node(
+        options.fault, options.node_id, listing, server_timeout=options.server_timeout
+    )
     settings = BusSettings(
         options.can_interface, options.can_channel, options.can_bitrate
     ).resolve()

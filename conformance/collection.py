@@ -1,12 +1,13 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from conformance.device.listing import Listing
 from conformance.run.case import CaseInfo, case_info
 
 _BESIDE = Path(__file__).parent / "cases"
@@ -55,23 +56,26 @@ def make_module(path: Path, parent: pytest.Collector) -> pytest.Module | None:
 
 
 def make_items(
-    collector: pytest.Collector, function: object, node_ids: list[int]
+    collector: pytest.Collector, function: object, listings: Mapping[int, Listing]
 ) -> list[CaseFunction] | None:
-    """Return the items of a function that is marked as a case, None for any other."""
+    """Return the items of a function that is marked as a case, None for any other.
+
+    There are items for each node-ID in ``listings``, with the objects that are listed of it.
+    """
     info = case_info(function)
     if info is None:
         return None
-    return list(_items(collector, function, info, node_ids))
+    return list(_items(collector, function, info, listings))
 
 
 def _items(
-    collector: pytest.Collector, function: Any, info: CaseInfo, node_ids: list[int]
+    collector: pytest.Collector, function: Any, info: CaseInfo, listings: Mapping[int, Listing]
 ) -> Iterator[CaseFunction]:
-    for node_id in node_ids:
-        for case_id, arguments in info.variations():
+    for node_id, listing in listings.items():
+        for case_id, arguments in info.variations(listing):
             call = partial(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
-            suffix = f"@{node_id}" if len(node_ids) > 1 else ""
+            suffix = f"@{node_id}" if len(listings) > 1 else ""
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
             item.case, item.case_id, item.node_id = info, case_id, node_id
             if info.slow:

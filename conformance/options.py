@@ -9,18 +9,15 @@ import pytest
 
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
-from conformance.device.objects import KnownObject, ObjectNameError, parse_object
-from conformance.device.safety import (
-    ALL_PERMISSIONS,
-    Permission,
-    PermissionNameError,
-    how_to_permit,
-    is_protected,
-    parse_permission,
-    permission_for,
-)
+from conformance.device.deny import PERMISSIONS, PermissionNameError, parse_permission
+from conformance.device.description import Description, KnownDeviation, read_description
+from conformance.device.eds import read_eds
+from conformance.device.files import FileError
+from conformance.device.listing import Listing
+from conformance.device.objects import ObjectNameError, parse_object
+from conformance.device.permits import NotPermitted, Permits
 from conformance.faults.catalogue import UnknownServer, find_deviation
-from conformance.faults.device import REFERENCE_OBJECTS
+from conformance.faults.listing import reference_listing, reference_permits
 from conformance.run.bench import (
     DEFAULT_RESPONSE_TIMEOUT,
     DEFAULT_SEED,
@@ -42,6 +39,7 @@ class Options:
     report_dir: Path
     strict: bool
     simulated: bool
+    deviations: tuple[KnownDeviation, ...] = ()
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -52,6 +50,23 @@ def add_options(parser: pytest.Parser) -> None:
         metavar="N",
         type=_node_ids,
         help="node-ID of the device under test, 1 to 127; a list like 1-4,9 for several",
+    )
+    group.addoption(
+        "--device",
+        metavar="FILE.toml",
+        dest="device_description",
+        help="the description of the device: node-ID, bus, EDS, what may be written and more; "
+        "options override it",
+    )
+    group.addoption(
+        "--eds",
+        metavar="FILE",
+        help="the EDS or DCF of the device: adds cases for every object that it lists",
+    )
+    group.addoption(
+        "--scan",
+        action="store_true",
+        help="read all indices as well, 65535 of them, and tell what the EDS does not list",
     )
     group.addoption("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     group.addoption("--can-channel", metavar="NAME", help="channel of the interface (can0)")
@@ -65,8 +80,7 @@ def add_options(parser: pytest.Parser) -> None:
         "--response-timeout",
         metavar="SECONDS",
         type=_seconds,
-        default=DEFAULT_RESPONSE_TIMEOUT,
-        help="time within which a response has to come (%(default)s)",
+        help=f"time within which a response has to come ({DEFAULT_RESPONSE_TIMEOUT})",
     )
     group.addoption(
         "--server-timeout",
@@ -100,8 +114,8 @@ def add_options(parser: pytest.Parser) -> None:
         default=[],
         dest="conformance_permissions",
         help="permit what is not done otherwise: nmt (commands to the device, which is left "
-        "Pre-operational, and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards); "
-        "may be repeated",
+        "Pre-operational, and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or "
+        "another of the names in the README; may be repeated",
     )
     group.addoption(
         "--self-test",
@@ -139,13 +153,14 @@ def read_options(config: pytest.Config) -> Options | None:
     Raises pytest.UsageError with a sentence.
     """
     self_test = bool(config.getoption("self_test"))
-    node_ids = config.getoption("node_id")
     server = config.getoption("fault")
     if server is not None and not self_test:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
     simulated = bool(config.getoption("simulated"))
     if simulated and not self_test:
         raise pytest.UsageError("--simulated goes with --self-test: a real device takes its time.")
+    description = _description(config, self_test=self_test)
+    node_ids = _wanted_nodes(config, description)
     if not self_test and node_ids is None:
         return None
     if config.getoption("dist", default="no") != "no":
@@ -153,54 +168,104 @@ def read_options(config: pytest.Config) -> Options | None:
             "Cases run one after another in one process: leave out -n (pytest-xdist). Several "
             "devices are tested in turn: --node-id=1-4."
         )
-    try:
-        find_deviation(server)
-    except UnknownServer as error:
-        raise pytest.UsageError(str(error)) from error
-    objects = list(config.getoption("conformance_objects"))
-    permissions = frozenset(config.getoption("conformance_permissions"))
+    node_ids = node_ids or [SELF_TEST_NODE]
     sdo_channel = config.getoption("sdo_channel")
     if sdo_channel is not None and (self_test or len(node_ids) > 1):
         raise pytest.UsageError("--sdo-channel goes with one device: --node-id=N.")
-    if self_test:
-        permissions = ALL_PERMISSIONS  # the device is our own
-        bus = BusSettings("simulated" if simulated else "virtual", private_channel())
-        objects = objects or list(REFERENCE_OBJECTS)
-    else:
-        bus = BusSettings(
-            config.getoption("can_interface"),
-            config.getoption("can_channel"),
-            config.getoption("can_bitrate"),
+    try:
+        find_deviation(server)
+        run = RunSettings(
+            node_ids,
+            _bus(config, description, self_test=self_test, simulated=simulated),
+            config.getoption("response_timeout")
+            or description.response
+            or DEFAULT_RESPONSE_TIMEOUT,
+            config.getoption("seed"),
+            config.getoption("server_timeout") or description.server_timeout,
+            sdo_channel,
+            _listings(config, description, node_ids, self_test=self_test),
+            _permits(config, description, self_test=self_test),
+            config.getoption("scan"),
         )
-        try:
-            bus = bus.resolve()
-        except BusNotOpened as error:
-            raise pytest.UsageError(str(error)) from error
-    _check_objects(objects, permissions)
-    run = RunSettings(
-        node_ids or [SELF_TEST_NODE],
-        bus,
-        config.getoption("response_timeout"),
-        objects,
-        config.getoption("seed"),
-        config.getoption("server_timeout"),
-        permissions,
-        sdo_channel,
-    )
+    except (UnknownServer, BusNotOpened, FileError, NotPermitted) as error:
+        raise pytest.UsageError(str(error)) from error
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
-    return Options(run, self_test, server, report_dir, _strict(config), simulated)
+    return Options(
+        run, self_test, server, report_dir, _strict(config), simulated, description.deviations
+    )
 
 
-def _check_objects(objects: list[KnownObject], permissions: frozenset[Permission]) -> None:
-    for known in objects:
-        index = known.mux.index
-        if not known.access.writable or not is_protected(index):
-            continue
-        if permission_for(index) not in permissions:
+def _description(config: pytest.Config, *, self_test: bool) -> Description:
+    name = config.getoption("device_description")
+    if name is None:
+        return Description()
+    if self_test:
+        raise pytest.UsageError(f"--device={name} describes a device: leave out --self-test.")
+    try:
+        return read_description(config.invocation_params.dir / name)
+    except FileError as error:
+        raise pytest.UsageError(str(error)) from error
+
+
+def _wanted_nodes(config: pytest.Config, description: Description) -> list[int] | None:
+    node_ids: list[int] | None = config.getoption("node_id")
+    if node_ids is not None:
+        return node_ids
+    if description.node_id is not None:
+        return [description.node_id]
+    for option, dest in (("--device", "device_description"), ("--eds", "eds")):
+        name = config.getoption(dest)
+        if name is not None and not config.getoption("self_test"):
             raise pytest.UsageError(
-                f"--object={index:04X} may not be written. {how_to_permit(index)} To have it read "
-                "only, name it with its type and the access ro."
+                f"{option}={name} does not say which node it is: add --node-id=N, or node-id = N "
+                "to device.toml."
             )
+    return None
+
+
+def _bus(
+    config: pytest.Config, description: Description, *, self_test: bool, simulated: bool
+) -> BusSettings:
+    if self_test:
+        return BusSettings("simulated" if simulated else "virtual", private_channel())
+    return BusSettings(
+        config.getoption("can_interface") or description.interface,
+        config.getoption("can_channel") or description.channel,
+        config.getoption("can_bitrate") or description.bitrate,
+    ).resolve()
+
+
+def _listings(
+    config: pytest.Config, description: Description, node_ids: list[int], *, self_test: bool
+) -> dict[int, Listing]:
+    name = config.getoption("eds")
+    path = config.invocation_params.dir / name if name is not None else description.eds
+    if path is not None:
+        return {node_id: read_eds(path, node_id) for node_id in node_ids}
+    if self_test and not config.getoption("conformance_objects"):
+        return {node_id: reference_listing(node_id) for node_id in node_ids}
+    return {}
+
+
+def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
+    named = list(config.getoption("conformance_objects"))
+    if self_test and not named:
+        return reference_permits()
+    permissions = description.permissions | frozenset(config.getoption("conformance_permissions"))
+    if self_test:
+        permissions = PERMISSIONS  # the device is our own
+    overridden = {known.mux for known in named}
+    named += [known for known in description.writable if known.mux not in overridden]
+    permits = Permits(
+        tuple(named),
+        description.all_rw,
+        description.large,
+        description.never,
+        permissions,
+        description.at_defaults,
+    )
+    permits.check()
+    return permits
 
 
 def _strict(config: pytest.Config) -> bool:
@@ -243,7 +308,7 @@ def _channel(text: str) -> ChannelIds:
         raise ArgumentTypeError(str(error)) from None
 
 
-def _permission(text: str) -> Permission:
+def _permission(text: str) -> str:
     try:
         return parse_permission(text)
     except PermissionNameError as error:

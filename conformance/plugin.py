@@ -6,7 +6,9 @@ import pytest
 
 from conformance import __version__, fixtures
 from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
+from conformance.device.listing import Listing
 from conformance.options import add_options, read_options
+from conformance.run.bench import RunSettings
 from conformance.running import Running
 from conformance.state import STATE, RunState
 
@@ -44,7 +46,18 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
         f"conformance: {__version__}, target: {target}",
         f"conformance: bit rate: {rate}, response time-out: {run.response_timeout * 1000:g} ms, "
         f"seed: {run.seed}, strict: {'yes' if state.options.strict else 'no'}",
+        f"conformance: objects: {_objects(run)}",
     ]
+
+
+def _objects(run: RunSettings) -> str:
+    """Say what is known of the objects of the devices before they are asked."""
+    listing = run.all_listings[run.node_ids[0]]
+    if not listing.is_complete:
+        named = len(run.permits.named)
+        return f"{named} named, no EDS (--eds=FILE adds cases for each object of the device)"
+    writable = len(run.permits.allowed(known for known in listing.entries if known.access.writable))
+    return f"{len(listing.entries)} entries in the EDS, {writable} of them may be written"
 
 
 def pytest_pycollect_makemodule(
@@ -60,7 +73,8 @@ def pytest_pycollect_makeitem(
 ) -> list[CaseFunction] | None:
     """Turn marked functions into cases."""
     state = collector.config.stash.get(STATE, None)
-    return make_items(collector, obj, state.options.run.node_ids if state else [0])
+    listings = state.options.run.all_listings if state else {0: Listing()}
+    return make_items(collector, obj, listings)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -2,8 +2,10 @@
 
 from dataclasses import dataclass, field
 
+from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
-from conformance.device.safety import NO_PERMISSIONS, Permission, WritePolicy
+from conformance.device.permits import Permits
+from conformance.device.safety import WritePolicy
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
@@ -26,11 +28,12 @@ class Device:
     ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
     byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
     not be read; such an object is never written. ``block_download_refusal`` is how the device
-    refuses block downloads, empty if it serves them, None as long as nobody asked.
-    ``server_timeout`` is the declared time in seconds after which the device gives up a transfer.
-    ``parameters`` holds the values of communication parameters that cases write by
-    ``permissions``, before the first write; ``further_channels`` are the SDO server parameter
-    records behind 1200h, None as long as nobody looked.
+    refuses block downloads, empty if it serves them, None as long as nobody asked;
+    ``block_upload_refusal`` is the same of block uploads. ``server_timeout`` is the declared time
+    in seconds after which the device gives up a transfer. ``parameters`` holds the values of
+    communication parameters that cases write by permission, before the first write;
+    ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
+    looked. The ``listing`` is what an EDS or the user says of its objects.
     """
 
     node_id: int
@@ -40,11 +43,18 @@ class Device:
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
     boot_ups: int = 0
     block_download_refusal: str | None = None
-    permissions: frozenset[Permission] = NO_PERMISSIONS
+    block_upload_refusal: str | None = None
     parameters: dict[Multiplexer, bytes] = field(default_factory=dict)
     further_channels: tuple[int, ...] | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
     server_timeout: float | None = None
+    listing: Listing = field(default_factory=Listing)
+    permits: Permits = field(default_factory=Permits)
+
+    @property
+    def permissions(self) -> frozenset[str]:
+        """What the user permits by name."""
+        return self.permits.permissions
 
     @property
     def identity(self) -> dict[str, str]:
@@ -66,49 +76,43 @@ class Device:
         kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
             length or 4, "unsigned64"
         )
-        raise NotTestable(
-            f"needs a writable number of {length or 'any number of'} bytes: name one with its "
-            f"type, for example --object=2001={kind}"
-        )
+        raise _lacking(f"a writable number of {length or 'any number of'} bytes", f"2001={kind}")
 
     def variable(self) -> KnownObject:
         """Return a writable string or domain, if possible one whose bytes count to the last 00h."""
-        found = [known for known in self._writable() if known.varies]
-        for known in sorted(found, key=lambda known: known.data_type is DataType.VISIBLE_STRING):
+        found = [known for known in self._writable() if _takes_any_bytes(known)]
+        for known in sorted(found, key=self._last_for_long_transfers):
             return known
-        raise NotTestable(
-            "needs a writable string or domain: name one with its type, for example "
-            "--object=2010=visible_string"
-        )
+        raise _lacking("a writable string or domain", "2010=visible_string")
+
+    def _last_for_long_transfers(self, known: KnownObject) -> tuple[bool, bool]:
+        is_large = self.permits.large is not None and known.mux == self.permits.large.mux
+        return not is_large, known.data_type is DataType.VISIBLE_STRING
 
     def text(self) -> KnownObject:
         """Return a writable string: of a domain, an aborted write may leave a part behind."""
         for known in self._writable():
-            if known.varies and known.data_type is not DataType.DOMAIN:
+            if _takes_any_bytes(known) and known.data_type is not DataType.DOMAIN:
                 return known
-        raise NotTestable(
-            "needs a writable string: name one with its type, for example "
-            "--object=2010=visible_string"
-        )
+        raise _lacking("a writable string", "2010=visible_string")
 
     def write_only(self) -> KnownObject:
         """Return a write-only object."""
         for known in self.objects:
-            if known.access is Access.WO:
+            if known.access is Access.WO and self.policy.permits(known.mux):
                 return known
-        raise NotTestable(
-            "needs a write-only object: name one, for example --object=2020=unsigned32,wo"
-        )
+        raise _lacking("a write-only object", "2020=unsigned32,wo")
 
     def read_only_text(self) -> KnownObject:
         """Return a read-only object of more than 4 bytes."""
         for known in self.objects:
             value = self.values.get(known.mux, b"")
-            if not known.access.writable and len(value) > 4:
+            probed = not known.access.writable and self.policy.permits(known.mux)
+            if probed and len(value) > 4:
                 return known
-        raise NotTestable(
-            "needs a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not; name "
-            "one, for example --object=2021=visible_string,ro"
+        raise _lacking(
+            "a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not",
+            "2021=visible_string,ro",
         )
 
     def declared_timeout(self) -> float:
@@ -133,18 +137,34 @@ class Device:
         """Return any object that may be written and was read."""
         for known in self._writable():
             return known
-        raise NotTestable("needs a writable object: name one, for example --object=2001=unsigned8")
+        raise _lacking("a writable object", "2001=unsigned8")
 
     def shortest_readable(self) -> Multiplexer:
         """Return what reads with the fewest bytes: where leaks of longer answers would show."""
         return min(self.values, key=lambda mux: (len(self.values[mux]), mux))
 
     def _writable(self) -> list[KnownObject]:
-        return [
+        """Return what may be written and was read; what has limits last."""
+        found = [
             known
             for known in self.objects
-            if known.access is Access.RW and known.mux in self.values
+            if known.access is Access.RW
+            and known.mux in self.values
+            and self.policy.permits(known.mux)
         ]
+        return sorted(found, key=lambda known: known.is_limited)
 
 
 _NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
+
+
+def _takes_any_bytes(known: KnownObject) -> bool:
+    """Say whether it is a string or domain of any length; UNICODE_STRING may insist on pairs."""
+    return known.varies and known.data_type is not DataType.UNICODE_STRING
+
+
+def _lacking(what: str, example: str) -> NotTestable:
+    return NotTestable(
+        f"needs {what}: name one with its type, --object={example} or in device.toml "
+        f'[objects] writable = ["{example}"]'
+    )

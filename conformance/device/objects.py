@@ -1,10 +1,11 @@
 """The objects of a device as the suite knows them, and how users name them on a command line."""
 
-import difflib
 import re
 from dataclasses import dataclass
 from typing import TypeVar
 
+from conformance.device.files import did_you_mean
+from conformance.device.values import Number
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
@@ -23,11 +24,23 @@ class ObjectNameError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class KnownObject:
-    """One entry of the device's object dictionary; a type of None is not known."""
+    """One entry of the device's object dictionary; a type of None is not known.
+
+    The rest is what an EDS says of it: limits, both included; the value after the defaults were
+    loaded, and the one that a DCF configures; the ObjFlags. An entry ``floats`` when the device
+    itself changes it (access rwr).
+    """
 
     mux: Multiplexer
     data_type: DataType | None = None
     access: Access = Access.RW
+    name: str = ""
+    low: Number | None = None
+    high: Number | None = None
+    default: bytes | None = None
+    configured: bytes | None = None
+    flags: int = 0
+    floats: bool = False
 
     @property
     def length(self) -> int | None:
@@ -37,7 +50,22 @@ class KnownObject:
     @property
     def is_steady(self) -> bool:
         """Whether the value stays until the suite writes it; a ro value may be measured."""
-        return self.access in (Access.RW, Access.CONST)
+        return self.access in (Access.RW, Access.CONST) and not self.floats
+
+    @property
+    def is_limited(self) -> bool:
+        """Whether there are limits to what may be written."""
+        return self.low is not None or self.high is not None
+
+    @property
+    def refuses_download(self) -> bool:
+        """Whether the EDS asks tools not to write it (ObjFlags, bit 0)."""
+        return bool(self.flags & 1)
+
+    @property
+    def refuses_scan(self) -> bool:
+        """Whether the EDS asks tools not to read it when they read everything (bit 1)."""
+        return bool(self.flags & 2)
 
     @property
     def varies(self) -> bool:
@@ -73,6 +101,4 @@ def parse_object(text: str) -> KnownObject:
 def _lookup(known: dict[str, Value], name: str, what: str) -> Value:
     if name.lower() in known:
         return known[name.lower()]
-    near = difflib.get_close_matches(name.lower(), known, n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else f" Known: {', '.join(known)}."
-    raise ObjectNameError(f"There is no {what} called {name!r}.{hint}")
+    raise ObjectNameError(f"There is no {what} called {name!r}. {did_you_mean(name, known)}")

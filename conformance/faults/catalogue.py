@@ -2,6 +2,7 @@
 
 import difflib
 
+from conformance.device.listing import Listing
 from conformance.faults import (
     aborts,
     block_choice_variants,
@@ -20,6 +21,9 @@ from conformance.faults import (
     channel_parameters,
     channel_traffic,
     channel_variants,
+    dictionary_reads,
+    dictionary_variants,
+    dictionary_writes,
     download_segments,
     downloads,
     frames,
@@ -31,7 +35,8 @@ from conformance.faults import (
     uploads,
     variants,
 )
-from conformance.faults.device import reference_device
+from conformance.faults.described import described_device
+from conformance.faults.dictionary import reference_device
 from conformance.faults.registry import Deviation, assemble, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
@@ -60,10 +65,13 @@ _MODULES = (
     channel_parameters,
     channel_traffic,
     nmt_states,
+    dictionary_reads,
+    dictionary_writes,
     variants,
     block_variants,
     block_choice_variants,
     channel_variants,
+    dictionary_variants,
 )
 
 
@@ -104,13 +112,19 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
-def build_node(name: str | None, node_id: int, *, server_timeout: float | None = None) -> Node:
-    """Return the reference node, or the fault or variant of that name, on the built-in device.
+def build_node(
+    name: str | None,
+    node_id: int,
+    listing: Listing | None = None,
+    *,
+    server_timeout: float | None = None,
+) -> Node:
+    """Return the reference node, or the fault or variant of that name.
 
-    ``server_timeout`` is the time in seconds after which it gives up a silent client, None for
-    never. Raises UnknownServer.
+    It is the built-in device, or the one that ``listing`` describes. ``server_timeout`` is the
+    time in seconds after which it gives up a silent client, None for never. Raises UnknownServer.
     """
-    objects = reference_device(node_id)
+    objects = reference_device(node_id) if listing is None else described_device(listing)
     deviation = find_deviation(name)
     if deviation is not None:
         return deviation.build(node_id, objects, server_timeout=server_timeout)

@@ -1,8 +1,8 @@
-"""The built-in device: the objects that the self-test runs on, and how the suite knows them."""
+"""The built-in device: the objects that transfers are tested on, and how the suite knows them."""
 
 from conformance.device.objects import KnownObject
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
+from conformance.sdo.objects import Access, DataType, Entry
 
 UNSIGNED = {
     1: DataType.UNSIGNED8,
@@ -14,7 +14,7 @@ UNSIGNED = {
 
 
 def reference_entries(node_id: int) -> dict[Multiplexer, Entry]:
-    """Return the entries of the built-in device."""
+    """Return the entries of the built-in device that transfers are tested on."""
     entries = {
         Multiplexer(0x1000): _number(4, 0x000F_0191, Access.CONST),
         Multiplexer(0x1001): _number(1, 0, Access.RO),
@@ -42,11 +42,6 @@ def reference_entries(node_id: int) -> dict[Multiplexer, Entry]:
     ):
         entries[Multiplexer(0x2000 + length)] = _number(length, value, Access.RW)
     return entries
-
-
-def reference_device(node_id: int) -> ObjectDictionary:
-    """Return the object dictionary of the built-in device."""
-    return ObjectDictionary(reference_entries(node_id))
 
 
 def _number(length: int, value: int, access: Access) -> Entry:

@@ -18,7 +18,7 @@ def run_properties(settings: RunSettings, devices: Sequence[Device]) -> dict[str
         "response-timeout-ms": f"{settings.response_timeout * 1000:g}",
         "seed": str(settings.seed),
         "writable-objects": ", ".join(
-            str(known) for known in settings.objects if known.access.writable
+            str(known) for known in settings.permits.named if known.access.writable
         ),
     }
     for device in devices:

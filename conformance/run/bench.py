@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import can
 
@@ -11,8 +11,9 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
-from conformance.device.objects import KnownObject
-from conformance.device.safety import NO_PERMISSIONS, Permission, WritePolicy
+from conformance.device.listing import Listing, mandatory_and
+from conformance.device.permits import Permits, known_objects
+from conformance.device.safety import WritePolicy
 from conformance.run.channel_steps import TEST_CHANNELS
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
@@ -27,17 +28,28 @@ class RunSettings:
     """What the user asked for; times are in seconds.
 
     ``server_timeout`` is when the device gives up a transfer whose client is silent, None if never;
-    ``sdo_channel`` is another channel of the device than the default one.
+    ``sdo_channel`` is another channel of the device than the default one. ``listings`` holds by
+    node-ID what an EDS, or the user, says of the objects; to ``scan`` is to read all indices.
     """
 
     node_ids: list[int]
     bus: BusSettings
     response_timeout: float = DEFAULT_RESPONSE_TIMEOUT
-    objects: list[KnownObject] = field(default_factory=list)
     seed: int = DEFAULT_SEED
     server_timeout: float | None = None
-    permissions: frozenset[Permission] = NO_PERMISSIONS
     sdo_channel: ChannelIds | None = None
+    listings: dict[int, Listing] = field(default_factory=dict)
+    permits: Permits = field(default_factory=Permits)
+    scan: bool = False
+
+    @property
+    def all_listings(self) -> dict[int, Listing]:
+        """What is known of the objects of each node before anything was asked."""
+        without = mandatory_and(self.permits.named)
+        return {
+            node_id: replace(self.listings.get(node_id, without), to_scan=self.scan)
+            for node_id in self.node_ids
+        }
 
 
 def private_channel() -> str:
@@ -92,12 +104,15 @@ class Bench:
     def _session(self, link: Link, node_id: int) -> DeviceSession:
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout, settings.sdo_channel)
-        writable = [known.mux for known in settings.objects if known.access.writable]
+        listing = settings.listings.get(node_id, Listing())
+        objects = known_objects(settings.permits.named, listing)
+        permits = settings.permits
         device = Device(
             node_id,
-            list(settings.objects),
-            permissions=settings.permissions,
-            policy=WritePolicy(writable, settings.permissions),
+            objects,
+            policy=WritePolicy(permits.allowed(objects), permits.permissions),
+            listing=settings.all_listings[node_id],
+            permits=permits,
             server_timeout=settings.server_timeout,
         )
         discover(channel, device)

@@ -97,6 +97,19 @@ class BlockSteps(Steps):
         if device.block_download_refusal:
             raise Unimplemented(device.block_download_refusal)
 
+    def require_block_upload(self) -> None:
+        """Raise Unimplemented unless the server has block uploads; asks it once in a run."""
+        device = self.device
+        if device.block_upload_refusal is None:
+            self.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
+            frame = self.receive()
+            response = decode_response(frame)
+            refused = isinstance(response, Abort) and response.code in NOT_THERE
+            device.block_upload_refusal = describe_response(frame) if refused else ""
+            self.end_transfer()
+        if device.block_upload_refusal:
+            raise Unimplemented(device.block_upload_refusal)
+
     def _why_refused(self, abort: Abort, request: Request, ordinary: Request) -> Exception:
         """Tell a server without block transfer from one that refuses just this request."""
         shown = describe_response(abort.encode())

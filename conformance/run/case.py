@@ -14,10 +14,12 @@ from dataclasses import dataclass, field
 from inspect import getdoc
 from typing import Any, TypeVar
 
+from conformance.device.listing import Listing
 from conformance.sdo.rules import Level, Rule, rule_of
 
 Function = TypeVar("Function", bound=Callable[..., None])
 Values = Mapping[str, Any] | Sequence[Any]
+OfListing = Callable[[Listing], Mapping[str, Any]]
 ATTRIBUTE = "conformance_case"
 
 
@@ -32,27 +34,32 @@ class CaseInfo:
     rule: Rule
     cites: tuple[Rule, ...] = ()
     argument: str | None = None
-    values: dict[str, Any] = field(default_factory=dict)
+    values: Mapping[str, Any] | OfListing = field(default_factory=dict)
     slow: bool = False
 
-    def variations(self) -> list[tuple[str, dict[str, Any]]]:
-        """Return each case's id and arguments."""
+    def variations(self, listing: Listing | None = None) -> list[tuple[str, dict[str, Any]]]:
+        """Return each case's id and arguments; some depend on what is listed of a device."""
         if self.argument is None:
             return [(self.rule.id, {})]
+        values = self.values(listing or Listing()) if callable(self.values) else self.values
         return [
-            (f"{self.rule.id}[{label}]", {self.argument: value})
-            for label, value in self.values.items()
+            (f"{self.rule.id}[{label}]", {self.argument: value}) for label, value in values.items()
         ]
 
 
 def must(
-    id_: str, *rules: str, clause: str | None = None, slow: bool = False, **each: Values
+    id_: str,
+    *rules: str,
+    clause: str | None = None,
+    slow: bool = False,
+    **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
 
     ``rules`` are the rules that the case tests, each by a row or its id. ``clause`` is for a case
     on a narrower clause than that of the first rule. ``each`` is at most one argument with its
-    values: a sequence, or a mapping from label to value.
+    values: a sequence, a mapping from label to value, or a function that chooses such a mapping
+    from what is listed of the device.
 
     Raises UnknownRule for a rule that is not in the registry.
     """
@@ -60,14 +67,14 @@ def must(
 
 
 def should(
-    id_: str, *rules: str, clause: str | None = None, **each: Values
+    id_: str, *rules: str, clause: str | None = None, **each: Values | OfListing
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device only with --strict."""
     return _case(Level.SHOULD, id_, rules, clause, each)
 
 
 def may(
-    id_: str, *rules: str, clause: str | None = None, **each: Values
+    id_: str, *rules: str, clause: str | None = None, **each: Values | OfListing
 ) -> Callable[[Function], Function]:
     """Mark a case on what the specification leaves open; it fails for what no choice allows."""
     return _case(Level.MAY, id_, rules, clause, each)
@@ -78,7 +85,7 @@ def _case(
     id_: str,
     names: tuple[str, ...],
     clause: str | None,
-    each: dict[str, Values],
+    each: dict[str, Values | OfListing],
     *,
     slow: bool = False,
 ) -> Callable[[Function], Function]:
@@ -94,9 +101,9 @@ def _case(
         sentence = " ".join((getdoc(function) or "").split())
         rule = Rule(id_, clause, level, sentence, names)
         argument, values = next(iter(each.items()), (None, {}))
-        if not isinstance(values, Mapping):
+        if not isinstance(values, Mapping) and not callable(values):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, dict(values), slow))
+        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, values, slow))
         return function
 
     return mark

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from typing import Self
 
 from conformance.bus.channel import Channel
+from conformance.device.deny import SDO_PARAMETERS
 from conformance.device.device import VENDOR_ID, NotTestable
-from conformance.device.safety import Permission
 from conformance.run.network_steps import NetworkSteps
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
@@ -90,7 +90,7 @@ class ChannelSteps(NetworkSteps):
 
     def require_parameters(self) -> None:
         """Raise NotTestable unless SDO parameters may be written."""
-        self.require(Permission.SDO_PARAMETERS)
+        self.require(SDO_PARAMETERS)
 
     def require_client_entry(self) -> int:
         """Return a record with a sub-index 03h that may be configured."""

@@ -22,33 +22,76 @@ from conformance.sdo.rules import Level, Rule, Violation
 
 SANITY_ATTEMPTS = 3
 MOST_SEGMENTS = 8
+_MANDATORY = (
+    KnownObject(DEVICE_TYPE, DataType.UNSIGNED32, Access.CONST),
+    *(
+        KnownObject(
+            Multiplexer(IDENTITY_COUNT.index, sub_index),
+            DataType.UNSIGNED32 if sub_index else DataType.UNSIGNED8,
+            Access.CONST,
+        )
+        for sub_index in (0, *IDENTITY_NAMES)
+    ),
+    *(KnownObject(mux, DataType.VISIBLE_STRING, Access.CONST) for mux in TEXTS),
+)
+# What many devices have besides, and may change by itself; strings first.
+COMMON = (
+    *(
+        KnownObject(Multiplexer(index), DataType.VISIBLE_STRING, Access.RO)
+        for index in (0x6403, 0x6404, 0x6503, 0x6504, 0x6505)
+    ),
+    *(
+        KnownObject(Multiplexer(index), data_type, Access.RO)
+        for index, data_type in (
+            (0x1001, DataType.UNSIGNED8),
+            (0x1002, DataType.UNSIGNED32),
+            (0x1003, DataType.UNSIGNED8),
+            (0x1005, DataType.UNSIGNED32),
+            (0x1006, DataType.UNSIGNED32),
+            (0x100C, DataType.UNSIGNED16),
+            (0x100D, DataType.UNSIGNED8),
+            (0x1010, DataType.UNSIGNED8),
+            (0x1011, DataType.UNSIGNED8),
+            (0x1014, DataType.UNSIGNED32),
+            (0x1016, DataType.UNSIGNED8),
+            (0x1017, DataType.UNSIGNED16),
+            (0x1200, DataType.UNSIGNED8),
+            (0x1400, DataType.UNSIGNED8),
+            (0x1800, DataType.UNSIGNED8),
+        )
+    ),
+)
 _READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
 
 
 def discover(channel: Channel, device: Device) -> None:
     """Fill in the device's baseline, identity, texts and the values of its objects.
 
-    Only reads. What cannot be read stays unknown: the cases will say what is wrong with it.
+    Only reads. What cannot be read stays unknown: the cases will say what is wrong with it. Where
+    no EDS lists what there is, the objects that devices commonly have are tried.
     Raises SilentNode when nothing answers.
     """
     record_baseline(channel, device)
     sdo = Dialogue(channel, device, _READING, seed=0)
-    device.objects.append(KnownObject(DEVICE_TYPE, DataType.UNSIGNED32, Access.CONST))
-    for sub_index in (0, *IDENTITY_NAMES):
-        data_type = DataType.UNSIGNED32 if sub_index else DataType.UNSIGNED8
-        mux = Multiplexer(IDENTITY_COUNT.index, sub_index)
-        entry = KnownObject(mux, data_type, Access.CONST)
-        if _learn(sdo, entry):
-            device.objects.append(entry)
-    known = {entry.mux for entry in device.objects}
-    for mux in TEXTS:
-        if mux not in known:
-            text = KnownObject(mux, DataType.VISIBLE_STRING, Access.CONST)
-            if _learn(sdo, text):
-                device.objects.append(text)
     for entry in device.objects:
-        if entry.access.readable:
+        if entry.access.readable and not entry.refuses_scan:
             _learn(sdo, entry)
+    known = {entry.mux for entry in device.objects}
+    for entry in _MANDATORY:
+        if entry.mux not in known and (_learn(sdo, entry) or entry.mux == DEVICE_TYPE):
+            device.objects.append(entry)
+    if not device.listing.is_complete:
+        _try_common(sdo, known)
+
+
+def _try_common(sdo: Dialogue, known: set[Multiplexer]) -> None:
+    for entry in COMMON:
+        if entry.mux in known:
+            continue
+        if _learn(sdo, entry):
+            sdo.device.objects.append(entry)
+        else:
+            del sdo.device.unreadable[entry.mux]  # nobody said that it is there
 
 
 def record_baseline(channel: Channel, device: Device) -> None:

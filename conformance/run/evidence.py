@@ -69,9 +69,11 @@ def _left_out(number: int) -> str:
 
 def evidence_text(result: CaseResult) -> str:
     """Return everything that a failure has to show."""
+    named = result.clause.startswith("CiA")
+    clause = result.clause if named else f"CiA 301 clause {result.clause}"
     lines = [
         f"{result.case_id}: {result.verdict.upper()} "
-        f"({result.level}, CiA 301 clause {result.clause}, node {result.node_id})",
+        f"({result.level}, {clause}, node {result.node_id})",
         f"  requirement: {result.requirement}",
     ]
     for name, value in (

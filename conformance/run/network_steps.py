@@ -5,8 +5,8 @@ and the parameters get back what they held.
 """
 
 from conformance.bus.channel import Channel
+from conformance.device.deny import NMT, SDO_PARAMETERS
 from conformance.device.device import Device, NotTestable
-from conformance.device.safety import Permission
 from conformance.run.block_steps import BlockSteps
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
@@ -22,8 +22,8 @@ BOOT_TIME = 5.0
 # How long a device without heartbeats gets to enter a state that nobody can see.
 SETTLING_TIME = 0.1
 PURPOSES = {
-    Permission.NMT: "to send NMT commands to the device",
-    Permission.SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
+    NMT: "to send NMT commands to the device",
+    SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
 }
 
 
@@ -38,7 +38,7 @@ class NetworkSteps(BlockSteps):
         self._booting = False
         self._beating = False
 
-    def require(self, permission: Permission) -> None:
+    def require(self, permission: str) -> None:
         """Raise NotTestable without a permission."""
         if permission not in self.device.permissions:
             raise NotTestable(f"needs permission {PURPOSES[permission]}: add --allow={permission}")
@@ -52,7 +52,7 @@ class NetworkSteps(BlockSteps):
 
     def nmt(self, command: NmtCommand) -> None:
         """Send a command to the device."""
-        self.require(Permission.NMT)
+        self.require(NMT)
         state = TRANSITIONS[command]
         if state is NmtState.INITIALISING:
             if not self.on_default_channel:
@@ -81,7 +81,7 @@ class NetworkSteps(BlockSteps):
 
     def produce_heartbeats(self) -> bool:
         """Let the device tell its state by a time in 1017h; say whether it can."""
-        self.require(Permission.NMT)
+        self.require(NMT)
         period = round(HEARTBEAT_PERIOD * 1000).to_bytes(2, "little")
         self._beating = (
             self.learn(HEARTBEAT_TIME) and self.write_parameter(HEARTBEAT_TIME, period) is None

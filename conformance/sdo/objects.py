@@ -1,6 +1,7 @@
 """The reference server's object dictionary: entries, their types, and who may do what to them."""
 
-from collections.abc import Iterable
+import struct
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 
@@ -98,9 +99,10 @@ class Entry:
     value: bytes
     data_type: DataType = DataType.DOMAIN
     access: Access = Access.RW
-    low: int | None = None
-    high: int | None = None
+    low: int | float | None = None
+    high: int | float | None = None
     capacity: int = DEFAULT_CAPACITY
+    has_data: bool = True
 
     @property
     def longest(self) -> int:
@@ -119,9 +121,18 @@ class Entry:
         if length < self.shortest:
             raise Refusal(AbortCode.LENGTH_TOO_LOW)
 
+    def number(self, data: bytes) -> int | float:
+        """Return the number that bytes stand for in the type of the entry."""
+        if self.data_type in (DataType.REAL32, DataType.REAL64):
+            form = "<f" if self.data_type is DataType.REAL32 else "<d"
+            return float(struct.unpack(form, data)[0])
+        return int.from_bytes(data, "little", signed=self.data_type.name.startswith("INTEGER"))
+
     def check_limits(self, data: bytes) -> None:
         """Refuse a value outside the limits."""
-        value = int.from_bytes(data, "little", signed=self.data_type.name.startswith("INTEGER"))
+        if self.low is None and self.high is None:
+            return
+        value = self.number(data)
         if self.high is not None and value > self.high:
             raise Refusal(AbortCode.VALUE_TOO_HIGH)
         if self.low is not None and value < self.low:
@@ -150,6 +161,10 @@ class ObjectDictionary:
         """Return all entries with their multiplexers."""
         return self._entries.items()
 
+    def __iter__(self) -> Iterator[Entry]:
+        """Go through all entries."""
+        return iter(self._entries.values())
+
     def find(self, mux: Multiplexer) -> Entry:
         """Return the entry, or refuse: no such object, or no such sub-index of it."""
         if mux.index not in self._indices:
@@ -163,6 +178,8 @@ class ObjectDictionary:
         entry = self.find(mux)
         if not entry.access.readable:
             raise Refusal(AbortCode.READ_OF_WRITE_ONLY)
+        if not entry.has_data:
+            raise Refusal(AbortCode.NO_DATA)
         return entry
 
     def writable(self, mux: Multiplexer) -> Entry:

@@ -46,6 +46,7 @@ FILES = {
     "channel": "test_channels",
     "independence": "test_channel_independence",
     "nmt": "test_nmt",
+    "od": "test_object_dictionary",
 }
 # Long enough for a loaded machine to keep to, short enough to be waited for fifty times.
 SERVER_TIMEOUT = "--server-timeout=0.4"

@@ -22,7 +22,8 @@ from foreign_objects import (
 )
 
 from conformance.bus.host import NodeHost
-from conformance.faults.device import reference_device, reference_entries
+from conformance.faults.device import reference_entries
+from conformance.faults.dictionary import reference_device
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node

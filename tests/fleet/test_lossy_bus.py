@@ -26,7 +26,7 @@ from lossy_bus import Relay, relayed
 
 from conformance.bus.host import NodeHost
 from conformance.faults.block_variants import BlocksOf21
-from conformance.faults.device import reference_device
+from conformance.faults.dictionary import reference_device
 from conformance.run.bench import private_channel
 from conformance.sdo.frames import BlockAck, BlockSegment, Request, Response
 from conformance.sdo.node import Node

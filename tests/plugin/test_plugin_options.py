@@ -1,5 +1,7 @@
 """A wrong option ends a run before it begins, with one sentence; the header says what was read."""
 
+import re
+
 import pytest
 from plugin_runs import QUICK, hosted, reports, run, self_test
 
@@ -71,16 +73,17 @@ def header(result: pytest.RunResult) -> list[str]:
 
 
 def test_header_of_the_self_test(pytester: pytest.Pytester) -> None:
-    target, how = header(self_test(pytester, "-k", "abort.frame"))
+    target, how, objects = header(self_test(pytester, "-k", "abort.frame"))
     start = f"{__version__}, target: built-in reference server, node 5 on virtual conformance-"
     assert target.startswith(start)
     assert how == (
         "bit rate: as the interface is set, response time-out: 1000 ms, seed: 1, strict: no"
     )
+    assert re.fullmatch(r"objects: \d+ entries in the EDS, \d+ of them may be written", objects)
 
 
 def test_header_of_a_fault(pytester: pytest.Pytester) -> None:
-    target, _ = header(self_test(pytester, "--fault=answers-late", "--collect-only"))
+    target, *_ = header(self_test(pytester, "--fault=answers-late", "--collect-only"))
     assert target.startswith(f"{__version__}, target: built-in answers-late, node 5 on virtual ")
 
 
@@ -94,9 +97,12 @@ def test_header_of_a_device(pytester: pytest.Pytester) -> None:
         "--seed=7",
         "--strict",
     )
-    target, how = header(run(pytester, *options, "--collect-only"))
+    target, how, objects = header(run(pytester, *options, "--collect-only"))
     assert target == f"{__version__}, target: node 1, 2, 3, 9 on pcan PCAN_USBBUS1, 250000 bit/s"
     assert how == "bit rate: 250000 bit/s, response time-out: 250 ms, seed: 7, strict: yes"
+    assert (
+        objects == "objects: 0 named, no EDS (--eds=FILE adds cases for each object of the device)"
+    )
 
 
 def test_help_shows_the_options(pytester: pytest.Pytester) -> None:

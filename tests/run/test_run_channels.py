@@ -3,8 +3,10 @@
 import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
+from conformance.device.deny import PERMISSIONS
 from conformance.device.device import NotTestable
-from conformance.device.safety import ALL_PERMISSIONS, WritePolicy
+from conformance.device.permits import Permits
+from conformance.device.safety import WritePolicy
 from conformance.faults.catalogue import build_node
 from conformance.run.channel_steps import TEST_CHANNELS, interleave
 from conformance.run.session import CaseRun, DeviceSession
@@ -22,9 +24,9 @@ FIRST, SECOND = TEST_CHANNELS
 
 def allow(bench: Workbench) -> None:
     """Let the cases do what users have to permit."""
-    bench.device.permissions = ALL_PERMISSIONS
+    bench.device.permits = Permits(permissions=PERMISSIONS)
     writable = [known.mux for known in bench.device.objects if known.access.writable]
-    bench.device.policy = WritePolicy(writable, ALL_PERMISSIONS)
+    bench.device.policy = WritePolicy(writable, PERMISSIONS)
 
 
 def case(session: DeviceSession) -> CaseRun:

@@ -23,7 +23,7 @@ class Facts:
     """What is known of one object; None stands for what is not known.
 
     ``steady`` says that the value stays until a client writes it; without that, values are not
-    compared. ``low`` and ``high`` are limits of an integer, both included; ``any_value`` says that
+    compared. ``low`` and ``high`` are limits of a number, both included; ``any_value`` says that
     every value within them is taken. A string or domain surely has room for ``capacity`` bytes.
     """
 
@@ -32,8 +32,8 @@ class Facts:
     data_type: DataType | None = None
     value: bytes | None = None
     steady: bool = False
-    low: int | None = None
-    high: int | None = None
+    low: float | None = None
+    high: float | None = None
     any_value: bool = False
     capacity: int | None = None
 

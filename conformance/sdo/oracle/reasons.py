@@ -155,12 +155,12 @@ def final_reasons(facts: Facts, announced: int | None, data: bytes, row: str) ->
 
 def value_reasons(facts: Facts, data: bytes) -> Reasons:
     """Return why a value is refused: its limits (CiA 306-1), or what only the device knows."""
-    signed = facts.data_type is not None and facts.data_type.name.startswith("INTEGER")
-    number = int.from_bytes(data, "little", signed=signed)
-    too_high = facts.high is not None and number > facts.high
-    too_low = facts.low is not None and number < facts.low
-    if facts.length == len(data) and (too_high or too_low):
-        return (Reason("I28", VALUE),)
-    if facts.any_value and not (facts.data_type is DataType.BOOLEAN and number > 1):
+    if facts.data_type is not None and facts.length == len(data):
+        number = Entry(data, facts.data_type).number(data)
+        too_high = facts.high is not None and number > facts.high
+        too_low = facts.low is not None and number < facts.low
+        if too_high or too_low:
+            return (Reason("I28", VALUE),)
+    if facts.any_value and not (facts.data_type is DataType.BOOLEAN and max(data, default=0) > 1):
         return ()
     return (Reason("I28", NOT_NOW, binding=False),)

@@ -1,0 +1,347 @@
+"""Every object that is listed of the device, in its EDS or by name (CiA 301, 7.4; CiA 306-1)."""
+
+from conformance.device.device import Device, NotTestable
+from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject
+from conformance.device.objects import KnownObject
+from conformance.run import listed as choose
+from conformance.run.case import may, must, should
+from conformance.run.dialogue import Dialogue
+from conformance.run.dictionary_steps import (
+    NOT_NOW,
+    encoded,
+    expect_kept,
+    expect_unlisted,
+    expect_write_refused,
+    expect_written_back,
+    indices_text,
+    is_within_limits,
+    may_be_probed,
+    may_be_written,
+    scan,
+    unchanged,
+    value_of,
+)
+from conformance.run.steps import same_value, shown
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort, BlockUploadInitiate, UploadInitiate, decode_response
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+DICTIONARY = "7.4"
+ACCESS = "7.4.5"
+ABORT = "7.2.4.3.17"
+BLOCK_UPLOAD = "7.2.4.3.13"
+EDS = "CiA 306-1"
+TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
+TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
+TOO_HIGH = (AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_INVALID)
+TOO_LOW = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
+READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+WRITE_ONLY = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+
+
+# What is there
+
+
+@must("od.read", clause=ACCESS, entry=choose.readable)
+def test_read(sdo: Dialogue, entry: KnownObject) -> None:
+    """An entry that is listed as readable can be read."""
+    try:
+        sdo.read(entry.mux)
+    except ServerAborted as aborted:
+        refusal = describe_response(aborted.abort.encode())
+        if aborted.abort.code not in NOT_NOW:
+            raise sdo.breach(f"{entry} is read", refusal) from aborted
+        sdo.info(f"{entry} cannot be read now: {refusal}")
+
+
+@must("od.length", clause="7.4.7", entry=choose.of_fixed_length)
+def test_length(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A value has as many bytes as its data type."""
+    value_of(device, entry)
+    data = sdo.upload(entry)
+    if len(data) != entry.length:
+        raise sdo.breach(f"{entry.length} bytes", shown(data))
+
+
+@must("od.within-limits", clause=EDS, entry=choose.limited)
+def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """The value of a number lies within its limits."""
+    value_of(device, entry)
+    data = sdo.upload(entry)
+    if not is_within_limits(entry, data):
+        raise sdo.breach(f"{entry} between {entry.low} and {entry.high}", shown(data))
+
+
+@must("od.default", clause=EDS, entry=choose.fixed)
+def test_default(sdo: Dialogue, entry: KnownObject) -> None:
+    """What never changes has the value that the EDS states."""
+    sdo.expect_value(entry, entry.default or b"")
+
+
+@must("od.default-of-parameter", clause=EDS, entry=choose.parameters)
+def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """After the defaults were loaded a parameter has the value that the EDS states."""
+    if not device.permits.at_defaults:
+        raise NotTestable(
+            "a device in use may have other values than its defaults: load them (1011h), reset it, "
+            "and say so in device.toml, [objects] at-defaults = true"
+        )
+    sdo.expect_value(entry, entry.default or b"")
+
+
+@should("od.configured", clause=EDS, entry=choose.configured)
+def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
+    """The device is configured as its DCF says (ParameterValue)."""
+    sdo.expect_value(entry, entry.configured or b"")
+
+
+@must("od.identity", clause="7.5.2.19", said=choose.identity)
+def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
+    """The device is of the vendor, product and revision that the EDS is for."""
+    mux, number = said
+    data = sdo.upload(mux)
+    if data != number.to_bytes(4, "little"):
+        raise sdo.breach(
+            f"{mux} reads {number:08X}h, as [DeviceInfo] says",
+            f"{int.from_bytes(data, 'little'):08X}h",
+        )
+
+
+@must("od.error-list", clause="7.5.2.4", entry=choose.error_places)
+def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
+    """A place of the error list (1003h) reads as 4 bytes if it holds an error, else not at all."""
+    count = sdo.upload(Multiplexer(choose.ERROR_LIST))[0]
+    sdo.send(UploadInitiate(entry.mux))
+    if entry.mux.sub_index > count:
+        sdo.expect_abort(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR, of=entry)
+        return
+    response = sdo.checks.upload_initiate(sdo.receive(), entry.mux)
+    data = sdo.finish_upload(entry, response)
+    if len(data) != 4:
+        raise sdo.breach("4 bytes", shown(data))
+
+
+# The same by each protocol
+
+
+@must("od.block-read", clause=BLOCK_UPLOAD, entry=choose.readable)
+def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """Blocks with and without CRC deliver what an ordinary upload does.
+
+    So they do where the client allows a switch of the protocol (pst), below the size or above.
+    """
+    sdo.require_block_upload()
+    size = len(value_of(device, entry))
+    ways = ((True, 0), (False, 0), (True, 255), (True, max(1, min(size - 1, 254))))
+    for crc, threshold in ways:
+        before = sdo.upload(entry)
+        found = sdo.block_upload(entry, crc=crc, threshold=threshold)
+        data = found.data if found.counted else found.data[: entry.length]
+        if same_value(entry, data, before):
+            continue
+        if not entry.is_steady and sdo.upload(entry) != before:
+            sdo.info(f"{entry} changes by itself: its values are not compared")
+            return
+        raise sdo.breach(
+            f"{shown(before)} with crc={crc:d}, pst={threshold}, as by an ordinary upload",
+            shown(data),
+        )
+
+
+@must("od.block-of-write-only", clause=ABORT, entry=choose.write_only)
+def test_block_of_write_only(sdo: Dialogue, entry: KnownObject) -> None:
+    """A block upload of a write-only entry is aborted as such."""
+    sdo.require_block_upload()
+    sdo.send(BlockUploadInitiate(entry.mux, 127))
+    sdo.expect_abort(*WRITE_ONLY, of=entry)
+
+
+# Writing
+
+
+@must("od.write-back", clause=ACCESS, entry=choose.writable)
+def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A writable entry takes the value that it has."""
+    may_be_written(device, entry)
+    value = sdo.upload(entry)
+    expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
+
+
+@must("od.write-back-in-segments", clause=ACCESS, entry=choose.writable)
+def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A writable entry takes the value that it has in segments, however short it is."""
+    may_be_written(device, entry)
+    value = sdo.upload(entry)
+    expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
+
+
+@must("od.write-back-in-blocks", clause=ACCESS, entry=choose.writable)
+def test_write_back_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A writable entry takes the value that it has in blocks, with a CRC and without."""
+    may_be_written(device, entry)
+    sdo.require_block_download()
+    value = sdo.upload(entry)
+    for crc in (True, False):
+        transfer = sdo.client.block_download(entry.mux, value, crc=crc)
+        expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
+
+
+@must("od.too-short", clause=ABORT, entry=choose.longer_than_a_byte)
+def test_too_short(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """One byte less than the type has is refused, and the value stays."""
+    may_be_written(device, entry)
+    with unchanged(sdo, entry) as value:
+        expect_write_refused(sdo, entry, value[:-1], *TOO_SHORT)
+
+
+@must("od.too-long", clause=ABORT, entry=choose.writable_numbers)
+def test_too_long(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """One byte more than the type has is refused, and the value stays."""
+    may_be_written(device, entry)
+    with unchanged(sdo, entry) as value:
+        expect_write_refused(sdo, entry, value + b"\0", *TOO_LONG)
+
+
+@must("od.low-limit", clause=EDS, entry=choose.with_low_limit)
+def test_low_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """The low limit itself is a value that may be written."""
+    may_be_written(device, entry)
+    value = encoded(entry, entry.low)
+    expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
+
+
+@must("od.high-limit", clause=EDS, entry=choose.with_high_limit)
+def test_high_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """The high limit itself is a value that may be written."""
+    may_be_written(device, entry)
+    value = encoded(entry, entry.high)
+    expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
+
+
+@must("od.below-limit", clause=ABORT, entry=choose.undercuttable)
+def test_below_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """What is below the low limit is refused, and the value stays."""
+    may_be_written(device, entry)
+    with unchanged(sdo, entry):
+        expect_write_refused(sdo, entry, choose.below(entry) or b"", *TOO_LOW)
+
+
+@must("od.above-limit", clause=ABORT, entry=choose.exceedable)
+def test_above_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """What is above the high limit is refused, and the value stays."""
+    may_be_written(device, entry)
+    with unchanged(sdo, entry):
+        expect_write_refused(sdo, entry, choose.above(entry) or b"", *TOO_HIGH)
+
+
+# What may not be done
+
+
+@must("od.read-only", clause=ABORT, entry=choose.protected)
+def test_read_only(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A read-only entry refuses even the value that it has."""
+    may_be_probed(device, entry)
+    value = sdo.upload(entry)
+    expect_write_refused(sdo, entry, value or b"\0", *READ_ONLY)
+    expect_kept(sdo, entry, value)
+
+
+@must("od.read-only-in-segments", clause=ABORT, entry=choose.protected)
+def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A read-only entry refuses the value that it has in segments, at the last at the latest."""
+    may_be_probed(device, entry)
+    value = sdo.upload(entry)
+    sdo.expect_download_refused(entry, value or b"\0", *READ_ONLY, size=len(value) or 1)
+    expect_kept(sdo, entry, value)
+
+
+@must("od.read-only-in-blocks", clause=ABORT, entry=choose.protected)
+def test_read_only_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """A read-only entry refuses the value that it has in blocks, at the end at the latest."""
+    may_be_probed(device, entry)
+    value = sdo.upload(entry)
+    sdo.expect_block_download_refused(entry, value or b"\0", *READ_ONLY, size=len(value) or 1)
+    expect_kept(sdo, entry, value)
+
+
+@must("od.write-only", clause=ABORT, entry=choose.write_only)
+def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
+    """The upload of a write-only entry is aborted as such."""
+    sdo.send(UploadInitiate(entry.mux))
+    sdo.expect_abort(*WRITE_ONLY, of=entry)
+
+
+# What is not there
+
+
+@must("od.highest-sub-index", clause="7.4.2", of=choose.structured)
+def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
+    """Sub-index 0 of an array or record holds the highest sub-index, as the EDS lists them.
+
+    Where it can be written (1003h, 1600h) it says how many are in use, and may be lower.
+    """
+    count = of.entries[0]
+    data = sdo.upload(count)
+    fixed = count.access is not Access.RW and of.index != choose.ERROR_LIST
+    if len(data) != 1 or data[0] > of.highest or (fixed and data[0] != of.highest):
+        least = "" if fixed else "at most "
+        raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", shown(data))
+
+
+@must("od.sub-index-beyond", clause="7.4.2", mux=choose.beyond)
+def test_sub_index_beyond(sdo: Dialogue, mux: Multiplexer) -> None:
+    """The sub-index behind the last is aborted as missing; a variable has sub-index 0 only."""
+    sdo.send(UploadInitiate(mux))
+    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+
+
+@must("od.gap", clause="7.4.2", mux=choose.gaps)
+def test_gap(sdo: Dialogue, mux: Multiplexer) -> None:
+    """A sub-index that an array or record leaves out is aborted as missing."""
+    sdo.send(UploadInitiate(mux))
+    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+
+
+@may("od.structure", clause="7.4.2", of=choose.listed_objects)
+def test_structure(sdo: Dialogue, of: ListedObject) -> None:
+    """Sub-index FFh is missing, or tells the data type and the object type that the EDS states."""
+    mux = Multiplexer(of.index, STRUCTURE_OF_OBJECT)
+    sdo.send(UploadInitiate(mux))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, (AbortCode.SUB_INDEX_MISSING,), mux)
+        return
+    entry = KnownObject(mux, DataType.UNSIGNED32, Access.CONST)
+    response = sdo.checks.upload_initiate(frame, mux)
+    data = sdo.finish_upload(entry, response)
+    due = bytes([of.object_type])
+    if of.type_code is not None:
+        due += of.type_code.to_bytes(3, "little")
+    if len(data) != 4 or not data.startswith(due):
+        raise sdo.breach(f"4 bytes that begin with {due.hex(' ')}", shown(data))
+
+
+@must("od.unlisted", clause=ABORT, mux=choose.unlisted)
+def test_unlisted(sdo: Dialogue, mux: Multiplexer) -> None:
+    """An index that the EDS does not list is aborted as missing.
+
+    That a device has more than its EDS lists breaks a SHOULD.
+    """
+    sdo.send(UploadInitiate(mux))
+    expect_unlisted(sdo, sdo.receive(), mux)
+
+
+@must("od.scan", clause=EDS, indices=choose.ranges)
+def test_scan(sdo: Dialogue, device: Device, indices: range) -> None:
+    """Of all indices those that the EDS lists are there; what else there is, is told."""
+    there, missing = scan(sdo, indices)
+    listed = {index for index in device.listing.objects if index in indices}
+    if listed & missing:
+        raise sdo.breach(
+            "an object at each index that is listed", f"none at {indices_text(listed & missing)}"
+        )
+    if there - listed:
+        sdo.info(f"not listed, and there: {indices_text(there - listed)}")

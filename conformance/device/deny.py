@@ -1,0 +1,79 @@
+"""Objects that change what a device is, not what it does: never written without a permission.
+
+Writing them may store parameters, move the node to other COB-IDs, replace its program or let it
+start others. Each group of them has a permission of its own, in ``[permissions]`` of device.toml or
+with ``--allow``.
+"""
+
+import difflib
+from dataclasses import dataclass
+
+NMT = "nmt"
+SDO_PARAMETERS = "sdo-parameters"
+READ_ONLY_PROBES = "read-only-probes"
+LOAD_DEFAULTS = "load-defaults"
+
+
+@dataclass(frozen=True, slots=True)
+class Denied:
+    """A range of indices, both included, and the permission that lifts the denial."""
+
+    first: int
+    last: int
+    permission: str
+    what: str
+
+
+DENIED = (
+    Denied(0x1005, 0x1007, "sync-parameters", "the SYNC parameters"),
+    Denied(0x1010, 0x1010, "store-parameters", "the parameter storage"),
+    Denied(0x1011, 0x1011, LOAD_DEFAULTS, "the restoring of defaults"),
+    Denied(0x1012, 0x1013, "time-parameters", "the TIME parameters"),
+    Denied(0x1014, 0x1015, "emergency-parameters", "the EMCY parameters"),
+    Denied(0x1016, 0x1016, "heartbeat-parameters", "the nodes whose heartbeat is awaited"),
+    Denied(0x1017, 0x1017, NMT, "the heartbeat time"),
+    Denied(0x1019, 0x1019, "sync-parameters", "the SYNC parameters"),
+    Denied(0x1020, 0x1020, "configuration-date", "the date of the configuration"),
+    Denied(0x1023, 0x1026, "operating-system", "the prompt of the operating system"),
+    Denied(0x1029, 0x1029, "error-behaviour", "what the device does on errors"),
+    Denied(0x1200, 0x12FF, SDO_PARAMETERS, "the SDO channels"),
+    Denied(0x1300, 0x13FF, "safety-parameters", "the safety-relevant communication"),
+    Denied(0x1400, 0x1BFF, "pdo-parameters", "the PDOs"),
+    Denied(0x1F00, 0x1FFF, "programs-and-network", "programs and the start of the network"),
+)
+PERMISSIONS = frozenset({READ_ONLY_PROBES, *(group.permission for group in DENIED)})
+
+
+class PermissionNameError(ValueError):
+    """No permission has that name."""
+
+
+def parse_permission(text: str) -> str:
+    """Return the permission of a name.
+
+    Raises PermissionNameError with the nearest name.
+    """
+    if text in PERMISSIONS:
+        return text
+    near = difflib.get_close_matches(text, PERMISSIONS, n=1)
+    hint = f"Did you mean {near[0]!r}?" if near else f"Known: {', '.join(sorted(PERMISSIONS))}."
+    raise PermissionNameError(f"There is no permission called {text!r}. {hint}")
+
+
+def group_of(index: int) -> Denied | None:
+    """Return the group that an object belongs to, None for one that needs no permission."""
+    return next((group for group in DENIED if group.first <= index <= group.last), None)
+
+
+def denial(index: int, permissions: frozenset[str]) -> Denied | None:
+    """Return the group that keeps an object from being written, or None where it may be."""
+    group = group_of(index)
+    return None if group is None or group.permission in permissions else group
+
+
+def how_to_permit(group: Denied) -> str:
+    """Say what lifts a denial."""
+    return (
+        f"a permission is needed to write {group.what}: --allow={group.permission}, or "
+        f"[permissions] {group.permission} = true in device.toml"
+    )

@@ -1,0 +1,57 @@
+"""The files that describe a device: how they are read, and what is said of a bad one."""
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+
+
+class FileError(ValueError):
+    """A file that cannot be used; the text names the file, the line and what to try."""
+
+    def __init__(self, path: Path, line: int | None, sentence: str) -> None:
+        """``line`` counts from 1; None stands for the file as a whole."""
+        where = f"{path}, line {line}" if line else str(path)
+        super().__init__(f"{where}: {sentence}")
+        self.line = line
+
+
+def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
+    """Return the text of a file of at most ``limit`` bytes, in the first encoding that fits.
+
+    Raises FileError.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(limit + 1)
+    except (OSError, ValueError) as error:  # ValueError: a name with a NUL in it
+        reason = getattr(error, "strerror", None) or str(error)
+        raise FileError(path, None, f"the file cannot be read: {reason}.") from None
+    if len(content) > limit:
+        raise FileError(
+            path, None, f"the file is larger than {limit // 1024} KiB: is it the right one?"
+        )
+    if b"\0" in content:
+        line = content[: content.index(b"\0")].count(b"\n") + 1
+        raise FileError(path, line, "a byte of 0: this is no text file, or one in UTF-16.")
+    failed = 0
+    for encoding in encodings:
+        try:
+            return content.decode(encoding)
+        except UnicodeDecodeError as error:
+            failed = error.start
+    line = content[:failed].count(b"\n") + 1
+    names = " nor ".join(encoding.upper().removesuffix("-SIG") for encoding in encodings)
+    raise FileError(path, line, f"the text is not in {names}: save it in UTF-8.")
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return a sentence with the nearest known name, or with all of them."""
+    names = list(known)
+    by_lower = {one.lower(): one for one in names}
+    near = difflib.get_close_matches(name.lower()[:80], by_lower, n=1)
+    return f"Did you mean {by_lower[near[0]]!r}?" if near else f"Known: {', '.join(names)}."
+
+
+def shortened(text: str) -> str:
+    """Return a text as it stands in a sentence: quoted, and not too long."""
+    return repr(text if len(text) <= 60 else text[:59] + "…")

@@ -1,0 +1,115 @@
+"""What may be written to a device, and what to add where something may not."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from conformance.device.deny import READ_ONLY_PROBES, denial, how_to_permit
+from conformance.device.listing import Listing
+from conformance.device.objects import KnownObject
+from conformance.device.safety import IDENTITY
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access
+
+# Where the objects of the device and of its profile are; what is below is communication.
+CONSTANT = (0x1000, 0x1018)
+FIRST_OF_DEVICE, LAST_OF_DEVICE = 0x2000, 0x9FFF
+
+
+class NotPermitted(ValueError):
+    """The user named an object that takes a permission; the text says which."""
+
+
+@dataclass(frozen=True, slots=True)
+class Permits:
+    """What the user allows: named objects, all that an EDS calls rw, or permissions by name.
+
+    ``at_defaults`` says that the defaults of the device were loaded before the run.
+    """
+
+    named: tuple[KnownObject, ...] = ()
+    all_rw: bool = False
+    large: KnownObject | None = None
+    never: frozenset[Multiplexer] = frozenset()
+    permissions: frozenset[str] = frozenset()
+    at_defaults: bool = False
+
+    def check(self) -> None:
+        """Raise NotPermitted for an object that was named and takes a permission."""
+        for known in self.named:
+            group = denial(known.mux.index, self.permissions)
+            if group is not None and known.access.writable:
+                raise NotPermitted(f"{known.mux} was named, but {how_to_permit(group)}.")
+
+    def refusal(self, known: KnownObject) -> str:
+        """Say why an entry may not be written and what to add; empty when it may."""
+        if known.mux in self.never:
+            return f"device.toml says that {known.mux} is never written"
+        if any(known.mux == one.mux and one.access.writable for one in self.named):
+            return ""
+        group = denial(known.mux.index, self.permissions)
+        if group is not None:
+            return how_to_permit(group)
+        if known.refuses_download:
+            return "the EDS asks not to write it (ObjFlags): name it if it may be written"
+        lifted = denial(known.mux.index, frozenset()) is not None
+        of_device = FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
+        if self.all_rw and known.access is Access.RW and (of_device or lifted):
+            return ""
+        return (
+            "nobody allowed to write it: name what may be written, [objects] writable = "
+            '["2001", "2010:01"] in device.toml or --object=2001; "all-rw" stands for all that '
+            "the EDS calls rw from 2000h on"
+        )
+
+    def probe_refusal(self, known: KnownObject) -> str:
+        """Say why a read-only entry may not be written with the value that it has."""
+        if known.mux in self.never:
+            return f"device.toml says that {known.mux} is never written"
+        if known.mux.index in IDENTITY:
+            return ""
+        group = denial(known.mux.index, self.permissions)
+        if group is not None:
+            return how_to_permit(group)
+        if known.refuses_download:
+            return "the EDS asks not to write it (ObjFlags)"
+        if READ_ONLY_PROBES in self.permissions or known.mux in {one.mux for one in self.named}:
+            return ""
+        return (
+            "a device that is wrong here would be written to, with the value that it has: allow "
+            f"it with [permissions] {READ_ONLY_PROBES} = true in device.toml"
+        )
+
+    def allowed(self, objects: Iterable[KnownObject]) -> list[Multiplexer]:
+        """Return which of the entries may be written, or probed because they refuse it."""
+        return [
+            known.mux
+            for known in objects
+            if not (self.refusal(known) if known.access.writable else self.probe_refusal(known))
+        ]
+
+
+def known_objects(named: Iterable[KnownObject], listing: Listing) -> list[KnownObject]:
+    """Return what the user named, with what the listing says of it, and then all that it lists."""
+    found: dict[Multiplexer, KnownObject] = {}
+    for known in named:
+        found[known.mux] = _completed(known, listing.find(known.mux))
+    for known in listing.entries:
+        found.setdefault(known.mux, _by_standard(known))
+    return list(found.values())
+
+
+def _by_standard(known: KnownObject) -> KnownObject:
+    """Return an entry as CiA 301 has it: device type and identity never change."""
+    constant = known.access is Access.RO and known.mux.index in CONSTANT
+    return replace(known, access=Access.CONST) if constant else known
+
+
+def _completed(known: KnownObject, listed: KnownObject | None) -> KnownObject:
+    """Return an entry as the EDS describes it; where the user states a type, that counts."""
+    if listed is None:
+        return known
+    if known.data_type is None:
+        return listed
+    if known.data_type is listed.data_type:
+        return replace(listed, access=known.access)
+    return known

@@ -1,0 +1,85 @@
+"""The object dictionary of the built-in device beyond what its transfers need: all that may lie in
+one, so that cases on the object dictionary have something to look at."""
+
+from conformance.device.values import encode_number
+from conformance.faults.device import UNSIGNED, reference_entries
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
+
+ERRORS, LIMITED, GAPPY, TYPES, MEASURED = 0x1003, 0x2100, 0x2110, 0x2120, 0x2130
+
+
+def all_entries(node_id: int) -> dict[Multiplexer, Entry]:
+    """Return all entries of the built-in device."""
+    return reference_entries(node_id) | _errors() | _limited() | _gappy() | _types() | _measured()
+
+
+def reference_device(node_id: int) -> ObjectDictionary:
+    """Return the object dictionary of the built-in device."""
+    return ObjectDictionary(all_entries(node_id))
+
+
+def _errors() -> dict[Multiplexer, Entry]:
+    """Return an error list without errors."""
+    count = Entry(bytes(1), DataType.UNSIGNED8)
+    places = {
+        Multiplexer(ERRORS, sub): Entry(bytes(4), DataType.UNSIGNED32, Access.RO, has_data=False)
+        for sub in (1, 2)
+    }
+    return {Multiplexer(ERRORS): count} | places
+
+
+def _limited() -> dict[Multiplexer, Entry]:
+    """Return a record of numbers with limits."""
+    numbers = (
+        (DataType.UNSIGNED8, 50, 10, 100),
+        (DataType.INTEGER16, -5, -100, 100),
+        (DataType.UNSIGNED32, 1500, 1000, 2000),
+        (DataType.INTEGER24, 0, -1_000_000, 1_000_000),
+        (DataType.INTEGER64, 1, -(1 << 40), 1 << 40),
+        (DataType.UNSIGNED16, 7, None, 1000),
+        (DataType.REAL32, 1.5, -2.5, 10.0),
+    )
+    entries = {
+        Multiplexer(LIMITED, sub): Entry(
+            encode_number(data_type, value), data_type, low=low, high=high
+        )
+        for sub, (data_type, value, low, high) in enumerate(numbers, 1)
+    }
+    return _with_count(LIMITED, entries)
+
+
+def _gappy() -> dict[Multiplexer, Entry]:
+    """Return an array without its sub-index 3."""
+    return _with_count(
+        GAPPY,
+        {
+            Multiplexer(GAPPY, sub): Entry(sub.to_bytes(2, "little"), DataType.UNSIGNED16)
+            for sub in (1, 2, 4)
+        },
+    )
+
+
+def _types() -> dict[Multiplexer, Entry]:
+    """Return a record with an entry of each type that is nowhere else."""
+    elsewhere = {*UNSIGNED.values(), DataType.DOMAIN, DataType.VISIBLE_STRING}
+    types = [data_type for data_type in DataType if data_type not in elsewhere]
+    entries = {
+        Multiplexer(TYPES, sub): Entry(bytes(data_type.length or 4), data_type)
+        for sub, data_type in enumerate(types, 1)
+    }
+    return _with_count(TYPES, entries)
+
+
+def _measured() -> dict[Multiplexer, Entry]:
+    """Return what only the device itself changes."""
+    return {
+        Multiplexer(MEASURED): Entry(b"\x11\x22\x33\x44", DataType.UNSIGNED32, Access.RO),
+        Multiplexer(MEASURED + 1): Entry(b"measured", DataType.OCTET_STRING, Access.RO),
+    }
+
+
+def _with_count(index: int, entries: dict[Multiplexer, Entry]) -> dict[Multiplexer, Entry]:
+    highest = max(mux.sub_index for mux in entries)
+    count = Entry(bytes([highest]), DataType.UNSIGNED8, Access.CONST)
+    return {Multiplexer(index): count} | entries

@@ -1,0 +1,129 @@
+"""Servers that are unusual and right in their object dictionary."""
+
+from conformance.faults.dictionary import ERRORS, GAPPY
+from conformance.faults.registry import variant
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import DownloadInitiate, Request, Response, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
+from conformance.sdo.server import Server
+
+STRUCTURE = 0xFF
+_RECORDS = {0x1018: 0x23, 0x1200: 0x22}
+
+
+@variant("structure-entry-implemented")
+class StructureImplemented(Server):
+    """Tells in sub-index FFh the types of each object."""
+
+    def react(self, request: Request) -> list[Response]:
+        """Make the entry up."""
+        if isinstance(request, UploadInitiate) and request.mux.sub_index == STRUCTURE:
+            self.transfer = None
+            data = self.structure(request.mux.index)
+            return [self.start_upload(request.mux, data)]
+        return super().react(request)
+
+    def structure(self, index: int) -> bytes:
+        """Return object type and data type."""
+        entry = self.objects.find(Multiplexer(index))
+        try:
+            place = self.objects.find(Multiplexer(index, 1))
+        except Refusal:
+            is_domain = entry.data_type is DataType.DOMAIN
+            return bytes([0x02 if is_domain else 0x07, entry.data_type, 0, 0])
+        if index in (ERRORS, GAPPY):
+            return bytes([0x08, place.data_type, 0, 0])
+        return bytes([0x09, _RECORDS.get(index, 0x40), 0, 0])
+
+
+@variant("measured-values-float")
+class ValuesFloat(Server):
+    """Measures anew with every read of what is read-only."""
+
+    count = 0
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        """Count instead."""
+        if entry.access is not Access.RO:
+            return entry.value
+        self.count = (self.count + 1) % 100
+        return bytes([self.count]) * len(entry.value)
+
+
+@variant("an-error-in-the-list")
+class ErrorInList(Server):
+    """Has had an error, and keeps it in 1003h until 0 is written there."""
+
+    def __init__(self, objects: ObjectDictionary) -> None:
+        """Begin with it."""
+        super().__init__(objects)
+        objects.find(Multiplexer(ERRORS)).value = b"\x01"
+        objects.find(Multiplexer(ERRORS, 1)).has_data = True
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        """Take no count but 0."""
+        if entry is self.objects.find(Multiplexer(ERRORS)):
+            entry.check_length(len(data))
+            if any(data):
+                raise Refusal(AbortCode.VALUE_INVALID)
+        super().store(entry, data)
+
+
+class _OtherCodes(Server):
+    """Aborts with other codes that are as right."""
+
+    codes: dict[AbortCode, AbortCode] = {}  # noqa: RUF012 - subclasses replace it
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Replace the code."""
+        return super().refuse(request, self.codes.get(code, code))
+
+
+@variant("generic-limit-code")
+class GenericLimit(_OtherCodes):
+    """Says "invalid value" for too high and for too low."""
+
+    codes = {  # noqa: RUF012
+        AbortCode.VALUE_TOO_HIGH: AbortCode.VALUE_INVALID,
+        AbortCode.VALUE_TOO_LOW: AbortCode.VALUE_INVALID,
+    }
+
+
+@variant("no-data-is-general-error")
+class NoDataGeneral(_OtherCodes):
+    """Says "general error" for a place of an array that is empty."""
+
+    codes = {AbortCode.NO_DATA: AbortCode.GENERAL_ERROR}  # noqa: RUF012
+
+
+@variant("locked-for-now")
+class LockedForNow(Server):
+    """Refuses to write the array 2110h in the state that it is in."""
+
+    def entry_to_write(self, request: DownloadInitiate) -> Entry:
+        """Look at the state once the length is right."""
+        if request.mux.index == GAPPY and self.has_right_length(request):
+            self.objects.writable(request.mux)
+            raise Refusal(AbortCode.DEVICE_STATE)
+        return super().entry_to_write(request)
+
+    def has_right_length(self, request: DownloadInitiate) -> bool:
+        """Say whether nothing but the state is in the way."""
+        return (len(request.data) if request.expedited else request.size) == 2
+
+
+@variant("limits-checked-before-lengths")
+class LimitsFirst(Server):
+    """Looks at the limits of a number first, and then at its length."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        """Check in the other order."""
+        if data:
+            entry.check_limits(data)
+        super().store(entry, data)
+
+    def check_announced_size(self, entry: Entry, size: int | None) -> None:
+        """Wait for the data, unless there is too much."""
+        if entry.low is None and entry.high is None:
+            super().check_announced_size(entry, size)

@@ -1,0 +1,90 @@
+"""The EDS of the built-in device, written from its object dictionary, and what it permits."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+from conformance.device.deny import PERMISSIONS
+from conformance.device.eds import parse_eds
+from conformance.device.listing import Listing, ObjectType
+from conformance.device.permits import Permits
+from conformance.device.values import decode_number, is_number
+from conformance.faults.device import REFERENCE_OBJECTS
+from conformance.faults.dictionary import ERRORS, GAPPY, all_entries
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import DataType, Entry
+
+# 1200h:01 and :02 hold COB-IDs, which every node has others of.
+_FORMULAS = {Multiplexer(0x1200, 1): "$NODEID+0x600", Multiplexer(0x1200, 2): "$NODEID+0x580"}
+_TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22}
+
+
+def reference_listing(node_id: int) -> Listing:
+    """Return what the EDS of the built-in device lists."""
+    return parse_eds(Path("reference.eds"), reference_eds(node_id), node_id)
+
+
+def reference_permits() -> Permits:
+    """Return what its user would permit: everything that is there."""
+    return Permits(REFERENCE_OBJECTS, all_rw=True, permissions=PERMISSIONS, at_defaults=True)
+
+
+def reference_eds(node_id: int) -> str:
+    """Return the EDS of the built-in device."""
+    return "\n".join(_lines(all_entries(node_id)))
+
+
+def _lines(entries: dict[Multiplexer, Entry]) -> Iterator[str]:
+    by_index: defaultdict[int, dict[int, Entry]] = defaultdict(dict)
+    for mux, entry in sorted(entries.items()):
+        by_index[mux.index][mux.sub_index] = entry
+    yield "[DeviceInfo]"
+    for sub_index, key in enumerate(("VendorNumber", "ProductNumber", "RevisionNumber"), 1):
+        number = int.from_bytes(entries[Multiplexer(0x1018, sub_index)].value, "little")
+        yield f"{key}={number:#x}"
+    mandatory = [index for index in by_index if index in (0x1000, 0x1001, 0x1018)]
+    own = [index for index in by_index if index >= 0x2000]
+    optional = [index for index in by_index if index not in mandatory and index not in own]
+    for name, indices in (("Mandatory", mandatory), ("Optional", optional), ("Manufacturer", own)):
+        yield f"[{name}Objects]"
+        yield f"SupportedObjects={len(indices)}"
+        yield from (f"{number}={index:#06x}" for number, index in enumerate(indices, 1))
+    for index, subs in by_index.items():
+        yield f"[{index:04X}]"
+        if len(subs) == 1:
+            yield from _entry_lines(Multiplexer(index), subs[0])
+            continue
+        kind = ObjectType.ARRAY if index in (ERRORS, GAPPY) else ObjectType.RECORD
+        type_code = subs[1].data_type if kind is ObjectType.ARRAY else _TYPE_CODES.get(index)
+        yield f"ParameterName=Object {index:04X}"
+        yield f"ObjectType={kind:#x}"
+        yield f"SubNumber={len(subs)}"
+        if type_code is not None:
+            yield f"DataType={type_code:#06x}"
+        for sub_index, entry in subs.items():
+            yield f"[{index:04X}sub{sub_index:X}]"
+            yield from _entry_lines(Multiplexer(index, sub_index), entry)
+
+
+def _entry_lines(mux: Multiplexer, entry: Entry) -> Iterator[str]:
+    data_type = entry.data_type
+    kind = ObjectType.DOMAIN if data_type is DataType.DOMAIN else ObjectType.VAR
+    yield f"ParameterName=Entry {mux}"
+    yield f"ObjectType={kind:#x}"
+    yield f"DataType={data_type:#06x}"
+    yield f"AccessType={entry.access}"
+    yield f"DefaultValue={_FORMULAS.get(mux) or _text(data_type, entry.value)}"
+    if entry.low is not None:
+        yield f"LowLimit={entry.low}"
+    if entry.high is not None:
+        yield f"HighLimit={entry.high}"
+
+
+def _text(data_type: DataType, value: bytes) -> str:
+    if data_type is DataType.VISIBLE_STRING:
+        return value.decode("ascii")
+    if data_type is DataType.UNICODE_STRING:
+        return value.decode("utf-16-le").replace("\0", "")
+    if is_number(data_type):
+        return str(decode_number(data_type, value))
+    return value.hex() if data_type.length is None else str(int.from_bytes(value, "little"))

@@ -1,0 +1,153 @@
+"""What cases on listed objects expect, whatever the object: values kept, writes refused."""
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+
+from conformance.device.device import Device, NotTestable
+from conformance.device.objects import KnownObject
+from conformance.device.values import Number, decode_number, encode_number
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import shown
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Level, Rule, Violation
+
+EXPEDITED_LENGTH = 4
+MOST_SHOWN = 32
+# What a device may say of an object that it has, at a time when it cannot serve it.
+NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
+LIMITS = (AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
+ALL_LISTED = Rule(
+    "od.all-is-listed", "CiA 306-1", Level.SHOULD, "An EDS lists every object of the device."
+)
+
+
+def value_of(device: Device, entry: KnownObject) -> bytes:
+    """Return what an entry read at the start of the run; raises NotTestable where it did not."""
+    value = device.values.get(entry.mux)
+    if value is None:
+        raise NotTestable("the object could not be read at the start of the run: see od.read")
+    return value
+
+
+def may_be_written(device: Device, entry: KnownObject) -> None:
+    """Raise NotTestable for an entry that nobody allowed to write, or that was not read."""
+    refusal = device.permits.refusal(entry)
+    if refusal:
+        raise NotTestable(refusal)
+    value_of(device, entry)
+
+
+def may_be_probed(device: Device, entry: KnownObject) -> None:
+    """Raise NotTestable for a read-only entry that nobody allowed to try and write."""
+    refusal = device.permits.probe_refusal(entry)
+    if refusal:
+        raise NotTestable(refusal)
+    value_of(device, entry)
+
+
+def encoded(entry: KnownObject, number: Number | None) -> bytes:
+    """Return the bytes of a number, a limit for example, in the type of an entry."""
+    if entry.data_type is None or number is None:
+        raise NotTestable(f"the type of {entry} is not known")
+    return encode_number(entry.data_type, number)
+
+
+def is_within_limits(entry: KnownObject, data: bytes) -> bool:
+    """Say whether a value lies within the limits, which are included."""
+    if entry.data_type is None or len(data) != entry.length:
+        return False
+    number = decode_number(entry.data_type, data)
+    low_enough = entry.high is None or number <= entry.high
+    return low_enough and (entry.low is None or number >= entry.low)
+
+
+def expect_written_back(
+    sdo: Dialogue, entry: KnownObject, abort: Abort | None, value: bytes
+) -> None:
+    """Expect a download to have been served, and the value to stay; ``abort`` is a refusal.
+
+    A value without bytes may be refused, and any value for the state that the device is in.
+    """
+    if abort is None:
+        if entry.is_steady:
+            sdo.expect_value(entry, value)
+        return
+    refusal = describe_response(abort.encode())
+    if abort.code not in NOT_NOW and value:
+        raise sdo.breach(f"a download of {shown(value)} to {entry} to be confirmed", refusal)
+    sdo.info(f"{entry} does not take {shown(value)} now: {refusal}")
+
+
+def expect_write_refused(sdo: Dialogue, entry: KnownObject, data: bytes, *codes: AbortCode) -> None:
+    """Send a download, in one frame where it fits, that has to be refused with one of the codes.
+
+    Data of another length may lie beyond a limit as well, and a server may look at that first.
+    """
+    if entry.is_limited and len(data) != entry.length:
+        codes = (*codes, *LIMITS)
+    if not 1 <= len(data) <= EXPEDITED_LENGTH:
+        sdo.expect_download_refused(entry, data, *codes, size=len(data))
+        return
+    sdo.send(DownloadInitiate.with_data(entry.mux, data))
+    sdo.expect_abort(*codes, of=entry)
+
+
+def expect_kept(sdo: Dialogue, entry: KnownObject, value: bytes) -> None:
+    """Expect an entry to read as before, unless the device changes it by itself."""
+    if entry.is_steady:
+        sdo.expect_value(entry, value)
+
+
+@contextmanager
+def unchanged(sdo: Dialogue, entry: KnownObject) -> Iterator[bytes]:
+    """Expect an entry to keep its value, unless the device changes it by itself."""
+    value = sdo.upload(entry)
+    yield value
+    sdo.end_transfer()
+    expect_kept(sdo, entry, value)
+
+
+def expect_unlisted(sdo: Dialogue, frame: bytes, mux: Multiplexer) -> None:
+    """Expect what the EDS does not list to be missing; that it is there breaks a SHOULD only."""
+    response = decode_response(frame)
+    if isinstance(response, Abort) and response.code not in _THERE:
+        sdo.take_abort(frame, (AbortCode.OBJECT_MISSING,), mux)
+        return
+    if not isinstance(response, Abort):
+        sdo.checks.upload_initiate(frame, mux)
+    sdo.minor.append(
+        Violation(
+            ALL_LISTED,
+            expected=f"{mux} to be missing, as the EDS does not list it",
+            actual=describe_response(frame),
+        )
+    )
+
+
+def scan(sdo: Dialogue, indices: Iterable[int]) -> tuple[set[int], set[int]]:
+    """Read sub-index 0 of each index; return the indices that are there, and the missing ones.
+
+    The next request waits for the answer of the one before, and for nothing else.
+    """
+    there: set[int] = set()
+    missing: set[int] = set()
+    for index in indices:
+        sdo.send(UploadInitiate(Multiplexer(index)))
+        response = decode_response(sdo.receive())
+        sdo.end_transfer()
+        lacking = isinstance(response, Abort) and response.code == AbortCode.OBJECT_MISSING
+        (missing if lacking else there).add(index)
+    return there, missing
+
+
+def indices_text(indices: Iterable[int]) -> str:
+    """Write indices in their order, the first of very many."""
+    found = sorted(indices)
+    rest = f" and {len(found) - MOST_SHOWN} more" if len(found) > MOST_SHOWN else ""
+    return ", ".join(f"{index:04X}h" for index in found[:MOST_SHOWN]) + rest
+
+
+_THERE = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS, *NOT_NOW)

@@ -1,0 +1,181 @@
+"""Which of the listed objects a case on the object dictionary is about, and by which label.
+
+Each function here is handed what is listed of a device and returns what to run a case for. The
+labels stand in the ids of the cases, so they name objects and never count them.
+"""
+
+from collections.abc import Callable, Iterable
+
+from conformance.device.device import IDENTITY_NAMES
+from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject, Listing
+from conformance.device.objects import KnownObject
+from conformance.device.values import beyond as beyond_limit
+from conformance.device.values import is_number
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access
+
+ERROR_LIST = 0x1003
+FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
+# What is written there is a command, and what is read says whether it is understood.
+COMMANDS = (0x1010, 0x1011)
+SERIAL_NUMBER = Multiplexer(0x1018, 4)
+FIRST_INDEX, LAST_INDEX = 0x1000, 0xBFFF
+MOST_UNLISTED = 24
+RANGE = 0x1000
+
+Entries = dict[str, KnownObject]
+Choice = Callable[[KnownObject], bool]
+
+
+def _entries(choice: Choice) -> Callable[[Listing], Entries]:
+    def choose(listing: Listing) -> Entries:
+        return {
+            str(known.mux): known
+            for known in listing.entries
+            if known.mux.sub_index != STRUCTURE_OF_OBJECT and choice(known)
+        }
+
+    return choose
+
+
+def is_read(known: KnownObject) -> bool:
+    """Whether an entry has a value to read; places of the error list may be empty."""
+    empty = known.mux.index == ERROR_LIST and known.mux.sub_index > 0
+    return known.access.readable and not known.refuses_scan and not empty
+
+
+def _is_written(known: KnownObject) -> bool:
+    # The count of errors takes no value but 0, not even its own.
+    return known.access is Access.RW and is_read(known) and known.mux.index != ERROR_LIST
+
+
+def _has_length(known: KnownObject) -> bool:
+    return known.length is not None
+
+
+def _is_protected(known: KnownObject) -> bool:
+    return is_read(known) and not known.access.writable
+
+
+def _is_fixed(known: KnownObject) -> bool:
+    """Say whether an entry has the value of its EDS for ever, whatever was written.
+
+    That are constants, and what the standard fixes however an EDS calls it; of the serial number an
+    EDS knows nothing.
+    """
+    by_standard = known.access is Access.RO and known.mux.index in FIXED
+    return (known.access is Access.CONST or by_standard) and known.mux != SERIAL_NUMBER
+
+
+def _is_limited(known: KnownObject) -> bool:
+    return known.is_limited and is_number(known.data_type)
+
+
+def above(known: KnownObject) -> bytes | None:
+    """Return a value above the high limit; None where there is no limit, or no such value."""
+    if known.high is None or known.data_type is None or not is_number(known.data_type):
+        return None
+    return beyond_limit(known.data_type, known.high, 1)
+
+
+def below(known: KnownObject) -> bytes | None:
+    """Return a value below the low limit; None where there is no limit, or no such value."""
+    if known.low is None or known.data_type is None or not is_number(known.data_type):
+        return None
+    return beyond_limit(known.data_type, known.low, -1)
+
+
+readable = _entries(is_read)
+of_fixed_length = _entries(lambda known: is_read(known) and _has_length(known))
+fixed = _entries(lambda known: _is_fixed(known) and known.default is not None and is_read(known))
+parameters = _entries(
+    lambda known: (
+        _is_written(known)
+        and known.is_steady
+        and known.default is not None
+        and known.mux.index not in COMMANDS
+    )
+)
+configured = _entries(lambda known: known.configured is not None and is_read(known))
+limited = _entries(lambda known: is_read(known) and _is_limited(known))
+writable = _entries(_is_written)
+writable_numbers = _entries(lambda known: _is_written(known) and _has_length(known))
+longer_than_a_byte = _entries(lambda known: _is_written(known) and (known.length or 0) > 1)
+with_low_limit = _entries(
+    lambda known: _is_written(known) and _is_limited(known) and known.low is not None
+)
+with_high_limit = _entries(
+    lambda known: _is_written(known) and _is_limited(known) and known.high is not None
+)
+exceedable = _entries(lambda known: _is_written(known) and above(known) is not None)
+undercuttable = _entries(lambda known: _is_written(known) and below(known) is not None)
+protected = _entries(_is_protected)
+write_only = _entries(lambda known: known.access is Access.WO)
+error_places = _entries(lambda known: known.mux.index == ERROR_LIST and known.mux.sub_index > 0)
+
+
+def _objects(listing: Listing) -> Iterable[ListedObject]:
+    """Return objects of which all sub-indices are known."""
+    return listing.objects.values() if listing.is_complete else ()
+
+
+def structured(listing: Listing) -> dict[str, ListedObject]:
+    """Choose arrays and records: their sub-index 0 says how far they go."""
+    return {
+        f"{listed.index:04X}h": listed
+        for listed in _objects(listing)
+        if listed.is_structured and 0 in listed.entries and is_read(listed.entries[0])
+    }
+
+
+def listed_objects(listing: Listing) -> dict[str, ListedObject]:
+    """Choose all objects."""
+    return {f"{listed.index:04X}h": listed for listed in _objects(listing)}
+
+
+def gaps(listing: Listing) -> dict[str, Multiplexer]:
+    """Choose the sub-indices that are left out between others."""
+    return {
+        str(Multiplexer(listed.index, sub)): Multiplexer(listed.index, sub)
+        for listed in _objects(listing)
+        for sub in listed.gaps
+    }
+
+
+def beyond(listing: Listing) -> dict[str, Multiplexer]:
+    """Choose the first sub-index behind the last of each object."""
+    return {
+        f"{listed.index:04X}h": Multiplexer(listed.index, listed.highest + 1)
+        for listed in _objects(listing)
+        if listed.highest + 1 < STRUCTURE_OF_OBJECT
+    }
+
+
+def unlisted(listing: Listing) -> dict[str, Multiplexer]:
+    """Choose indices beside those that are listed, from all over the dictionary."""
+    beside = [
+        index + 1
+        for index in sorted(listing.objects)
+        if FIRST_INDEX <= index < LAST_INDEX and index + 1 not in listing.objects
+    ]
+    step = -(-len(beside) // MOST_UNLISTED) or 1
+    return {f"{index:04X}h": Multiplexer(index) for index in beside[::step] if listing.is_complete}
+
+
+def identity(listing: Listing) -> dict[str, tuple[Multiplexer, int]]:
+    """Choose what the EDS says of the identity of the device."""
+    return {
+        IDENTITY_NAMES[sub]: (Multiplexer(0x1018, sub), number)
+        for sub, number in listing.identity.items()
+        if listing.find(Multiplexer(0x1018, sub)) is not None
+    }
+
+
+def ranges(listing: Listing) -> dict[str, range]:
+    """Choose all indices, in parts, where the user asked to scan them."""
+    if not listing.to_scan:
+        return {}
+    return {
+        f"{first:04X}h-{first + RANGE - 1:04X}h": range(max(first, 1), first + RANGE)
+        for first in range(0, 0x10000, RANGE)
+    }

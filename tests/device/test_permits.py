@@ -1,0 +1,94 @@
+"""What may be written: what was named, or what the EDS calls rw and nothing forbids."""
+
+import pytest
+
+from conformance.device.listing import ListedObject, Listing, ObjectType
+from conformance.device.objects import KnownObject
+from conformance.device.permits import NotPermitted, Permits, known_objects
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+
+def known(
+    index: int, access: Access = Access.RW, sub_index: int = 0, flags: int = 0
+) -> KnownObject:
+    return KnownObject(Multiplexer(index, sub_index), DataType.UNSIGNED32, access, flags=flags)
+
+
+ALL = Permits(all_rw=True)
+DENIED = [0x1005, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017, 0x1020, 0x1200, 0x1280, 0x1400, 0x1A00]
+
+
+def test_an_eds_allows_nothing_by_itself() -> None:
+    assert "nobody allowed to write it" in Permits().refusal(known(0x2001))
+
+
+@pytest.mark.parametrize("index", [0x2000, 0x5FFF, 0x6000, 0x9FFF])
+def test_all_rw(index: int) -> None:
+    assert ALL.refusal(known(index)) == ""
+    assert ALL.refusal(known(index, Access.WO)), "there is nothing that could be put back"
+    assert "ObjFlags" in ALL.refusal(known(index, flags=1))
+
+
+@pytest.mark.parametrize("index", [0x1002, 0x1003, 0x100C, 0x1FFF, 0xA000])
+def test_all_rw_is_about_the_device_and_its_profile(index: int) -> None:
+    assert ALL.refusal(known(index))
+
+
+@pytest.mark.parametrize("index", [*DENIED, 0x1F50, 0x1F80])
+def test_denied_objects_take_a_permission(index: int) -> None:
+    refusal = ALL.refusal(known(index))
+    assert "[permissions]" in refusal
+    permission = refusal.split("[permissions] ")[1].split(" = ")[0]
+    with pytest.raises(NotPermitted, match=permission):
+        Permits((known(index),)).check()
+    allowing = Permits((known(index),), permissions=frozenset({permission}))
+    allowing.check()
+    assert allowing.refusal(known(index)) == ""
+    assert Permits(all_rw=True, permissions=frozenset({permission})).refusal(known(index)) == ""
+    assert Permits(permissions=frozenset({permission})).refusal(known(index))
+
+
+def test_named_objects() -> None:
+    named = Permits((known(0x1003), known(0x2001, flags=1)))
+    named.check()
+    assert named.refusal(known(0x1003)) == ""
+    assert named.refusal(known(0x2001, flags=1)) == ""
+    assert named.refusal(known(0x2001, sub_index=1))
+
+
+def test_never_is_stronger_than_all() -> None:
+    mux = Multiplexer(0x2001)
+    never = Permits((known(0x2001),), all_rw=True, never=frozenset({mux}))
+    assert never.refusal(known(0x2001)) == "device.toml says that 2001h:00 is never written"
+    assert never.probe_refusal(known(0x2001, Access.RO))
+
+
+def test_read_only_objects_are_probed_with_permission() -> None:
+    allowing = Permits(permissions=frozenset({"read-only-probes"}))
+    probed = known(0x2001, Access.RO)
+    assert "read-only-probes" in Permits().probe_refusal(probed)
+    assert "read-only-probes" in ALL.probe_refusal(probed)
+    assert allowing.probe_refusal(probed) == ""
+    assert Permits((probed,)).probe_refusal(probed) == ""
+    assert "ObjFlags" in allowing.probe_refusal(known(0x2001, Access.RO, flags=1))
+    assert "sdo-parameters" in allowing.probe_refusal(known(0x1200, Access.CONST))
+    assert Permits().probe_refusal(known(0x1018, Access.CONST)) == "", "read-only by the standard"
+
+
+def test_allowed_is_what_nothing_forbids() -> None:
+    permits = Permits(all_rw=True, permissions=frozenset({"read-only-probes"}))
+    objects = [known(0x1017), known(0x2001), known(0x2002, Access.RO), known(0x2003, Access.WO)]
+    assert permits.allowed(objects) == [Multiplexer(0x2001), Multiplexer(0x2002)]
+
+
+def test_what_was_named_is_completed_by_the_eds() -> None:
+    mux = Multiplexer(0x2001)
+    listed = KnownObject(mux, DataType.UNSIGNED16, Access.RO, "Speed", 1, 9, b"\x05\0")
+    listing = Listing({0x2001: ListedObject(0x2001, ObjectType.VAR, {0: listed})})
+    assert known_objects([KnownObject(mux)], listing) == [listed]
+    (same_type,) = known_objects([KnownObject(mux, DataType.UNSIGNED16)], listing)
+    assert (same_type.access, same_type.high) == (Access.RW, 9)
+    other_type = KnownObject(mux, DataType.UNSIGNED32)
+    assert known_objects([other_type], listing) == [other_type], "the user's word counts"
+    assert known_objects([], listing) == [listed]

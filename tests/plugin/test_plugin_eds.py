@@ -1,0 +1,83 @@
+"""Three EDS files as vendors write them: devices made of them pass, and nothing stays written."""
+
+from pathlib import Path
+
+import pytest
+from plugin_runs import NODE_ID, hosted, run
+
+from conformance.device.eds import read_eds
+from conformance.faults.catalogue import build_node
+from conformance.faults.described import described_device
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.node import Node
+from conformance.sdo.objects import Entry, ObjectDictionary
+from conformance.sdo.server import Server
+
+pytest_plugins = ["pytester"]
+
+FILES = Path(__file__).parents[1] / "device" / "files"
+DESCRIPTION = """\
+node-id = 5
+eds = "{eds}"
+[objects]
+writable = "all-rw"
+[permissions]
+read-only-probes = true
+"""
+
+
+class Audited(Server):
+    """Keeps which entries were written, and what they held in the beginning."""
+
+    def __init__(self, objects: ObjectDictionary) -> None:
+        super().__init__(objects)
+        self.before = {id(entry): entry.value for entry in objects}
+        self.written: list[Entry] = []
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        super().store(entry, data)
+        self.written.append(entry)
+
+
+@pytest.mark.parametrize(
+    ("name", "passed"), [("io_module.eds", 450), ("drive.eds", 800), ("encoder.dcf", 200)]
+)
+def test_a_device_made_of_an_eds_passes(pytester: pytest.Pytester, name: str, passed: int) -> None:
+    listing = read_eds(FILES / name, NODE_ID)
+    server = Audited(described_device(listing))
+    (pytester.path / "device.toml").write_text(DESCRIPTION.format(eds=FILES / name), "utf-8")
+    with hosted(Node(NODE_ID, server)) as bus:
+        result = run(pytester, "--device=device.toml", *bus)
+    assert result.ret == pytest.ExitCode.OK, result.stdout.str()
+    outcomes = result.parseoutcomes()
+    assert outcomes["passed"] > passed
+    assert server.written
+    allowed = [
+        server.objects.find(known.mux)
+        for known in listing.entries
+        if known.mux.index >= 0x2000 and known.access.writable and not known.refuses_download
+    ]
+    assert all(any(entry is one for one in allowed) for entry in server.written)
+    assert {id(entry): entry.value for entry in server.objects} == server.before
+
+
+@pytest.mark.parametrize(
+    ("fault", "case"),
+    [
+        ("limits-not-checked", "od.above-limit[2000h:02]"),
+        ("count-of-entries-instead-of-highest", "od.highest-sub-index[2000h]"),
+        ("signed-limits-checked-unsigned", "od.low-limit[6060h:00]"),
+        ("short-numbers-read-as-4-bytes", "od.length[6040h:00]"),
+    ],
+)
+def test_faults_show_on_other_devices_too(pytester: pytest.Pytester, fault: str, case: str) -> None:
+    eds = FILES / "drive.eds"
+    (pytester.path / "device.toml").write_text(DESCRIPTION.format(eds=eds), "utf-8")
+    node = build_node(fault, NODE_ID, read_eds(eds, NODE_ID))
+    if fault == "count-of-entries-instead-of-highest":
+        entry = node.server.objects.find(Multiplexer(0x2000))
+        entry.value = b"\x05"  # of sub-indices 1, 2, 3, 5 and 7
+    with hosted(node) as bus:
+        result = run(pytester, "--device=device.toml", *bus, "-k", case)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines([f"{case.replace('[', '[[]')}: FAIL *"])
