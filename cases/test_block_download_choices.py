@@ -20,7 +20,6 @@ from conformance.sdo.frames import (
 
 INITIATE = "7.2.4.3.9"
 SUB_BLOCK = "7.2.4.3.10"
-END = "7.2.4.3.11"
 CRC = "7.2.4.3.16"
 SERVICE = "7.2.4.2.10"
 NO_ROOM = (
@@ -46,7 +45,7 @@ def expect_end_or_abort(sdo: Dialogue, known: KnownObject, due: bytes, *codes: A
     sdo.expect_value(known, due)
 
 
-@may("block-download.largest-size", clause=INITIATE)
+@may("block-download.largest-size", "I26", clause=INITIATE)
 def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
     """A size of FFFFFFFFh is refused, or taken for what is announced; the server stays usable."""
     sdo.require_block_download()
@@ -63,7 +62,7 @@ def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.old-numbers", clause=SERVICE)
+@may("block-download.old-numbers", "B9", clause=SERVICE)
 def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     """What comes again under its old numbers is discarded or refused, or stored as what it is."""
     data = sdo.payload(28)
@@ -94,7 +93,7 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.beyond-block-size", clause=SUB_BLOCK)
+@may("block-download.beyond-block-size", "B11")
 def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
     """A number beyond the block size is none: the segment is refused or dropped, never stored."""
     sdo.store(text, sdo.payload(14))
@@ -128,7 +127,7 @@ def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@may("block-download.crc-not-offered", clause=CRC, field=[0x0001, 0xFFFF])
+@may("block-download.crc-not-offered", "E3", field=[0x0001, 0xFFFF])
 def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
     """A server that has no CRC does not look at its field: nothing is refused for it."""
     sdo.store(text, sdo.payload(14))
@@ -146,7 +145,7 @@ def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
         sdo.expect_value(text, data)
 
 
-@must("block-download.crc-and-size-wrong", clause=END)
+@must("block-download.crc-and-size-wrong", "E6")
 def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
     """An end frame with a wrong CRC and a wrong n is refused for either, and nothing is stored."""
     sdo.store(text, sdo.payload(14))
@@ -156,7 +155,7 @@ def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_abort(*WRONG_END, of=text)
 
 
-@may("block-download.last-segment-repeated", clause=SUB_BLOCK)
+@may("block-download.last-segment-repeated", "E8", clause=SUB_BLOCK)
 def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
     """A last segment that comes again, as after a lost acknowledgement, is not stored twice.
 
@@ -191,7 +190,7 @@ def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@may("block-download.end-reserved-bit", clause=END)
+@may("block-download.end-reserved-bit", "E9", "O2")
 def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
     """The reserved bit of the end frame (C3h) is ignored, or the frame is refused."""
     sdo.store(text, sdo.payload(14))
@@ -201,7 +200,7 @@ def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
     expect_end_or_abort(sdo, text, data, AbortCode.COMMAND_NOT_VALID)
 
 
-@must("block-download.new-initiate-at-end", clause=END, initiate=INITIATES)
+@must("block-download.new-initiate-at-end", "E7", "O9", initiate=INITIATES)
 def test_new_initiate_at_end(sdo: Dialogue, text: KnownObject, initiate: Initiate) -> None:
     """An initiate where the end is due is served, or ends the download; nothing of it is stored."""
     sdo.store(text, sdo.payload(14))

@@ -21,11 +21,7 @@ from conformance.sdo.frames import (
     decode_segment,
 )
 
-PROTOCOL = "7.2.4.3.5"
 INITIATE = "7.2.4.3.13"
-SUB_BLOCK = "7.2.4.3.14"
-END = "7.2.4.3.15"
-ABORT = "7.2.4.3.17"
 # Sub-blocks that were taken, and the frame with which the upload would go on.
 Waiting = tuple[int, Request]
 START: Waiting = (0, BlockUploadStart())
@@ -33,7 +29,7 @@ ACKNOWLEDGEMENT: Waiting = (1, BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 CONFIRMATION: Waiting = (2, BlockEndResponse())
 
 
-@may("block-upload.threshold-without-block-size", clause=PROTOCOL)
+@may("block-upload.threshold-without-block-size", "I33")
 def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> None:
     """With pst = 255 and blksize 0 a short object comes as an ordinary upload, or is refused."""
     data = sdo.payload(9)
@@ -50,7 +46,7 @@ def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> N
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
 
-@may("block-upload.acknowledgement-reserved-bits", clause=SUB_BLOCK, bits=[1, 2, 4, 7])
+@may("block-upload.acknowledgement-reserved-bits", "F12", "O2", bits=[1, 2, 4, 7])
 def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
     known = begin_block_upload(sdo, 1)
@@ -66,7 +62,7 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
         sdo.checks.block_segment(sdo.receive(), known.mux, 2)
 
 
-@may("block-upload.early-acknowledgement", clause=SUB_BLOCK)
+@may("block-upload.early-acknowledgement", "F16")
 def test_early_acknowledgement(sdo: Dialogue) -> None:
     """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
     known = begin_block_upload(sdo, 0)
@@ -82,7 +78,7 @@ def test_early_acknowledgement(sdo: Dialogue) -> None:
     sdo.block_upload(known)
 
 
-@may("block-upload.acknowledged-at-end", clause=END)
+@may("block-upload.acknowledged-at-end", "G2")
 def test_acknowledged_at_end(sdo: Dialogue) -> None:
     """An acknowledgement that comes again brings the end frame again, an abort, or nothing."""
     known, _ = sdo.long_object()
@@ -103,7 +99,7 @@ def test_acknowledged_at_end(sdo: Dialogue) -> None:
             raise sdo.breach("the same end frame, an abort, or nothing", describe_response(answer))
 
 
-@must("block-upload.crc-refused-by-client", clause=ABORT)
+@must("block-upload.crc-refused-by-client", "G4")
 def test_crc_refused_by_client(sdo: Dialogue) -> None:
     """A client that finds the CRC wrong aborts: the server is silent, and nothing is left."""
     known = begin_block_upload(sdo, 2)
@@ -124,19 +120,19 @@ def expect_served_or_refused(sdo: Dialogue, waiting: Waiting, initiate: Initiate
     sdo.expect_dead(due)
 
 
-@must("block-upload.new-initiate-at-start", clause=INITIATE, initiate=INITIATES)
+@must("block-upload.new-initiate-at-start", "F3", "O9", initiate=INITIATES)
 def test_new_initiate_at_start(sdo: Dialogue, initiate: Initiate) -> None:
     """An initiate where the start is due is served, or ends the upload."""
     expect_served_or_refused(sdo, START, initiate)
 
 
-@must("block-upload.new-initiate-in-the-middle", clause=SUB_BLOCK, initiate=INITIATES)
+@must("block-upload.new-initiate-in-the-middle", "F13", "O9", initiate=INITIATES)
 def test_new_initiate_in_the_middle(sdo: Dialogue, initiate: Initiate) -> None:
     """An initiate where an acknowledgement is due is served, or ends the upload."""
     expect_served_or_refused(sdo, ACKNOWLEDGEMENT, initiate)
 
 
-@must("block-upload.new-initiate-at-end", clause=END, initiate=INITIATES)
+@must("block-upload.new-initiate-at-end", "G3", "O9", initiate=INITIATES)
 def test_new_initiate_at_end(sdo: Dialogue, initiate: Initiate) -> None:
     """An initiate where the confirmation of the end is due is served, or ends the upload."""
     expect_served_or_refused(sdo, CONFIRMATION, initiate)
@@ -144,6 +140,8 @@ def test_new_initiate_at_end(sdo: Dialogue, initiate: Initiate) -> None:
 
 @must(
     "block-upload.same-again",
+    "F13",
+    "O9",
     clause=INITIATE,
     sub_blocks={"at-start": 0, "in-the-middle": 1, "at-end": 2},
 )

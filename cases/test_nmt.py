@@ -18,7 +18,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.nmt import NmtCommand
 
-STATES = "7.3.2.2"
 RESETS = {"node": NmtCommand.RESET_NODE, "communication": NmtCommand.RESET_COMMUNICATION}
 SERVING = {
     "operational": NmtCommand.START,
@@ -50,7 +49,7 @@ def next_segment(sdo: Dialogue, kind: str) -> UploadSegment | DownloadSegment:
     return UploadSegment(1)
 
 
-@must("nmt.serves", clause=STATES, command=SERVING)
+@must("nmt.serves", "1.5-pre-operational", "1.5-operational", command=SERVING)
 def test_serves(sdo: Dialogue, text: KnownObject, command: NmtCommand) -> None:
     """In Pre-operational and in Operational the server reads and writes as ever."""
     sdo.nmt(command)
@@ -61,7 +60,7 @@ def test_serves(sdo: Dialogue, text: KnownObject, command: NmtCommand) -> None:
     sdo.fence()
 
 
-@must("nmt.stopped-silent", clause=STATES, command=SERVING)
+@must("nmt.stopped-silent", "1.5-stopped", command=SERVING)
 def test_stopped_silent(sdo: Dialogue, command: NmtCommand) -> None:
     """In Stopped a request is not answered, not even by an abort, and not later either."""
     sdo.produce_heartbeats()
@@ -74,7 +73,7 @@ def test_stopped_silent(sdo: Dialogue, command: NmtCommand) -> None:
     sdo.expect_nothing()
 
 
-@must("nmt.stopped-writes-nothing", clause=STATES)
+@must("nmt.stopped-writes-nothing", "1.5-stopped")
 def test_stopped_writes_nothing(sdo: Dialogue, number: KnownObject) -> None:
     """A download that was sent in Stopped is not carried out, then or later."""
     sdo.produce_heartbeats()
@@ -89,7 +88,7 @@ def test_stopped_writes_nothing(sdo: Dialogue, number: KnownObject) -> None:
         sdo.expect_nothing()
 
 
-@must("nmt.stopped-in-transfer", clause=STATES, kind=["upload", "download"])
+@must("nmt.stopped-in-transfer", "1.5-interrupted", "1.5-stopped", kind=["upload", "download"])
 def test_stopped_in_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
     """A stop in mid-transfer is met with silence or one abort; the next transfer is served.
 
@@ -115,7 +114,7 @@ def test_stopped_in_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> Non
     sdo.expect_value(text, data)
 
 
-@must("nmt.reset-boots", clause="7.3.2.2.1", command=RESETS)
+@must("nmt.reset-boots", "1.5-initialising", clause="7.3.2.2.1", command=RESETS)
 def test_reset_boots(sdo: Dialogue, command: NmtCommand) -> None:
     """A reset leads to a boot-up message, and from then on the server serves."""
     sdo.reset(command)
@@ -124,7 +123,7 @@ def test_reset_boots(sdo: Dialogue, command: NmtCommand) -> None:
     sdo.fence()
 
 
-@must("nmt.reset-from-stopped", clause="7.3.2.2.1", command=RESETS)
+@must("nmt.reset-from-stopped", "1.5-pre-operational", clause="7.3.2.2.1", command=RESETS)
 def test_reset_from_stopped(sdo: Dialogue, command: NmtCommand) -> None:
     """A reset in Stopped leads to Pre-operational, where the server serves."""
     sdo.nmt(NmtCommand.STOP)
@@ -132,7 +131,7 @@ def test_reset_from_stopped(sdo: Dialogue, command: NmtCommand) -> None:
     sdo.fence()
 
 
-@must("nmt.reset-ends-transfer", clause="7.3.2.2.1", kind=["upload", "download"])
+@must("nmt.reset-ends-transfer", "1.5-interrupted", clause="7.3.2.2.1", kind=["upload", "download"])
 def test_reset_ends_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
     """A transfer that a reset interrupted is forgotten: its next segment is not served."""
     start_transfer(sdo, kind, text)
@@ -145,7 +144,7 @@ def test_reset_ends_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> Non
     sdo.expect_value(text, data)
 
 
-@must("nmt.reset-keeps-objects", clause="7.3.2.2.1")
+@must("nmt.reset-keeps-objects", "object.constant", clause="7.3.2.2.1")
 def test_reset_keeps_objects(sdo: Dialogue) -> None:
     """After a reset of the communication constants read as before."""
     due = {mux: sdo.upload(mux) for mux in sdo.device.steady() if sdo.device.is_constant(mux)}
@@ -155,7 +154,7 @@ def test_reset_keeps_objects(sdo: Dialogue) -> None:
             raise sdo.breach(f"{mux} reads {value.hex(' ')}", found.hex(" "))
 
 
-@may("nmt.heartbeat", clause="7.2.8.2.2", command=SERVING)
+@may("nmt.heartbeat", "1.5-pre-operational", "1.5-operational", clause="7.2.8.2.2", command=SERVING)
 def test_heartbeat(sdo: Dialogue, command: NmtCommand) -> None:
     """With a time in 1017h the device tells its state, and SDO goes on; with 0 it tells nothing."""
     if not sdo.produce_heartbeats():

@@ -29,9 +29,6 @@ from conformance.sdo.frames import Abort, BlockUploadInitiate, UploadInitiate, d
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
-DICTIONARY = "7.4"
-ACCESS = "7.4.5"
-ABORT = "7.2.4.3.17"
 BLOCK_UPLOAD = "7.2.4.3.13"
 EDS = "CiA 306-1"
 TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
@@ -45,7 +42,7 @@ WRITE_ONLY = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 # What is there
 
 
-@must("od.read", clause=ACCESS, entry=choose.readable)
+@must("od.read", "9.2-access", entry=choose.readable)
 def test_read(sdo: Dialogue, entry: KnownObject) -> None:
     """An entry that is listed as readable can be read."""
     try:
@@ -57,7 +54,7 @@ def test_read(sdo: Dialogue, entry: KnownObject) -> None:
         sdo.info(f"{entry} cannot be read now: {refusal}")
 
 
-@must("od.length", clause="7.4.7", entry=choose.of_fixed_length)
+@must("od.length", "6-type-length", entry=choose.of_fixed_length)
 def test_length(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A value has as many bytes as its data type."""
     value_of(device, entry)
@@ -66,7 +63,7 @@ def test_length(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         raise sdo.breach(f"{entry.length} bytes", shown(data))
 
 
-@must("od.within-limits", clause=EDS, entry=choose.limited)
+@must("od.within-limits", "9.1-limits", entry=choose.limited)
 def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """The value of a number lies within its limits."""
     value_of(device, entry)
@@ -75,13 +72,13 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
         raise sdo.breach(f"{entry} between {entry.low} and {entry.high}", shown(data))
 
 
-@must("od.default", clause=EDS, entry=choose.fixed)
+@must("od.default", "9.1-default", entry=choose.fixed)
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     """What never changes has the value that the EDS states."""
     sdo.expect_value(entry, entry.default or b"")
 
 
-@must("od.default-of-parameter", clause=EDS, entry=choose.parameters)
+@must("od.default-of-parameter", "9.1-default", entry=choose.parameters)
 def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """After the defaults were loaded a parameter has the value that the EDS states."""
     if not device.permits.at_defaults:
@@ -92,13 +89,13 @@ def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject)
     sdo.expect_value(entry, entry.default or b"")
 
 
-@should("od.configured", clause=EDS, entry=choose.configured)
+@should("od.configured", "9.1-parameter-value", entry=choose.configured)
 def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
     """The device is configured as its DCF says (ParameterValue)."""
     sdo.expect_value(entry, entry.configured or b"")
 
 
-@must("od.identity", clause="7.5.2.19", said=choose.identity)
+@must("od.identity", "9.1-device-info", said=choose.identity)
 def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
     """The device is of the vendor, product and revision that the EDS is for."""
     mux, number = said
@@ -110,7 +107,7 @@ def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
         )
 
 
-@must("od.error-list", clause="7.5.2.4", entry=choose.error_places)
+@must("od.error-list", "I37", clause="7.5.2.4", entry=choose.error_places)
 def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     """A place of the error list (1003h) reads as 4 bytes if it holds an error, else not at all."""
     count = sdo.upload(Multiplexer(choose.ERROR_LIST))[0]
@@ -127,7 +124,7 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
 # The same by each protocol
 
 
-@must("od.block-read", clause=BLOCK_UPLOAD, entry=choose.readable)
+@must("od.block-read", "F1", "F6", "I30", "I31", clause=BLOCK_UPLOAD, entry=choose.readable)
 def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """Blocks with and without CRC deliver what an ordinary upload does.
 
@@ -151,7 +148,7 @@ def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         )
 
 
-@must("od.block-of-write-only", clause=ABORT, entry=choose.write_only)
+@must("od.block-of-write-only", "I4", entry=choose.write_only)
 def test_block_of_write_only(sdo: Dialogue, entry: KnownObject) -> None:
     """A block upload of a write-only entry is aborted as such."""
     sdo.require_block_upload()
@@ -162,7 +159,7 @@ def test_block_of_write_only(sdo: Dialogue, entry: KnownObject) -> None:
 # Writing
 
 
-@must("od.write-back", clause=ACCESS, entry=choose.writable)
+@must("od.write-back", "9.2-access", entry=choose.writable)
 def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
@@ -170,7 +167,7 @@ def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
-@must("od.write-back-in-segments", clause=ACCESS, entry=choose.writable)
+@must("od.write-back-in-segments", "9.2-access", "6-short-data", entry=choose.writable)
 def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
@@ -178,7 +175,7 @@ def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObjec
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 
 
-@must("od.write-back-in-blocks", clause=ACCESS, entry=choose.writable)
+@must("od.write-back-in-blocks", "9.2-access", "E1", entry=choose.writable)
 def test_write_back_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has in blocks, with a CRC and without."""
     may_be_written(device, entry)
@@ -189,7 +186,7 @@ def test_write_back_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject)
         expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
 
 
-@must("od.too-short", clause=ABORT, entry=choose.longer_than_a_byte)
+@must("od.too-short", "I20", entry=choose.longer_than_a_byte)
 def test_too_short(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """One byte less than the type has is refused, and the value stays."""
     may_be_written(device, entry)
@@ -197,7 +194,7 @@ def test_too_short(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         expect_write_refused(sdo, entry, value[:-1], *TOO_SHORT)
 
 
-@must("od.too-long", clause=ABORT, entry=choose.writable_numbers)
+@must("od.too-long", "I19", entry=choose.writable_numbers)
 def test_too_long(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """One byte more than the type has is refused, and the value stays."""
     may_be_written(device, entry)
@@ -205,7 +202,7 @@ def test_too_long(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         expect_write_refused(sdo, entry, value + b"\0", *TOO_LONG)
 
 
-@must("od.low-limit", clause=EDS, entry=choose.with_low_limit)
+@must("od.low-limit", "9.1-limits-included", entry=choose.with_low_limit)
 def test_low_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """The low limit itself is a value that may be written."""
     may_be_written(device, entry)
@@ -213,7 +210,7 @@ def test_low_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
-@must("od.high-limit", clause=EDS, entry=choose.with_high_limit)
+@must("od.high-limit", "9.1-limits-included", entry=choose.with_high_limit)
 def test_high_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """The high limit itself is a value that may be written."""
     may_be_written(device, entry)
@@ -221,7 +218,7 @@ def test_high_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
-@must("od.below-limit", clause=ABORT, entry=choose.undercuttable)
+@must("od.below-limit", "I28", entry=choose.undercuttable)
 def test_below_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """What is below the low limit is refused, and the value stays."""
     may_be_written(device, entry)
@@ -229,7 +226,7 @@ def test_below_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         expect_write_refused(sdo, entry, choose.below(entry) or b"", *TOO_LOW)
 
 
-@must("od.above-limit", clause=ABORT, entry=choose.exceedable)
+@must("od.above-limit", "I28", entry=choose.exceedable)
 def test_above_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """What is above the high limit is refused, and the value stays."""
     may_be_written(device, entry)
@@ -240,7 +237,7 @@ def test_above_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
 # What may not be done
 
 
-@must("od.read-only", clause=ABORT, entry=choose.protected)
+@must("od.read-only", "I5", entry=choose.protected)
 def test_read_only(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses even the value that it has."""
     may_be_probed(device, entry)
@@ -249,7 +246,7 @@ def test_read_only(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_kept(sdo, entry, value)
 
 
-@must("od.read-only-in-segments", clause=ABORT, entry=choose.protected)
+@must("od.read-only-in-segments", "I5", entry=choose.protected)
 def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses the value that it has in segments, at the last at the latest."""
     may_be_probed(device, entry)
@@ -258,7 +255,7 @@ def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject
     expect_kept(sdo, entry, value)
 
 
-@must("od.read-only-in-blocks", clause=ABORT, entry=choose.protected)
+@must("od.read-only-in-blocks", "I5", entry=choose.protected)
 def test_read_only_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses the value that it has in blocks, at the end at the latest."""
     may_be_probed(device, entry)
@@ -267,7 +264,7 @@ def test_read_only_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) 
     expect_kept(sdo, entry, value)
 
 
-@must("od.write-only", clause=ABORT, entry=choose.write_only)
+@must("od.write-only", "I4", entry=choose.write_only)
 def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
     """The upload of a write-only entry is aborted as such."""
     sdo.send(UploadInitiate(entry.mux))
@@ -277,7 +274,7 @@ def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
 # What is not there
 
 
-@must("od.highest-sub-index", clause="7.4.2", of=choose.structured)
+@must("od.highest-sub-index", "9.2-highest-sub-index", of=choose.structured)
 def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
     """Sub-index 0 of an array or record holds the highest sub-index, as the EDS lists them.
 
@@ -291,21 +288,21 @@ def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
         raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", shown(data))
 
 
-@must("od.sub-index-beyond", clause="7.4.2", mux=choose.beyond)
+@must("od.sub-index-beyond", "I3", clause="7.4.2", mux=choose.beyond)
 def test_sub_index_beyond(sdo: Dialogue, mux: Multiplexer) -> None:
     """The sub-index behind the last is aborted as missing; a variable has sub-index 0 only."""
     sdo.send(UploadInitiate(mux))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
-@must("od.gap", clause="7.4.2", mux=choose.gaps)
+@must("od.gap", "I3", clause="7.4.2", mux=choose.gaps)
 def test_gap(sdo: Dialogue, mux: Multiplexer) -> None:
     """A sub-index that an array or record leaves out is aborted as missing."""
     sdo.send(UploadInitiate(mux))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
-@may("od.structure", clause="7.4.2", of=choose.listed_objects)
+@may("od.structure", "9.2-structure", of=choose.listed_objects)
 def test_structure(sdo: Dialogue, of: ListedObject) -> None:
     """Sub-index FFh is missing, or tells the data type and the object type that the EDS states."""
     mux = Multiplexer(of.index, STRUCTURE_OF_OBJECT)
@@ -324,7 +321,7 @@ def test_structure(sdo: Dialogue, of: ListedObject) -> None:
         raise sdo.breach(f"4 bytes that begin with {due.hex(' ')}", shown(data))
 
 
-@must("od.unlisted", clause=ABORT, mux=choose.unlisted)
+@must("od.unlisted", "I2", "9.1-unlisted", mux=choose.unlisted)
 def test_unlisted(sdo: Dialogue, mux: Multiplexer) -> None:
     """An index that the EDS does not list is aborted as missing.
 
@@ -334,7 +331,7 @@ def test_unlisted(sdo: Dialogue, mux: Multiplexer) -> None:
     expect_unlisted(sdo, sdo.receive(), mux)
 
 
-@must("od.scan", clause=EDS, indices=choose.ranges)
+@must("od.scan", "9.1-unlisted", clause=EDS, indices=choose.ranges)
 def test_scan(sdo: Dialogue, device: Device, indices: range) -> None:
     """Of all indices those that the EDS lists are there; what else there is, is told."""
     there, missing = scan(sdo, indices)

@@ -26,7 +26,20 @@ State = Callable[[Dialogue], Begun]
 Transfer = Generator[Step, bytes, object]
 
 
-@must("server-timeout.gives-up", clause=SERVICE, slow=True, state=STATES)
+@must(
+    "server-timeout.gives-up",
+    "7-either-side",
+    "D18",
+    "U12",
+    "B14",
+    "B15",
+    "E11",
+    "F15",
+    "G5",
+    clause=SERVICE,
+    slow=True,
+    state=STATES,
+)
 def test_gives_up(sdo: Dialogue, server_timeout: float, state: State) -> None:
     """Of a silent client the server takes leave with 05040000h, is idle, and has stored nothing."""
     begun = state(sdo)
@@ -36,7 +49,14 @@ def test_gives_up(sdo: Dialogue, server_timeout: float, state: State) -> None:
         sdo.expect_value(begun.known, begun.value)
 
 
-@must("server-timeout.once", clause=SERVICE, slow=True, state=WAITING)
+@must(
+    "server-timeout.once",
+    "7-either-side",
+    "3.11-nothing-afterwards",
+    clause=SERVICE,
+    slow=True,
+    state=WAITING,
+)
 def test_once(sdo: Dialogue, server_timeout: float, state: State) -> None:
     """A server that has given up says so once, and does not answer the client's own abort."""
     begun = state(sdo)
@@ -82,7 +102,7 @@ SLOW = {
 }
 
 
-@must("server-timeout.slow-client", clause=SERVICE, slow=True, begin=SLOW)
+@must("server-timeout.slow-client", "7-either-side", clause=SERVICE, slow=True, begin=SLOW)
 def test_slow_client(
     sdo: Dialogue, server_timeout: float, begin: Callable[[Dialogue], Transfer]
 ) -> None:

@@ -12,6 +12,7 @@ from conformance.run.case import CaseInfo
 from conformance.sdo.rules import RULES, Level, Rule, rule_of
 
 BROKEN_BY = {
+    "1.5-operational": "nmt-operational-silent",
     "2.13-unused-count": "upload-n-not-zero-for-segmented",
     "2.13-toggle": "upload-toggle-not-answered",
     "2.13-size": "upload-size-8-bit",

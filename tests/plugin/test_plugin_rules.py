@@ -7,15 +7,7 @@ from conformance.collection import case_files
 from conformance.rule_listing import cases_of_rules, scripted_cases
 from conformance.sdo.rules import RULES, Rule, rule_of
 
-AWAITED = (
-    *(f"P{number}" for number in range(1, 14)),
-    *("1.5-initialising", "1.5-pre-operational", "1.5-operational", "1.5-stopped", "O29"),
-    *("I28", "I33", "I37", "I38"),
-    *("D18", "U12", "B14", "B15", "E11", "F15", "G5", "O11"),
-    *("B9", "B11", "B16", "E6", "E8", "E9", "F3", "F12", "F13", "F16", "G2", "G3"),
-    *("9.1-default", "9.1-limits", "9.1-limits-included", "9.1-parameter-value"),
-    *("9.1-device-info", "9.1-unlisted", "9.2-access", "9.2-highest-sub-index", "9.2-structure"),
-)
+AWAITED: tuple[str, ...] = ("B16",)
 """Rows whose cases are being written; each goes when its case comes, the table with the last."""
 
 TOGGLE = """\

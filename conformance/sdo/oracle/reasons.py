@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import Access, DataType, Entry
 from conformance.sdo.oracle.answers import Codes, Refusal
 from conformance.sdo.oracle.knowledge import Facts, Presence
 
