@@ -5,7 +5,8 @@ from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
-from conformance.run.stimuli import BLOCK_SIZES, EDGE_SIZES
+from conformance.run.steps import same_value, shown
+from conformance.run.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import Abort, BlockEnd, BlockSegment, decode_response
@@ -23,6 +24,19 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     data = sdo.payload(size)
     sdo.block_download(variable, data)
     sdo.expect_value(variable, data)
+
+
+@must("block-download.beyond-16-bits", "6-long-data", "B2", size=[BEYOND_16_BITS])
+def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """More bytes than 16 bits count are stored whole and read whole, where there is room."""
+    sdo.require_block_download()
+    data = sdo.payload(size)
+    abort = sdo.try_block_download(variable, data)
+    if abort is not None:
+        raise sdo.no_room(variable, size, abort)
+    found = sdo.block_upload(variable).data
+    if not same_value(variable, found, data):
+        raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
 
 @must("block-download.size-not-indicated", "B18", size=EDGE_SIZES)

@@ -4,7 +4,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, De
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
-from conformance.run.stimuli import EDGE_SIZES, LONG_SIZES, SHORT_SIZES
+from conformance.run.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -21,6 +21,16 @@ ABORT = "7.2.4.3.17"
 TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
 TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
 READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
+
+
+@must("segmented-download.beyond-16-bits", "6-long-data", "D2", size=[BEYOND_16_BITS])
+def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+    """A download of more bytes than 16 bits count is stored whole, where there is room."""
+    data = sdo.payload(size)
+    abort = sdo.try_download(variable, data)
+    if abort is not None:
+        raise sdo.no_room(variable, size, abort)
+    sdo.expect_value(variable, data)
 
 
 @must("segmented-download.size", "D2", "D1", "2.13-toggle", size=[*SHORT_SIZES, *LONG_SIZES])

@@ -239,8 +239,18 @@ class Steps(Wire):
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
                 actual=describe_response(abort.encode()),
             )
-        raise NotTestable(
-            f"{known} has no room for {len(data)} bytes (refused with "
+        raise self.no_room(known, len(data), abort)
+
+    def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
+        """Build what a refusal of so many bytes means: too small an object, or a breach."""
+        if abort.code not in NO_ROOM:
+            return Violation(
+                NOT_REFUSED,
+                expected=f"a download of {size} bytes to {known}, or that it is too small",
+                actual=describe_response(abort.encode()),
+            )
+        return NotTestable(
+            f"{known} has no room for {size} bytes (refused with "
             f"{describe_code(abort.code)}): name a larger string or domain"
         )
 

@@ -29,7 +29,7 @@ from conformance.sdo.rules import SIZE, UPLOAD_ENDS, Violation
 EXPEDITED_LENGTH = 4
 SEGMENT_LENGTH = 7
 # The most bytes that an upload may bring: what is longer is taken for endless.
-MOST_UPLOADED = 1 << 21
+MOST_UPLOADED = (1 << 20) + (1 << 16)
 MOST_EMPTY_SEGMENTS = 16
 
 

@@ -8,7 +8,7 @@ from enum import IntEnum, StrEnum
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
 
-DEFAULT_CAPACITY = 1 << 21
+DEFAULT_CAPACITY = 1 << 20
 
 
 class DataType(IntEnum):
