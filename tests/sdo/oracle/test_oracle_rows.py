@@ -230,13 +230,14 @@ def test_not_allowed(name: str) -> None:
 
 def test_awaited_follows_what_is_due() -> None:
     oracle = Oracle(KNOWN)
-    assert oracle.awaited is Awaited.NOTHING
+    awaited = [oracle.awaited]
     oracle.request(bytes.fromhex("4000100000000000"))
-    assert oracle.awaited is Awaited.ANSWER
+    awaited.append(oracle.awaited)
     assert oracle.response(bytes.fromhex("4300100091010F00")) == []
-    assert oracle.awaited is Awaited.NOTHING
+    awaited.append(oracle.awaited)
     oracle.request(bytes(8))
-    assert oracle.awaited is Awaited.MAYBE
+    awaited.append(oracle.awaited)
+    assert awaited == [Awaited.NOTHING, Awaited.ANSWER, Awaited.NOTHING, Awaited.MAYBE]
 
 
 def test_values_follow_downloads() -> None:
