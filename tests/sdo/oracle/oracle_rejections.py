@@ -50,13 +50,16 @@ def remembered() -> dict[str, int]:
 
 
 def main() -> None:
-    """Look for all faults, and remember."""
+    """Look for all faults, and remember; what is found is written at once."""
     names = [fault.name for fault in faults()]
+    seen: dict[str, int] = {}
     with Pool() as pool:
-        found = dict(zip(names, pool.map(search, names, chunksize=1), strict=True))
-    seen = {name: number for name, number in found.items() if number is not None}
-    PATH.write_text(json.dumps(seen, indent=1) + "\n", encoding="utf-8")
-    print("not rejected:", *sorted(set(names) - set(seen)))
+        for name, number in zip(names, pool.imap(search, names), strict=True):
+            if number is None:
+                print("not rejected:", name, flush=True)
+                continue
+            seen[name] = number
+            PATH.write_text(json.dumps(seen, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
