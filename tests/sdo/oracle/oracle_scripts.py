@@ -36,7 +36,7 @@ from conformance.sdo.layout import Multiplexer
 
 SEGMENT = 7
 # A server that never comes to an end must not keep a script from it.
-MOST_REQUESTS = 400
+MOST_REQUESTS = 1000
 
 Answers = list[bytes]
 Requests = Generator[bytes, Answers, None]
@@ -80,6 +80,7 @@ class Transfer:
     announced: int | None = None
     crc: bool = True
     block_size: int = 127
+    next_block_size: int | None = None
     threshold: int = 0
     taken: int = 127
     disturbed: tuple[Disturbance, ...] = ()
@@ -161,6 +162,18 @@ def segmented_download(transfer: Transfer) -> Requests:
         toggle ^= 1
 
 
+def download_with_empty_last(transfer: Transfer) -> Requests:
+    """Send all data in segments that are not the last, and then an empty one."""
+    answers = yield DownloadInitiate.with_size(transfer.mux, _size(transfer)).encode()
+    toggle = 0
+    for chunk in [*chunks_of(transfer.data), b""]:
+        if not answers or _has(answers, Abort):
+            return
+        segment = DownloadSegment.with_data(chunk, toggle=toggle, last=not chunk)
+        answers = yield segment.encode()
+        toggle ^= 1
+
+
 def upload(transfer: Transfer) -> Requests:
     answers = yield UploadInitiate(transfer.mux).encode()
     yield from _segments(answers)
@@ -226,7 +239,8 @@ def block_upload(transfer: Transfer) -> Requests:
             break
         taken = min(numbers[-1], transfer.taken) if losses else numbers[-1]
         losses -= losses and taken < numbers[-1]
-        answers = yield BlockAck(taken, transfer.block_size).encode()
+        block_size = transfer.next_block_size or transfer.block_size
+        answers = yield BlockAck(taken, block_size).encode()
         if len(answers) == 1 and _has(answers, BlockEnd) and taken == numbers[-1]:
             break
     yield BlockEndResponse().encode()
@@ -240,6 +254,7 @@ def loose_frame(transfer: Transfer) -> Requests:
 KINDS: dict[str, Callable[[Transfer], Requests]] = {
     "expedited download": expedited_download,
     "segmented download": segmented_download,
+    "download with an empty last segment": download_with_empty_last,
     "upload": upload,
     "block download": block_download,
     "block upload": block_upload,

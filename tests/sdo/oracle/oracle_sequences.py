@@ -1,6 +1,7 @@
 """Generated conversations that lead through every state of a server, and disturb it there."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from oracle_scripts import Disturbance, Noise, Transfer
 
@@ -57,8 +58,10 @@ def conversations() -> Iterator[list[Transfer]]:
     """Yield all of them, short ones first."""
     yield from _single_objects()
     yield from _sizes()
+    yield from _histories()
     yield from _stimuli_when_idle()
     yield from _stimuli_in_transfers()
+    yield from _changed_bits()
     yield from _lost_segments()
     yield from _pairs()
 
@@ -101,6 +104,50 @@ def _sizes() -> Iterator[list[Transfer]]:
                     Transfer("upload", TEXT),
                     Transfer("block upload", TEXT, crc=crc, block_size=3),
                 ]
+
+
+def _loose(frame: bytes) -> Transfer:
+    return Transfer("loose frame", TEXT, frame)
+
+
+def _histories() -> Iterator[list[Transfer]]:
+    """Yield what servers remember of, or forget after, what was before."""
+    numbers = [Transfer("upload", mux) for mux in NUMBERS]
+    number, vendor = Multiplexer(0x2004), Transfer("upload", VENDOR_ID)
+    values = [Transfer("expedited download", number, payload(4, seed)) for seed in (0, 1, 0, 2)]
+    yield [*values[:3], *numbers, *values[2:], *numbers]
+    for mux, length in NUMBERS.items():
+        own = Transfer("upload", mux)
+        right = Transfer("segmented download", mux, payload(length))
+        for wrong in (payload(length + 1), payload(length - 1)):
+            for kind in (*DOWNLOADS, "expedited download"):
+                yield [Transfer(kind, mux, wrong), right, own, *numbers]
+        unused = DownloadInitiate(mux, True, True, 3, b"\x5a\x5b\x5c\x5d").encode()
+        uncounted = DownloadInitiate(mux, True, False, 3, b"\x5a\x5b\x5c\x5d").encode()
+        yield [_loose(unused), own, _loose(uncounted), own]
+    for size in (20, 30, 100):
+        yield [Transfer("segmented download", TEXT, payload(size)), *_read_back(TEXT), *numbers]
+        yield [Transfer("download with an empty last segment", TEXT, payload(size)), vendor]
+    abort = _loose(Abort(VENDOR_ID, AbortCode.GENERAL_ERROR).encode())
+    yield [values[0], abort, *numbers, abort, abort, abort, vendor]
+    for request in (*UNKNOWN_SPECIFIERS.values(), Abort(TEXT, AbortCode.TIMED_OUT).encode()):
+        yield [_loose(request), vendor]
+    yield [Transfer("upload", MISSING[0])] * 40
+    ended = (Disturbance(1, Noise.ABORTED),)
+    for kind in KINDS:
+        for sized in (True, False):
+            aborted = Transfer(kind, TEXT, payload(20), sized=sized, disturbed=ended)
+            yield [aborted] * 40 + [Transfer(kind, TEXT, payload(20)), *_read_back(TEXT)]
+            yield [aborted, Transfer(kind, TEXT, payload(14), sized=sized), *_read_back(TEXT)]
+            yield [aborted, *[vendor] * 30]
+    refused = Transfer("segmented download", TEXT, payload(14), announced=7)
+    yield [refused, Transfer("segmented download", TEXT, payload(30)), *_read_back(TEXT)]
+    long = Transfer("segmented download", TEXT, payload(100))
+    for first in (2, 3, 7):
+        for later in (1, 2, 5, 9):
+            for taken in (127, 1):
+                upload = Transfer("block upload", TEXT, block_size=first, next_block_size=later)
+                yield [long, replace(upload, taken=taken), vendor]
 
 
 def stimuli(mux: Multiplexer) -> list[bytes]:
@@ -186,7 +233,8 @@ def _stimuli_in_transfers() -> Iterator[list[Transfer]]:
     before = Transfer("segmented download", TEXT, payload(20, 2))
     for kind in KINDS:
         for position in range(1, 5):
-            for frame in stimuli(TEXT):
+            short_abort = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()[:4]
+            for frame in (*stimuli(TEXT), short_abort):
                 disturbed = (Disturbance(position, Noise.PRECEDED, frame),)
                 yield [
                     before,
@@ -212,6 +260,28 @@ def _stimuli_in_transfers() -> Iterator[list[Transfer]]:
                     Transfer(kind, TEXT, payload(20), block_size=2, disturbed=disturbed),
                     *_read_back(TEXT),
                 ]
+
+
+def _changed_bits() -> Iterator[list[Transfer]]:
+    for kind in KINDS:
+        for position in range(6):
+            for byte, bit in (
+                *((0, bit) for bit in range(8)),
+                *((byte, 0) for byte in range(1, 8)),
+            ):
+                mask = bytes(1 << bit if place == byte else 0 for place in range(8))
+                disturbed = (Disturbance(position, Noise.CHANGED, mask),)
+                for plain in (True, False):
+                    changed = Transfer(
+                        kind,
+                        TEXT,
+                        payload(20),
+                        sized=plain,
+                        crc=plain,
+                        block_size=2,
+                        disturbed=disturbed,
+                    )
+                    yield [changed, *_read_back(TEXT)]
 
 
 def _lost_segments() -> Iterator[list[Transfer]]:
