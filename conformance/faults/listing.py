@@ -10,9 +10,12 @@ from conformance.device.listing import Listing, ObjectType
 from conformance.device.permits import Permits
 from conformance.device.values import decode_number, is_number
 from conformance.faults.device import REFERENCE_OBJECTS
-from conformance.faults.dictionary import ERRORS, GAPPY, all_entries
+from conformance.faults.dictionary import ERRORS, GAPPY, reference_device
+from conformance.faults.registry import assemble
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry
+from conformance.sdo.server import Server
 
 # 1200h:01 and :02 hold COB-IDs, which every node has others of.
 _FORMULAS = {Multiplexer(0x1200, 1): "$NODEID+0x600", Multiplexer(0x1200, 2): "$NODEID+0x580"}
@@ -31,7 +34,8 @@ def reference_permits() -> Permits:
 
 def reference_eds(node_id: int) -> str:
     """Return the EDS of the built-in device."""
-    return "\n".join(_lines(all_entries(node_id)))
+    node = assemble(Node, Server, node_id, reference_device(node_id), None)
+    return "\n".join(_lines(dict(node.objects.items())))
 
 
 def _lines(entries: dict[Multiplexer, Entry]) -> Iterator[str]:
