@@ -162,7 +162,7 @@ WRITES = """
     from conformance.sdo.layout import Multiplexer
 
     def test_elsewhere(sdo):
-        sdo.download(Multiplexer(0x1017), bytes(2))
+        sdo.download(Multiplexer(0x1004), bytes(2))
 """
 
 
@@ -171,8 +171,8 @@ def test_a_case_that_would_write_elsewhere(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "test_mine.py")
     assert result.ret == ExitCode.BENCH_ERROR
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*= the bench =*", "*write to 1017h:00*--object=1017:00*"])
-    assert "605#2B1710" not in (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
+    result.stdout.fnmatch_lines(["*= the bench =*", "*write to 1004h:00*--object=1004:00*"])
+    assert "605#2B0410" not in (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
 
 
 # A lost device

@@ -16,7 +16,7 @@ ELSEWHERE = """
 
     def test_elsewhere(sdo):
         '''Writes where nobody allowed it.'''
-        sdo.download(Multiplexer(0x1017), bytes(2))
+        sdo.download(Multiplexer(0x1004), bytes(2))
 
     def test_wrong(sdo):
         assert sdo.upload(Multiplexer(0x1018, 1)) == b"ours"
@@ -114,7 +114,7 @@ def test_a_broken_bench_is_an_error_and_no_failure(pytester: pytest.Pytester) ->
     pytester.makepyfile(test_mine=ELSEWHERE)
     found = junit(pytester, "test_mine.py")
     case = found["test_elsewhere"]
-    assert "1017h:00" in child(case, "error").attrib["message"]
+    assert "1004h:00" in child(case, "error").attrib["message"]
     assert "requirement: Writes where nobody allowed it." in (child(case, "error").text or "")
     assert properties(case)["verdict"] == "bench error"
     assert child(found["test_wrong"], "failure") is not None

@@ -222,7 +222,7 @@ class Oracle:
         merged: list[Branch] = []
         for branch in branches:
             for position, other in enumerate(merged):
-                if _same(branch, other):
+                if branch.due is other.due and _same(branch, other):
                     merged[position] = replace(other, freedoms=_undisputed(other, branch))
                     break
             else:
@@ -238,10 +238,9 @@ class Oracle:
 
 
 def _same(one: Branch, other: Branch) -> bool:
-    """Say whether two branches differ at most in how they came about."""
+    """Say whether two branches with the same answer due differ at most in how they came about."""
     return (
         one.state == other.state
-        and one.due is other.due
         and one.memory == other.memory
         and one.backlog == other.backlog
         and one.findings == other.findings
