@@ -8,7 +8,12 @@ from conformance.device.objects import KnownObject
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.matrix.perform import perform
-from conformance.run.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI, Stimulus
+from conformance.run.matrix.stimuli import (
+    NEXT_SUB_BLOCK_STIMULI,
+    STIMULI,
+    SUB_BLOCK_STIMULI,
+    Stimulus,
+)
 
 ROWS = ("2.13-specifier", "2.13-one-response", "2.13-no-response", "3.11-idle")
 
@@ -83,7 +88,7 @@ def test_block_download_inside(
     perform("block-download-inside", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-between", *ROWS, stimulus=SUB_BLOCK_STIMULI)
+@must("matrix.block-download-between", *ROWS, stimulus=NEXT_SUB_BLOCK_STIMULI)
 def test_block_download_between(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:

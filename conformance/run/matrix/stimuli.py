@@ -268,4 +268,6 @@ STIMULI: dict[str, Stimulus] = {
     **_unknown(),
     **_AT_ALL_TIMES,
 }
+# A server expects the same behind a sub-block as before the first, but the way there is long.
+NEXT_SUB_BLOCK_STIMULI: dict[str, Stimulus] = {**_block_segments(), **_aborts()}
 SUB_BLOCK_STIMULI: dict[str, Stimulus] = {**_block_segments(), **_AT_ALL_TIMES}

@@ -10,6 +10,7 @@ initiate or abort of the client to find its way back.
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from enum import Enum, auto
+from itertools import chain
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, decode_response
@@ -219,14 +220,16 @@ class Oracle:
         Of two reasons that lead to the same, the one that comes first is recorded; of two choices
         in one matter neither is.
         """
-        merged: list[Branch] = []
+        by_due: dict[int, list[Branch]] = {}
         for branch in branches:
-            for position, other in enumerate(merged):
-                if branch.due is other.due and _same(branch, other):
-                    merged[position] = replace(other, freedoms=_undisputed(other, branch))
+            alike = by_due.setdefault(id(branch.due), [])
+            for position, other in enumerate(alike):
+                if _same(branch, other):
+                    alike[position] = replace(other, freedoms=_undisputed(other, branch))
                     break
             else:
-                merged.append(branch)
+                alike.append(branch)
+        merged = list(chain.from_iterable(by_due.values()))
         if len(merged) > MOST_BRANCHES:
             merged = [quiet(LOST, merged[0].memory.in_doubt(), merged[0].row)]
         common = frozenset.intersection(*(branch.freedoms for branch in merged))
