@@ -53,7 +53,7 @@ def test_read(sdo: Dialogue, entry: KnownObject) -> None:
     except ServerAborted as aborted:
         refusal = describe_response(aborted.abort.encode())
         if aborted.abort.code not in NOT_NOW:
-            raise sdo.breach(f"{entry} is read", refusal) from aborted
+            raise sdo.breach(f"{entry.title} is read", refusal) from aborted
         sdo.info(f"{entry} cannot be read now: {refusal}")
 
 
@@ -72,7 +72,7 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
     value_of(device, entry)
     data = sdo.upload(entry)
     if not is_within_limits(entry, data):
-        raise sdo.breach(f"{entry} between {entry.low} and {entry.high}", shown(data))
+        raise sdo.breach(f"{entry.title} between {entry.low} and {entry.high}", shown(data))
 
 
 @must("od.default", clause=EDS, entry=choose.fixed)
