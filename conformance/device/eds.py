@@ -2,6 +2,7 @@
 
 import configparser
 import io
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -276,6 +277,8 @@ def _limit(section: Section, key: str, data_type: DataType | None, node_id: int)
         try:
             number = float(text)
         except ValueError:
+            number = None
+        if number is not None and not math.isfinite(number):
             number = None
     try:
         if number is None:

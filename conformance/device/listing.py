@@ -52,11 +52,6 @@ class ListedObject:
         """The sub-indices below the highest that are not listed."""
         return [sub for sub in range(1, self.highest) if sub not in self.entries]
 
-    @property
-    def mux(self) -> Multiplexer:
-        """The object's first entry."""
-        return Multiplexer(self.index)
-
 
 @dataclass(frozen=True, slots=True)
 class Listing:

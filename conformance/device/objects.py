@@ -72,6 +72,11 @@ class KnownObject:
         """Whether values of different lengths can be written: strings and domains."""
         return self.data_type is not None and self.data_type.length is None
 
+    @property
+    def title(self) -> str:
+        """The multiplexer and, where it is known, the name."""
+        return f"{self.mux} ({self.name})" if self.name else str(self.mux)
+
     def __str__(self) -> str:
         return str(self.mux)
 

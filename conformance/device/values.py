@@ -18,7 +18,7 @@ def is_number(data_type: DataType | None) -> bool:
 def encode_number(data_type: DataType, value: Number) -> bytes:
     """Return the bytes of a number; raises OverflowError when the type does not hold it."""
     if data_type in _FLOATS:
-        return struct.pack(_FLOATS[data_type], value)
+        return struct.pack(_FLOATS[data_type], float(value))
     length = data_type.length
     if length is None or not isinstance(value, int):
         raise OverflowError(f"{value} is no {data_type.name}")

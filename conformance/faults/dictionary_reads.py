@@ -65,6 +65,15 @@ class NumbersLong(Server):
         return entry.value if entry.data_type.length is None else entry.value + b"\0"
 
 
+@fault("numbers-read-one-byte-short", WIDTH, "od.length[2004h:00]")
+class NumbersShort(Server):
+    """Leaves the highest byte of long numbers out."""
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        """Cut it."""
+        return entry.value[:-1] if (entry.data_type.length or 0) > 1 else entry.value
+
+
 @fault("short-numbers-read-as-4-bytes", WIDTH, "od.length[2001h:00]")
 class ShortNumbersWide(Server):
     """Reads numbers of 1 to 3 bytes with 4."""

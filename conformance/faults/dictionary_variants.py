@@ -120,7 +120,7 @@ class LimitsFirst(Server):
     def store(self, entry: Entry, data: bytes) -> None:
         """Check in the other order."""
         if data:
-            entry.check_limits(data)
+            entry.check_limits(data.ljust(entry.shortest, b"\0")[: entry.longest])
         super().store(entry, data)
 
     def check_announced_size(self, entry: Entry, size: int | None) -> None:

@@ -7,8 +7,9 @@ from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.values import Number, decode_number, encode_number
 from conformance.run.dialogue import Dialogue
-from conformance.run.steps import shown
+from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
 from conformance.sdo.layout import Multiplexer
@@ -16,6 +17,8 @@ from conformance.sdo.rules import Level, Rule, Violation
 
 EXPEDITED_LENGTH = 4
 MOST_SHOWN = 32
+# Reads of a value that the device measures, before two protocols are said to differ.
+ATTEMPTS = 4
 # What a device may say of an object that it has, at a time when it cannot serve it.
 NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
 LIMITS = (AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
@@ -30,6 +33,37 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
     if value is None:
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
+
+
+def readable_now(sdo: Dialogue, entry: KnownObject) -> bytes:
+    """Read an entry; raises NotTestable where it is refused, which is for od.read to judge."""
+    try:
+        sdo.read(entry.mux)
+    except ServerAborted as aborted:
+        raise NotTestable("the object cannot be read: see od.read") from aborted
+    return sdo.upload(entry)
+
+
+def differing_reads(
+    sdo: Dialogue, entry: KnownObject, *, crc: bool, threshold: int
+) -> tuple[bytes, bytes] | None:
+    """Read an entry by an ordinary upload and in blocks; return both where they differ, else None.
+
+    What a device measures changes in between: there every attempt has to differ, and the ordinary
+    uploads among themselves must not.
+    """
+    ordinary: set[bytes] = set()
+    for _ in range(1 if entry.is_steady else ATTEMPTS):
+        before = sdo.upload(entry)
+        ordinary.add(before)
+        uploaded = sdo.block_upload(entry, crc=crc, threshold=threshold)
+        found = uploaded.data if uploaded.counted else uploaded.data[: entry.length]
+        if same_value(entry, found, before):
+            return None
+    if len(ordinary) > 1:
+        sdo.info(f"{entry} changes by itself: its values are not compared")
+        return None
+    return before, found
 
 
 def may_be_written(device: Device, entry: KnownObject) -> None:

@@ -287,8 +287,9 @@ class Steps(Wire):
                 if len(data) >= needed:
                     return known, data
             raise NotTestable(
-                f"needs an object of {needed} bytes or more: name a string or domain, for example "
-                "--object=2010=visible_string"
+                f"needs an object of {needed} bytes or more: name a string or domain, "
+                "--object=2010=visible_string or in device.toml [objects] writable = "
+                '["2010=visible_string"]'
             ) from None
         return known, data
 

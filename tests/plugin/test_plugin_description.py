@@ -181,6 +181,12 @@ def test_a_dcf_is_compared_with_the_configuration(pytester: pytest.Pytester) -> 
     ) == {"non": 1, "failed": 1}  # pytester reads "non-strict" so
 
 
+def test_a_failure_names_the_object_as_the_eds_does(pytester: pytest.Pytester) -> None:
+    case = "od.within-limits[2100h:01]"
+    result = self_test(pytester, "--fault=value-outside-its-limits", "-k", case)
+    result.stdout.fnmatch_lines(["*expected: 2100h:01 (Entry 2100h:01) between 10 and 100"])
+
+
 def test_what_is_known_of_a_device_without_an_eds(pytester: pytest.Pytester) -> None:
     """The objects of every device and those that were named; nothing is said of what is missing."""
     with hosted(build_node(None, NODE_ID)) as bus:
