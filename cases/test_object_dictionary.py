@@ -56,13 +56,8 @@ def test_read(sdo: Dialogue, entry: KnownObject) -> None:
         sdo.info(f"{entry} cannot be read now: {refusal}")
 
 
-<<<<<<< HEAD
 @must("od.length", "6-type-length", entry=choose.of_fixed_length)
-def test_length(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
-=======
-@must("od.length", clause="7.4.7", entry=choose.of_fixed_length)
 def test_length(sdo: Dialogue, entry: KnownObject) -> None:
->>>>>>> describe
     """A value has as many bytes as its data type."""
     data = readable_now(sdo, entry)
     if len(data) != entry.length:
