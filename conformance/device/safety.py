@@ -40,6 +40,10 @@ class WritePolicy:
         """Allow writes to an entry that the device does not have."""
         self._missing.add(mux)
 
+    def is_missing(self, mux: Multiplexer) -> bool:
+        """Say whether the device was seen not to have an entry."""
+        return mux in self._missing
+
     def permits(self, mux: Multiplexer) -> bool:
         """Say whether a download to this entry may be sent."""
         if group_of(mux.index) is not None:

@@ -139,8 +139,9 @@ class CaseRun:
         result.latency = self.sdo.latency
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.notes
-        result.trace = self._session.trace(own_frames, self.sdo.channels)
-        result.reproduce = self._session.reproduce(own_frames)
+        if result.verdict is not Verdict.PASS:
+            result.trace = self._session.trace(own_frames, self.sdo.channels)
+            result.reproduce = self._session.reproduce(own_frames)
         return result
 
     def _judge(self, error: BaseException | None) -> None:

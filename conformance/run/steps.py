@@ -324,6 +324,8 @@ class Steps(Wire):
 
     def _refused(self, candidates: list[Multiplexer]) -> Multiplexer | None:
         for mux in candidates:
+            if self.device.policy.is_missing(mux):
+                return mux  # it was asked for before
             try:
                 self._run(self.client.upload(mux))
             except ServerAborted as aborted:

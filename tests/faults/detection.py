@@ -1,9 +1,12 @@
 """Runs the cases against every faulty and every unusual server, and prints who caught whom.
 
-    python tests/faults/detection.py [--workers N] [NAME ...]
+    python tests/faults/detection.py [--quick] [--workers N] [NAME ...]
 
 Fails when a fault is not caught by a case whose id says why, when an unusual server is failed, or
 when a case fails against no faulty server at all: a case like that proves nothing.
+
+With ``--quick`` a fault meets only the cases whose ids say why, and an unusual server the scripts;
+without it both meet all cases, the matrix and the random ones as well. That takes a while.
 """
 
 import argparse
@@ -16,9 +19,11 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 
 import pytest
 
+from conformance.collection import CASES, case_files
 from conformance.faults import server_timeouts
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.registry import Deviation
@@ -26,8 +31,7 @@ from conformance.run.verdict import Verdict
 
 # A faulty server may keep silent a hundred times; a right one never does.
 TIMEOUT_OF_FAULTS = "0.25"
-# A fault is run against the cases of the service that it is about, which tell most of it; these
-# few against all.
+# What is judged at the end of a run needs cases before it.
 AGAINST_ALL = ("answers-twice", "download-not-stored", "upload-drops-last-byte", "answers-late")
 FILES = {
     "upload": "test_expedited_upload",
@@ -48,6 +52,7 @@ FILES = {
     "nmt": "test_nmt",
     "od": "test_object_dictionary",
 }
+GENERATED = ("test_matrix", "test_random")
 # Long enough for a loaded machine to keep to, short enough to be waited for fifty times.
 SERVER_TIMEOUT = "--server-timeout=0.4"
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
@@ -110,17 +115,30 @@ def timing_of(deviation: Deviation) -> list[str]:
     return [SERVER_TIMEOUT] if deviation.kind.__module__ == server_timeouts.__name__ else []
 
 
-def run_deviation(deviation: Deviation) -> Run:
+def files_of(stem: str) -> list[str]:
+    """Return the files of the cases on a service, by the beginning of their ids."""
+    return sorted(map(str, CASES.glob(f"{FILES[stem]}*.py")))
+
+
+def scripts() -> list[str]:
+    """Return the files of all cases but the generated ones."""
+    return [str(path) for path in case_files() if path.stem not in GENERATED]
+
+
+def run_deviation(deviation: Deviation, *, quick: bool) -> Run:
     """Run the cases against a faulty or an unusual server."""
     arguments = timing_of(deviation)
     if arguments and not deviation.is_fault:
-        arguments += ["-k", FILES["server-timeout"]]  # in all else it is the reference server
+        arguments += files_of("server-timeout")  # in all else it is the reference server
+    elif quick and deviation.is_fault and deviation.name not in AGAINST_ALL:
+        chosen = files_of(deviation.caught_by.partition(".")[0])
+        arguments += ["-k", deviation.caught_by, *chosen]
+    elif quick:
+        arguments += scripts()
     if deviation.is_fault:
         arguments.append(f"--response-timeout={TIMEOUT_OF_FAULTS}")
-        if deviation.name not in AGAINST_ALL:
-            file = FILES[deviation.caught_by.partition(".")[0]]
-            arguments += ["-k", f"{file} or test_whole_run"]
-    return run_cases(deviation.name, *arguments)
+    # Cases on time-outs look at the clock, which stands still on a simulated bus.
+    return run_cases(deviation.name, *arguments, simulated=not timing_of(deviation))
 
 
 def problem_with(deviation: Deviation, run: Run) -> str:
@@ -136,24 +154,39 @@ def problem_with(deviation: Deviation, run: Run) -> str:
     return ""
 
 
+def kind_of(case_id: str) -> str:
+    """Say which kind of case an id belongs to."""
+    stem = case_id.partition(".")[0]
+    return stem if stem in ("matrix", "random") else "scripts"
+
+
 def row(deviation: Deviation, run: Run) -> str:
-    """Return the line of a server: how many cases failed it, and the first that says why."""
+    """Return the line of a server: how many cases of each kind failed it, and the first of each."""
     failed = run.failed(strict=deviation.soft and deviation.is_fault)
-    by = next((case for case in failed if case.startswith(deviation.caught_by)), "-")
     result = problem_with(deviation, run) or "ok"
-    return f"{deviation.name:46} {len(failed):4} {run.seconds:6.1f} s  {by:60} {result}"
+    first = next((case for case in failed if case.startswith(deviation.caught_by)), "-")
+    columns = [f"{deviation.name:46} {run.seconds:6.1f} s  {result:4} {first:56}"]
+    for kind in ("scripts", "matrix", "random"):
+        found = [case for case in failed if kind_of(case) == kind]
+        columns.append(f"{kind} {len(found):4} {found[0] if found else '-'}")
+    return " | ".join(columns)
 
 
 def idle_cases(runs: Sequence[Run], clean: Run) -> list[str]:
-    """Return the ids of the cases that no server failed."""
-    caught = {case_id for run in runs for case_id in run.failed(strict=True)}
-    return [case_id for case_id in clean.verdicts if case_id not in caught]
+    """Return the ids of the cases that no server failed; of the matrix, states without any."""
+
+    def name(case_id: str) -> str:
+        return case_id.partition("[")[0] if kind_of(case_id) == "matrix" else case_id
+
+    caught = {name(case_id) for run in runs for case_id in run.failed(strict=True)}
+    return [case for case in dict.fromkeys(map(name, clean.verdicts)) if case not in caught]
 
 
 def main() -> int:
     """Print the table; returns 1 when anything is not as it should be."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--quick", action="store_true", help="fewer cases, see above")
     parser.add_argument("names", nargs="*", metavar="NAME")
     options = parser.parse_args()
     deviations = [
@@ -163,7 +196,8 @@ def main() -> int:
     ]
     runs = []
     with ProcessPoolExecutor(options.workers) as pool:
-        for deviation, run in zip(deviations, pool.map(run_deviation, deviations), strict=True):
+        judge = partial(run_deviation, quick=options.quick)
+        for deviation, run in zip(deviations, pool.map(judge, deviations), strict=True):
             runs.append(run)
             print(row(deviation, run), flush=True)
     problems = [
@@ -172,10 +206,10 @@ def main() -> int:
         if (problem := problem_with(deviation, run))
     ]
     clean = run_cases(None)
-    timed = run_cases(None, SERVER_TIMEOUT, "-k", FILES["server-timeout"])
+    timed = run_cases(None, SERVER_TIMEOUT, *files_of("server-timeout"), simulated=False)
     clean.verdicts |= timed.verdicts
     problems += [f"the reference server fails {case_id}" for case_id in clean.failed(strict=True)]
-    if not options.names:
+    if not options.names and not options.quick:
         faulty = [
             run for deviation, run in zip(deviations, runs, strict=True) if deviation.is_fault
         ]

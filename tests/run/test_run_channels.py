@@ -176,6 +176,7 @@ def test_frames_of_all_channels_are_shown_in_words(node: Node) -> None:
         with run.sdo.further() as other:
             other.upload(Multiplexer(0x1018, 1))
         run.sdo.nmt(NmtCommand.START)
+        run.sdo.info("shown")
         trace = "\n".join(run.conclude(None).trace)
     assert "681#4018100100000000 upload initiate 1018h:01" in trace
     assert "6A1#4318100100000000 upload initiate response 1018h:01" in trace

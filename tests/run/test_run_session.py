@@ -164,8 +164,10 @@ def test_a_late_answer_is_charged_to_the_case_before(bench: Workbench) -> None:
     session = bench.session()
     begin(session, "first").conclude(None)
     bench.send_from_elsewhere(CanFrame(0x585, ABORT))
-    result = begin(session, "second").conclude(None)
-    assert result.verdict is Verdict.PASS
+    second = begin(session, "second")
+    second.sdo.info("shown")
+    result = second.conclude(None)
+    assert result.verdict is Verdict.INFO
     (late,) = session.whole_run.late
     assert late.case_id == "first"
     assert "585#8018100100000008" in late.violation.actual
@@ -310,6 +312,7 @@ def test_evidence(bench: Workbench) -> None:
     session = bench.session()
     run = begin(session)
     run.sdo.upload(Multiplexer(0x1018, 1))
+    run.sdo.info("what merely passes is not shown")
     result = run.conclude(None)
     assert [line[13:] for line in result.trace if line != ASIDE] == [
         "> 605#4018100100000000 upload initiate 1018h:01",
@@ -322,4 +325,10 @@ def test_evidence(bench: Workbench) -> None:
     again = begin(session)
     again.sdo.send(UploadInitiate(NUMBER.mux))
     again.sdo.receive()
+    again.sdo.info("shown")
     assert len(again.conclude(None).trace) == 5, "each case has its own frames"
+
+
+def test_what_passes_needs_no_evidence(bench: Workbench) -> None:
+    result = begin(bench.session()).conclude(None)
+    assert (result.verdict, result.trace, result.reproduce) == (Verdict.PASS, [], [])
