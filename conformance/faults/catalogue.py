@@ -28,6 +28,7 @@ from conformance.faults import (
 from conformance.faults.described import described_device
 from conformance.faults.dictionary import reference_device
 from conformance.faults.registry import Deviation, deviations_in
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
@@ -53,6 +54,9 @@ _MODULES = (
     block_variants,
     dictionary_variants,
 )
+
+
+NONE: frozenset[Multiplexer] = frozenset()
 
 
 class UnknownServer(LookupError):
@@ -92,11 +96,21 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
+def lacking(name: str | None) -> frozenset[Multiplexer]:
+    """Return the entries of the built-in device that a variant lacks, in its EDS as well.
+
+    Raises UnknownServer.
+    """
+    deviation = find_deviation(name)
+    found: frozenset[Multiplexer] = getattr(deviation.kind if deviation else None, "lacking", NONE)
+    return found
+
+
 def build_node(name: str | None, node_id: int, listing: Listing | None = None) -> Node:
     """Return the reference node, or the fault or variant of that name.
 
     It is the built-in device, or the one that ``listing`` describes. Raises UnknownServer.
     """
-    objects = reference_device(node_id) if listing is None else described_device(listing)
+    objects = described_device(listing) if listing else reference_device(node_id, lacking(name))
     deviation = find_deviation(name)
     return deviation.build(node_id, objects) if deviation else Node(node_id, Server(objects))
