@@ -16,7 +16,7 @@ from conformance.device.files import FileError
 from conformance.device.listing import Listing
 from conformance.device.objects import ObjectNameError, parse_object
 from conformance.device.permits import NotPermitted, Permits
-from conformance.faults.catalogue import UnknownServer, find_deviation
+from conformance.faults.catalogue import UnknownServer, find_deviation, lacking
 from conformance.faults.listing import reference_listing, reference_permits
 from conformance.run.bench import (
     DEFAULT_RESPONSE_TIMEOUT,
@@ -243,14 +243,15 @@ def _listings(
     if path is not None:
         return {node_id: read_eds(path, node_id) for node_id in node_ids}
     if self_test and not config.getoption("conformance_objects"):
-        return {node_id: reference_listing(node_id) for node_id in node_ids}
+        without = lacking(config.getoption("fault"))
+        return {node_id: reference_listing(node_id, without) for node_id in node_ids}
     return {}
 
 
 def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
     named = list(config.getoption("conformance_objects"))
     if self_test and not named:
-        return reference_permits()
+        return reference_permits(lacking(config.getoption("fault")))
     permissions = description.permissions | frozenset(config.getoption("conformance_permissions"))
     if self_test:
         permissions = PERMISSIONS  # the device is our own

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from conformance.device.files import FileError, did_you_mean, read_text, shortened
+from conformance.device.files import FileError, nearest, read_text, shortened
 
 LARGEST = 2 * 1024 * 1024
 ENCODINGS = ("utf-8-sig", "cp1252")
@@ -89,7 +89,7 @@ class Section:
             raise self.error(f"{key} in [{self.name}] has no value.", key)
         unknown = [name for name in self.values if name not in OBJECT_KEYS]
         for name in unknown:
-            if did_you_mean(name, [key]).startswith("Did"):
+            if nearest(name, [key]):
                 raise self.error(
                     f"[{self.name}] has no {key}, but {name!r}. Did you mean {key!r}?", name
                 )
@@ -219,7 +219,7 @@ def _check(path: Path, sections: Mapping[str, Section]) -> None:
         if name in sections:
             continue
         for other, section in sections.items():
-            if other not in _SECTIONS and did_you_mean(other, [name]).startswith("Did"):
+            if other not in _SECTIONS and nearest(other, [name]):
                 raise section.error(f"[{other}] is no section of an EDS. Did you mean [{name}]?")
         raise FileError(
             path, None, f"there is no section [{name}], which every EDS has: is this an EDS?"

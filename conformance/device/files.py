@@ -4,6 +4,9 @@ import difflib
 from collections.abc import Iterable
 from pathlib import Path
 
+# What is compared takes time that grows with the square of it.
+LONGEST_NAME = 80
+
 
 class FileError(ValueError):
     """A file that cannot be used; the text names the file, the line and what to try."""
@@ -44,12 +47,18 @@ def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
     raise FileError(path, line, f"the text is not in {names}: save it in UTF-8.")
 
 
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is most like another one, if any is."""
+    by_lower = {one.lower(): one for one in known}
+    near = difflib.get_close_matches(name.lower()[:LONGEST_NAME], by_lower, n=1)
+    return by_lower[near[0]] if near else None
+
+
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return a sentence with the nearest known name, or with all of them."""
     names = list(known)
-    by_lower = {one.lower(): one for one in names}
-    near = difflib.get_close_matches(name.lower()[:80], by_lower, n=1)
-    return f"Did you mean {by_lower[near[0]]!r}?" if near else f"Known: {', '.join(names)}."
+    near = nearest(name, names)
+    return f"Did you mean {near!r}?" if near else f"Known: {', '.join(names)}."
 
 
 def shortened(text: str) -> str:

@@ -39,6 +39,7 @@ from conformance.faults import (
 from conformance.faults.described import described_device
 from conformance.faults.dictionary import reference_device
 from conformance.faults.registry import Deviation, assemble, deviations_in
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
@@ -75,6 +76,9 @@ _MODULES = (
     channel_variants,
     dictionary_variants,
 )
+
+
+NONE: frozenset[Multiplexer] = frozenset()
 
 
 class UnknownServer(LookupError):
@@ -114,6 +118,16 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
+def lacking(name: str | None) -> frozenset[Multiplexer]:
+    """Return the entries of the built-in device that a variant lacks, in its EDS as well.
+
+    Raises UnknownServer.
+    """
+    deviation = find_deviation(name)
+    found: frozenset[Multiplexer] = getattr(deviation.kind if deviation else None, "lacking", NONE)
+    return found
+
+
 def build_node(
     name: str | None,
     node_id: int,
@@ -126,7 +140,7 @@ def build_node(
     It is the built-in device, or the one that ``listing`` describes. ``server_timeout`` is the
     time in seconds after which it gives up a silent client, None for never. Raises UnknownServer.
     """
-    objects = reference_device(node_id) if listing is None else described_device(listing)
+    objects = described_device(listing) if listing else reference_device(node_id, lacking(name))
     deviation = find_deviation(name)
     if deviation is not None:
         return deviation.build(node_id, objects, server_timeout=server_timeout)

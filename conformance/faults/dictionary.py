@@ -1,22 +1,29 @@
 """The object dictionary of the built-in device beyond what its transfers need: all that may lie in
 one, so that cases on the object dictionary have something to look at."""
 
+from collections.abc import Container
+
 from conformance.device.values import encode_number
 from conformance.faults.device import UNSIGNED, reference_entries
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
 
+IDENTITY = 0x1018
 ERRORS, LIMITED, GAPPY, TYPES, MEASURED = 0x1003, 0x2100, 0x2110, 0x2120, 0x2130
 
 
-def all_entries(node_id: int) -> dict[Multiplexer, Entry]:
-    """Return all entries of the built-in device."""
-    return reference_entries(node_id) | _errors() | _limited() | _gappy() | _types() | _measured()
+def all_entries(node_id: int, lacking: Container[Multiplexer] = ()) -> dict[Multiplexer, Entry]:
+    """Return the entries of the built-in device, all but those that it is to lack."""
+    entries = reference_entries(node_id) | _errors() | _limited() | _gappy() | _types()
+    left = {mux: entry for mux, entry in (entries | _measured()).items() if mux not in lacking}
+    identity = [mux.sub_index for mux in left if mux.index == IDENTITY]
+    left[Multiplexer(IDENTITY)].value = bytes([max(identity)])
+    return left
 
 
-def reference_device(node_id: int) -> ObjectDictionary:
+def reference_device(node_id: int, lacking: Container[Multiplexer] = ()) -> ObjectDictionary:
     """Return the object dictionary of the built-in device."""
-    return ObjectDictionary(all_entries(node_id))
+    return ObjectDictionary(all_entries(node_id, lacking))
 
 
 def _errors() -> dict[Multiplexer, Entry]:

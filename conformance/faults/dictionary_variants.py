@@ -1,6 +1,6 @@
 """Servers that are unusual and right in their object dictionary."""
 
-from conformance.faults.dictionary import ERRORS, GAPPY
+from conformance.faults.dictionary import ERRORS, GAPPY, IDENTITY, all_entries
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate, Request, Response, UploadInitiate
@@ -68,6 +68,25 @@ class ErrorInList(Server):
             if any(data):
                 raise Refusal(AbortCode.VALUE_INVALID)
         super().store(entry, data)
+
+
+@variant("no-serial-number")
+class NoSerialNumber(Server):
+    """Has an identity of three entries, as its EDS says."""
+
+    lacking = frozenset({Multiplexer(IDENTITY, 4)})
+
+
+@variant("smallest-device")
+class SmallestDevice(Server):
+    """Has the mandatory objects and nothing else, as its EDS says."""
+
+    lacking = frozenset(all_entries(1)) - {
+        Multiplexer(0x1000),
+        Multiplexer(0x1001),
+        Multiplexer(IDENTITY),
+        Multiplexer(IDENTITY, 1),
+    }
 
 
 class _OtherCodes(Server):

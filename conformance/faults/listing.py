@@ -1,7 +1,7 @@
 """The EDS of the built-in device, written from its object dictionary, and what it permits."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from pathlib import Path
 
 from conformance.device.deny import PERMISSIONS
@@ -22,19 +22,20 @@ _FORMULAS = {Multiplexer(0x1200, 1): "$NODEID+0x600", Multiplexer(0x1200, 2): "$
 _TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22}
 
 
-def reference_listing(node_id: int) -> Listing:
-    """Return what the EDS of the built-in device lists."""
-    return parse_eds(Path("reference.eds"), reference_eds(node_id), node_id)
+def reference_listing(node_id: int, lacking: Container[Multiplexer] = ()) -> Listing:
+    """Return what the EDS of the built-in device lists, all but what it is to lack."""
+    return parse_eds(Path("reference.eds"), reference_eds(node_id, lacking), node_id)
 
 
-def reference_permits() -> Permits:
+def reference_permits(lacking: Container[Multiplexer] = ()) -> Permits:
     """Return what its user would permit: everything that is there."""
-    return Permits(REFERENCE_OBJECTS, all_rw=True, permissions=PERMISSIONS, at_defaults=True)
+    named = tuple(known for known in REFERENCE_OBJECTS if known.mux not in lacking)
+    return Permits(named, all_rw=True, permissions=PERMISSIONS, at_defaults=True)
 
 
-def reference_eds(node_id: int) -> str:
+def reference_eds(node_id: int, lacking: Container[Multiplexer] = ()) -> str:
     """Return the EDS of the built-in device."""
-    node = assemble(Node, Server, node_id, reference_device(node_id), None)
+    node = assemble(Node, Server, node_id, reference_device(node_id, lacking), None)
     return "\n".join(_lines(dict(node.objects.items())))
 
 
@@ -44,8 +45,9 @@ def _lines(entries: dict[Multiplexer, Entry]) -> Iterator[str]:
         by_index[mux.index][mux.sub_index] = entry
     yield "[DeviceInfo]"
     for sub_index, key in enumerate(("VendorNumber", "ProductNumber", "RevisionNumber"), 1):
-        number = int.from_bytes(entries[Multiplexer(0x1018, sub_index)].value, "little")
-        yield f"{key}={number:#x}"
+        number = entries.get(Multiplexer(0x1018, sub_index))
+        if number is not None:
+            yield f"{key}={int.from_bytes(number.value, 'little'):#x}"
     mandatory = [index for index in by_index if index in (0x1000, 0x1001, 0x1018)]
     own = [index for index in by_index if index >= 0x2000]
     optional = [index for index in by_index if index not in mandatory and index not in own]

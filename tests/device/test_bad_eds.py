@@ -16,6 +16,10 @@ FILES = Path(__file__).parent / "files"
 PATH = Path("bad.eds")
 DRIVE = (FILES / "drive.eds").read_text(encoding="utf-8")
 LINES = DRIVE.split("\n")
+ALL_LINES = [
+    (FILES / name).read_text(encoding="cp1252").split("\n")
+    for name in ("drive.eds", "io_module.eds", "encoder.dcf")
+]
 # A busy machine is no failure, a hanging reader is.
 UNHURRIED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow], max_examples=200)
 
@@ -236,7 +240,7 @@ VALUES = st.one_of(
 @given(st.data())
 def test_mutated_files(data: st.DataObject) -> None:
     """Values replaced, lines doubled, left out or moved, in a file that is right."""
-    lines = list(LINES)
+    lines = data.draw(st.sampled_from(ALL_LINES))[:]
     for _ in range(data.draw(st.integers(1, 6))):
         number = data.draw(st.integers(0, len(lines) - 1))
         key, equals, _ = lines[number].partition("=")
