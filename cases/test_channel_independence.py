@@ -33,9 +33,7 @@ Transfer = Generator[Step, bytes, object]
 
 def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
     """Return two writable objects, strings and domains before numbers."""
-    found = [known for known in device.objects if known.access.writable]
-    found = [known for known in found if known.mux in device.values]
-    found.sort(key=lambda known: not known.varies)
+    found = sorted(device.all_writable(), key=lambda known: not known.varies)
     if len(found) < 2:
         raise NotTestable("needs two writable objects: name them, for example --object=2001")
     return found[0], found[1]

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 
+from conformance.device.deny import group_of
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
@@ -70,7 +71,7 @@ class Device:
         """Return a writable number, of so many bytes; by default the first of 4, 2, 1, 8 bytes."""
         lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
         for wanted in lengths:
-            for known in self._writable():
+            for known in self.all_writable():
                 if known.length == wanted and known.data_type not in _NOT_PLAIN:
                     return known
         kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
@@ -80,7 +81,7 @@ class Device:
 
     def variable(self) -> KnownObject:
         """Return a writable string or domain, if possible one whose bytes count to the last 00h."""
-        found = [known for known in self._writable() if _takes_any_bytes(known)]
+        found = [known for known in self.all_writable() if _takes_any_bytes(known)]
         for known in sorted(found, key=self._last_for_long_transfers):
             return known
         raise _lacking("a writable string or domain", "2010=visible_string")
@@ -91,7 +92,7 @@ class Device:
 
     def text(self) -> KnownObject:
         """Return a writable string: of a domain, an aborted write may leave a part behind."""
-        for known in self._writable():
+        for known in self.all_writable():
             if _takes_any_bytes(known) and known.data_type is not DataType.DOMAIN:
                 return known
         raise _lacking("a writable string", "2010=visible_string")
@@ -135,22 +136,26 @@ class Device:
 
     def writable(self) -> KnownObject:
         """Return any object that may be written and was read."""
-        for known in self._writable():
+        for known in self.all_writable():
             return known
         raise _lacking("a writable object", "2001=unsigned8")
 
     def shortest_readable(self) -> Multiplexer:
-        """Return what reads with the fewest bytes: where leaks of longer answers would show."""
-        return min(self.values, key=lambda mux: (len(self.values[mux]), mux))
+        """Return what reads with the fewest bytes and the same: leaks of others would show there."""
+        return min(self.steady(), key=lambda mux: (len(self.values[mux]), mux))
 
-    def _writable(self) -> list[KnownObject]:
-        """Return what may be written and was read; what has limits last."""
+    def all_writable(self) -> list[KnownObject]:
+        """Return what may be written and was read; what has limits last.
+
+        Not what a permission alone lets be written: it does more than to keep a value.
+        """
         found = [
             known
             for known in self.objects
             if known.access is Access.RW
             and known.mux in self.values
             and self.policy.permits(known.mux)
+            and group_of(known.mux.index) is None
         ]
         return sorted(found, key=lambda known: known.is_limited)
 

@@ -6,6 +6,7 @@ labels stand in the ids of the cases, so they name objects and never count them.
 
 from collections.abc import Callable, Iterable
 
+from conformance.device.deny import group_of
 from conformance.device.device import IDENTITY_NAMES
 from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject, Listing
 from conformance.device.objects import KnownObject
@@ -47,6 +48,11 @@ def is_read(known: KnownObject) -> bool:
 def _is_written(known: KnownObject) -> bool:
     # The count of errors takes no value but 0, not even its own.
     return known.access is Access.RW and is_read(known) and known.mux.index != ERROR_LIST
+
+
+def _is_plain_number(known: KnownObject) -> bool:
+    """Say whether only the length of a value can be wrong: a COB-ID cut short is none either."""
+    return _is_written(known) and _has_length(known) and group_of(known.mux.index) is None
 
 
 def _has_length(known: KnownObject) -> bool:
@@ -99,8 +105,8 @@ parameters = _entries(
 configured = _entries(lambda known: known.configured is not None and is_read(known))
 limited = _entries(lambda known: is_read(known) and _is_limited(known))
 writable = _entries(_is_written)
-writable_numbers = _entries(lambda known: _is_written(known) and _has_length(known))
-longer_than_a_byte = _entries(lambda known: _is_written(known) and (known.length or 0) > 1)
+writable_numbers = _entries(_is_plain_number)
+longer_than_a_byte = _entries(lambda known: _is_plain_number(known) and (known.length or 0) > 1)
 with_low_limit = _entries(
     lambda known: _is_written(known) and _is_limited(known) and known.low is not None
 )
