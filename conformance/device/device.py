@@ -141,7 +141,7 @@ class Device:
         raise _lacking("a writable object", "2001=unsigned8")
 
     def shortest_readable(self) -> Multiplexer:
-        """Return what reads with the fewest bytes and the same: leaks of others would show there."""
+        """Return what reads with the fewest bytes, always the same: leaks would show there."""
         return min(self.steady(), key=lambda mux: (len(self.values[mux]), mux))
 
     def all_writable(self) -> list[KnownObject]:

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 from conformance.faults.device import reference_entries
+from conformance.faults.registry import Deviation, assemble
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, Entry, ObjectDictionary
 from conformance.sdo.oracle import Facts, Knowledge, Oracle, Presence
@@ -28,12 +28,36 @@ def facts_of(entry: Entry, *, roomy: bool) -> Facts:
     )
 
 
-def known_entries(
-    entries: dict[Multiplexer, Entry] | None = None, *, roomy: bool = True
-) -> Knowledge:
-    """Tell what is known of the built-in device; ``roomy``: how long its strings may get, too."""
-    entries = entries if entries is not None else reference_entries(NODE_ID)
-    return Knowledge.complete({mux: facts_of(entry, roomy=roomy) for mux, entry in entries.items()})
+def started(node: Node) -> Node:
+    """Let a node begin to serve."""
+    node.advance(0.0)
+    node.start()
+    return node
+
+
+def reference_node() -> Node:
+    return started(
+        assemble(Node, Server, NODE_ID, ObjectDictionary(reference_entries(NODE_ID)), None)
+    )
+
+
+def known_entries(node: Node | None = None, *, roomy: bool = True) -> Knowledge:
+    """Tell what is known of a device; ``roomy``: how long its strings may get, too."""
+    entries = (node or reference_node()).objects.items()
+    return Knowledge.complete({mux: facts_of(entry, roomy=roomy) for mux, entry in entries})
+
+
+def of_the_protocol(deviations: list[Deviation]) -> list[str]:
+    """Return the names of those that differ in what the oracle follows: one channel's transfers.
+
+    It knows nothing of other channels, of NMT, of clocks, and little of the object dictionary.
+    """
+    beyond = ("channel_", "nmt_", "server_timeouts", "dictionary_", "capacities", "histories")
+    return [
+        deviation.name
+        for deviation in deviations
+        if not deviation.kind.__module__.rpartition(".")[2].startswith(beyond)
+    ]
 
 
 @dataclass
@@ -76,7 +100,3 @@ class Lockstep:
         self.found += found
         self.log += [f"  {violation.rule.level} {violation}" for violation in found]
         return found
-
-
-def reference_node() -> Node:
-    return Node(NODE_ID, Server(ObjectDictionary(reference_entries(NODE_ID))))

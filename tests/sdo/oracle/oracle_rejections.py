@@ -10,7 +10,7 @@ from functools import cache
 from multiprocessing import Pool
 from pathlib import Path
 
-from oracle_bench import NODE_ID, Lockstep
+from oracle_bench import NODE_ID, Lockstep, of_the_protocol, started
 from oracle_scripts import Transfer, play
 from oracle_sequences import conversations
 
@@ -29,7 +29,7 @@ def rejected(name: str, number: int) -> Violation | None:
     """Hold a conversation with a faulty server; return what the oracle minds most."""
     deviation = find_deviation(name)
     assert deviation is not None
-    lockstep = Lockstep(build_node(name, NODE_ID))
+    lockstep = Lockstep(started(build_node(name, NODE_ID)))
     play(all_conversations()[number], lockstep.ask, lockstep.wait)
     grave = [one for one in lockstep.found if one.rule.level is Level.MUST or deviation.soft]
     return grave[0] if grave else None
@@ -51,7 +51,7 @@ def remembered() -> dict[str, int]:
 
 def main() -> None:
     """Look for all faults, and remember; what is found is written at once."""
-    names = [fault.name for fault in faults()]
+    names = of_the_protocol(faults())
     seen: dict[str, int] = {}
     with Pool() as pool:
         for name, number in zip(names, pool.imap(search, names), strict=True):

@@ -1,11 +1,12 @@
 """For every faulty server there is a conversation in which the oracle rejects it."""
 
 import pytest
+from oracle_bench import of_the_protocol
 from oracle_rejections import all_conversations, rejected, remembered, search
 
 from conformance.faults.catalogue import faults
 
-NAMES = [fault.name for fault in faults()]
+NAMES = of_the_protocol(faults())
 # What the oracle alone does not see in the generated conversations, and why.
 UNSEEN = {
     "answers-late": "the answer comes many transfers later",
