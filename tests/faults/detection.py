@@ -54,7 +54,7 @@ FILES = {
 }
 GENERATED = ("test_matrix", "test_random")
 # Long enough for a loaded machine to keep to, short enough to be waited for fifty times.
-SERVER_TIMEOUT = "--server-timeout=0.4"
+SERVER_TIMEOUT = "--server-timeout=1"
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 
 
