@@ -1,7 +1,7 @@
 """CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.5)."""
 
 from conformance.bus.channel import REQUEST_BASE
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
@@ -41,6 +41,8 @@ def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
     other = device.node_id ^ 1 << bit
     if other == 0:
         return  # 600h belongs to no node
+    if other in device.neighbours:
+        raise NotTestable(f"node {other} is under test as well: test node {device.node_id} alone")
     sdo.send_frame(CanFrame(REQUEST_BASE + other, READ_VENDOR_ID))
     sdo.expect_nothing()
 

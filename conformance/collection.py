@@ -53,23 +53,26 @@ def make_module(path: Path, parent: pytest.Collector) -> pytest.Module | None:
 
 
 def make_items(
-    collector: pytest.Collector, function: object, node_ids: list[int]
+    collector: pytest.Collector, function: object, node_ids: list[int], *, alone: bool = True
 ) -> list[CaseFunction] | None:
-    """Return the items of a function that is marked as a case, None for any other."""
+    """Return the items of a function that is marked as a case, None for any other.
+
+    Where a device is not ``alone`` in the run its node-ID stands in the names.
+    """
     info = case_info(function)
     if info is None:
         return None
-    return list(_items(collector, function, info, node_ids))
+    return list(_items(collector, function, info, node_ids, alone))
 
 
 def _items(
-    collector: pytest.Collector, function: Any, info: CaseInfo, node_ids: list[int]
+    collector: pytest.Collector, function: Any, info: CaseInfo, node_ids: list[int], alone: bool
 ) -> Iterator[CaseFunction]:
     for node_id in node_ids:
         for case_id, arguments in info.variations():
             call = partial(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
-            suffix = f"@{node_id}" if len(node_ids) > 1 else ""
+            suffix = "" if alone else f"@{node_id}"
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
             item.case, item.case_id, item.node_id = info, case_id, node_id
             yield item

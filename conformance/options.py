@@ -2,13 +2,14 @@
 
 import math
 from argparse import ArgumentTypeError
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
+from conformance.device.known_deviations import Deviation, DeviationsError, read_deviations
 from conformance.device.objects import ObjectNameError, parse_object
 from conformance.faults.catalogue import UnknownServer, find_deviation
 from conformance.faults.device import REFERENCE_OBJECTS
@@ -18,6 +19,7 @@ from conformance.run.bench import (
     RunSettings,
     private_channel,
 )
+from conformance.workers import Share, share_of
 
 SELF_TEST_NODE = 5
 HIGHEST_NODE_ID = 127
@@ -25,13 +27,22 @@ HIGHEST_NODE_ID = 127
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What the command line said."""
+    """What the command line said.
+
+    ``node_ids`` are all devices of the run, ``run.node_ids`` those that this process tests.
+    ``answer_delay`` is in seconds. ``draft`` is where the known deviations are drafted.
+    """
 
     run: RunSettings
     self_test: bool
     server: str | None
     report_dir: Path
     strict: bool
+    node_ids: list[int]
+    share: Share
+    answer_delay: float
+    deviations: list[Deviation] = field(default_factory=list)
+    draft: Path | None = None
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -41,7 +52,8 @@ def add_options(parser: pytest.Parser) -> None:
         "--node-id",
         metavar="N",
         type=_node_ids,
-        help="node-ID of the device under test, 1 to 127; a list like 1-4,9 for several",
+        help="node-ID of the device under test, 1 to 127; a list like 1-4,9 for several, which "
+        "are tested in turn, or at once with -n of pytest-xdist",
     )
     group.addoption("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     group.addoption("--can-channel", metavar="NAME", help="channel of the interface (can0)")
@@ -79,6 +91,24 @@ def add_options(parser: pytest.Parser) -> None:
         help="with --self-test: a faulty or unusual server instead ('conformance faults' lists)",
     )
     group.addoption(
+        "--answer-delay",
+        metavar="SECONDS",
+        type=_seconds,
+        default=0.0,
+        help="with --self-test: the time that the device takes for each answer (none)",
+    )
+    group.addoption(
+        "--deviations",
+        metavar="FILE",
+        help="TOML with known deviations: [[deviations]] tables of case and reason; a case that "
+        "is listed may fail, and must not pass",
+    )
+    group.addoption(
+        "--write-deviations",
+        metavar="FILE",
+        help="draft such a list from what fails in this run",
+    )
+    group.addoption(
         "--report-dir",
         metavar="DIR",
         default="reports",
@@ -105,11 +135,6 @@ def read_options(config: pytest.Config) -> Options | None:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
     if not self_test and node_ids is None:
         return None
-    if config.getoption("dist", default="no") != "no":
-        raise pytest.UsageError(
-            "Cases run one after another in one process: leave out -n (pytest-xdist). Several "
-            "devices are tested in turn: --node-id=1-4."
-        )
     try:
         find_deviation(server)
     except UnknownServer as error:
@@ -128,15 +153,44 @@ def read_options(config: pytest.Config) -> Options | None:
             bus = bus.resolve()
         except BusNotOpened as error:
             raise pytest.UsageError(str(error)) from error
+    node_ids = node_ids or [SELF_TEST_NODE]
+    share = share_of(config, node_ids)
+    # Workers of a self-test have a bus each; on a real one they meet.
+    neighbours = frozenset() if self_test else frozenset(node_ids) - frozenset(share.node_ids)
     run = RunSettings(
-        node_ids or [SELF_TEST_NODE],
+        share.node_ids,
         bus,
         config.getoption("response_timeout"),
         objects,
         config.getoption("seed"),
+        neighbours,
     )
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
-    return Options(run, self_test, server, report_dir, _strict(config))
+    return Options(
+        run,
+        self_test,
+        server,
+        report_dir,
+        _strict(config),
+        node_ids,
+        share,
+        config.getoption("answer_delay"),
+        _deviations(config),
+        _path(config, "write_deviations"),
+    )
+
+
+def _path(config: pytest.Config, option: str) -> Path | None:
+    name = config.getoption(option)
+    return None if name is None else config.invocation_params.dir / str(name)
+
+
+def _deviations(config: pytest.Config) -> list[Deviation]:
+    path = _path(config, "deviations")
+    try:
+        return [] if path is None else read_deviations(path)
+    except DeviationsError as error:
+        raise pytest.UsageError(str(error)) from error
 
 
 def _strict(config: pytest.Config) -> bool:

@@ -4,7 +4,7 @@ In the order of a run: the bus cannot be opened (BusNotOpened); the device never
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
 or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
 (SecondClient); the device stops answering (DeviceLost); a case would write where nobody allowed
-it (WriteNotPermitted).
+it (WriteNotPermitted); one of several processes is gone (WorkerLost).
 """
 
 import errno
@@ -50,6 +50,16 @@ class DeviceLost(BenchError):
 
 class WriteNotPermitted(BenchError):
     """A request would have written to an object that the user has not named."""
+
+
+class WorkerLost(BenchError):
+    """A process that tested some of the devices ended before its time."""
+
+
+def error_named(kind: str, text: str) -> BenchError:
+    """Return the error of the class ``kind``, as another process has reported it."""
+    kinds = {known.__name__: known for known in BenchError.__subclasses__()}
+    return kinds.get(kind, BenchError)(text)
 
 
 _ADVICE = {

@@ -18,6 +18,7 @@ from conformance.bus.errors import (
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
+SDO_BASES = (0x580, 0x600)
 SEND_LIMIT = 1.0
 RETRY_PAUSE = 0.002
 # Past its deadline, receiving looks at what has arrived already for so many seconds more.
@@ -103,16 +104,27 @@ class Link:
                 self._publish(Captured(time.time(), Direction.RECEIVED, frame))
                 return frame
 
-    def watch(self, node_ids: list[int]) -> None:
+    def watch(self, node_ids: list[int], neighbours: frozenset[int] = frozenset()) -> None:
         """Let the interface pass only what the run may need, in the kernel where it can.
 
         That is SDO traffic of all nodes, NMT and error control, everything else that these nodes
         send by default, and all 29-bit frames: an answer on a wrong identifier must be seen.
+        Not the SDO traffic of ``neighbours``, which another process tests meanwhile.
         """
         filters: list[can.typechecking.CanFilter] = [
-            {"can_id": base, "can_mask": 0x780, "extended": False}
-            for base in (0x000, 0x580, 0x600, 0x700)
+            {"can_id": base, "can_mask": 0x780, "extended": False} for base in (0x000, 0x700)
         ]
+        if neighbours:
+            filters += [
+                {"can_id": base + node_id, "can_mask": 0x7FF, "extended": False}
+                for base in SDO_BASES
+                for node_id in range(0x80)
+                if node_id not in neighbours
+            ]
+        else:
+            filters += [
+                {"can_id": base, "can_mask": 0x780, "extended": False} for base in SDO_BASES
+            ]
         filters += [
             {"can_id": node_id, "can_mask": 0x07F, "extended": False} for node_id in node_ids
         ]

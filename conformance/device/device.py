@@ -26,7 +26,8 @@ class Device:
     ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
     byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
     not be read; such an object is never written. ``block_download_refusal`` is how the device
-    refuses block downloads, empty if it serves them, None as long as nobody asked.
+    refuses block downloads, empty if it serves them, None as long as nobody asked. ``neighbours``
+    are nodes of the bus to which another process is talking meanwhile.
     """
 
     node_id: int
@@ -37,6 +38,7 @@ class Device:
     boot_ups: int = 0
     block_download_refusal: str | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
+    neighbours: frozenset[int] = frozenset()
 
     @property
     def identity(self) -> dict[str, str]:

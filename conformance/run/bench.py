@@ -6,6 +6,7 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
+from conformance.bus.errors import SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
@@ -20,13 +21,17 @@ DEFAULT_SEED = 1
 
 @dataclass(slots=True)
 class RunSettings:
-    """What the user asked for; ``response_timeout`` is in seconds."""
+    """What the user asked for; ``response_timeout`` is in seconds.
+
+    ``neighbours`` are devices on the same bus that another process tests at the same time.
+    """
 
     node_ids: list[int]
     bus: BusSettings
     response_timeout: float = DEFAULT_RESPONSE_TIMEOUT
     objects: list[KnownObject] = field(default_factory=list)
     seed: int = DEFAULT_SEED
+    neighbours: frozenset[int] = frozenset()
 
 
 def private_channel() -> str:
@@ -50,28 +55,40 @@ class Bench:
     ) -> None:
         """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame."""
         self.sessions: dict[int, DeviceSession] = {}
+        self.silent: dict[int, SilentNode] = {}
         self._settings = settings
         self._hosts = hosts
         self._listener = listener
         self._stack = ExitStack()
 
     def open(self) -> None:
-        """Open the bus and get to know every device; raises BenchError."""
+        """Open the bus and get to know every device that answers; raises BenchError.
+
+        A device that does not answer has no session and is listed in ``silent``.
+        """
         settings = self._settings
         link = Link(open_bus(settings.bus), str(settings.bus))
         self._stack.callback(link.close)
-        link.watch(settings.node_ids)
+        link.watch(settings.node_ids, settings.neighbours)
         link.listen(self._listener)
         for host in self._hosts:
             self._stack.enter_context(host)
         for node_id in settings.node_ids:
-            self.sessions[node_id] = self._session(link, node_id)
+            try:
+                self.sessions[node_id] = self._session(link, node_id)
+            except SilentNode as error:
+                self.silent[node_id] = error
 
     def _session(self, link: Link, node_id: int) -> DeviceSession:
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout)
         writable = [known.mux for known in settings.objects if known.access.writable]
-        device = Device(node_id, list(settings.objects), policy=WritePolicy(writable))
+        device = Device(
+            node_id,
+            list(settings.objects),
+            policy=WritePolicy(writable),
+            neighbours=settings.neighbours,
+        )
         discover(channel, device)
         return DeviceSession(
             channel,

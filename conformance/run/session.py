@@ -65,12 +65,15 @@ class DeviceSession:
         self._seed = seed
         self._cansend_channel = cansend_channel
         self._frames: list[Captured] = []
+        self._in_case = False
         self._last_case = "the beginning of the run"
         channel.link.listen(self._capture)
         channel.on_boot_up = self._count_boot_up
 
     def _capture(self, captured: Captured) -> None:
-        self._frames.append(captured)
+        # What goes to and fro while another device is tested is none of this one's.
+        if self._in_case:
+            self._frames.append(captured)
 
     def _count_boot_up(self) -> None:
         self.device.boot_ups += 1
@@ -80,6 +83,7 @@ class DeviceSession:
         self.collect_late()
         sdo = Dialogue(self.channel, self.device, rule, self._seed)
         self._frames.clear()
+        self._in_case = True
         self._last_case = case_id
         result = CaseResult(
             case_id, service, self.device.node_id, rule.level.value, rule.clause, rule.sentence
@@ -92,6 +96,10 @@ class DeviceSession:
             actual = f"{describe_response(frame.data)} ({frame})"
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
             self.whole_run.late.append(Incident(self._last_case, late))
+
+    def end(self) -> None:
+        """End the running case."""
+        self._in_case = False
 
     def frames_so_far(self) -> int:
         """Return how many frames the running case has seen."""
@@ -138,6 +146,7 @@ class CaseRun:
         result.notes += self.sdo.notes
         result.trace = self._session.trace(own_frames)
         result.reproduce = self._session.reproduce(own_frames)
+        self._session.end()
         return result
 
     def _judge(self, error: BaseException | None) -> None:
