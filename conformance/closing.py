@@ -113,6 +113,8 @@ class Closing:
             terminalreporter.section("the bench", red=True)
             for error in dict.fromkeys(map(str, findings.bench_errors)):
                 write(error)
+        for node_id, cases in findings.not_run.items():
+            write(f"not run: {cases} cases of node {node_id}: {findings.out[node_id]}")
 
 
 def _exit_code(errors: list[BenchError]) -> ExitCode:

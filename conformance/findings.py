@@ -13,7 +13,8 @@ class Findings:
     """What counts for the exit status and the summary though no case says it.
 
     ``unjudged`` are late answers that no selected case has judged, ``unrestored`` lines that say
-    what to write back by hand; ``not_run`` counts the cases of each device that left the run;
+    what to write back by hand; ``out`` says why a device could not be tested any further, and
+    ``not_run`` how many of its cases that leaves;
     ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
     """
 
@@ -21,6 +22,7 @@ class Findings:
     bench_errors: list[BenchError] = field(default_factory=list)
     unjudged: list[str] = field(default_factory=list)
     unrestored: list[str] = field(default_factory=list)
+    out: dict[int, str] = field(default_factory=dict)
     not_run: Counter[int] = field(default_factory=Counter)
     wrong_use: str = ""
 
@@ -42,6 +44,7 @@ class Findings:
             "bench_errors": [(type(error).__name__, str(error)) for error in self.bench_errors],
             "unjudged": self.unjudged,
             "unrestored": self.unrestored,
+            "out": self.out,
             "not_run": dict(self.not_run),
             "wrong_use": self.wrong_use,
         }
@@ -52,5 +55,6 @@ class Findings:
         self.bench_errors += [error_named(kind, text) for kind, text in values["bench_errors"]]
         self.unjudged += values["unjudged"]
         self.unrestored += values["unrestored"]
+        self.out |= values["out"]
         self.not_run.update(values["not_run"])
         self.wrong_use = self.wrong_use or values["wrong_use"]

@@ -89,7 +89,7 @@ class Running:
         state.bench.open()
         for node_id, silence in state.bench.silent.items():
             state.findings.bench_errors.append(silence)
-            state.out[node_id] = "silent"
+            state.findings.out[node_id] = "silent"
         for session in state.bench.sessions.values():
             alone = len(options.node_ids) == 1
             state.findings.properties |= device_properties(session.device, alone=alone)
@@ -117,14 +117,14 @@ class Running:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
         """Leave out the cases of a device that cannot be tested any further."""
-        if not uses_device(item) or case_of(item).node_id not in self._state.out:
+        if not uses_device(item) or case_of(item).node_id not in self._state.findings.out:
             return None
         self._state.findings.not_run[case_of(item).node_id] += 1
         return True
 
     def _leave_out_all(self, reason: str) -> None:
         for node_id in self._state.options.run.node_ids:
-            self._state.out.setdefault(node_id, reason)
+            self._state.findings.out.setdefault(node_id, reason)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -152,7 +152,7 @@ class Running:
             state.judged_late_answers.add(result.node_id)
         if state.session(result.node_id).lost:
             state.findings.bench_errors.append(run.sdo.lost())
-            state.out[result.node_id] = f"lost in {result.case_id}"
+            state.findings.out[result.node_id] = f"lost in {result.case_id}"
         if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, error, strict=state.options.strict)

@@ -21,8 +21,7 @@ from conformance.sdo.rules import Level, Rule
 class RunState:
     """One run: its bench while it is open, and what was found so far.
 
-    ``judged_late_answers`` are the devices for which a case has done so, ``out`` those that cannot
-    be tested any further, with the reason.
+    ``judged_late_answers`` are the devices for which a case has done so.
     """
 
     options: Options
@@ -31,7 +30,6 @@ class RunState:
     results: list[CaseResult] = field(default_factory=list)
     findings: Findings = field(default_factory=Findings)
     judged_late_answers: set[int] = field(default_factory=set)
-    out: dict[int, str] = field(default_factory=dict)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     @property

@@ -78,4 +78,4 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     waited = sum(result.waited for result in results)
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")
-    return lines
+    return list(dict.fromkeys(lines))  # several devices may say the same
