@@ -15,7 +15,7 @@ from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
-from conformance.options import HIGHEST_NODE_ID
+from conformance.options import HIGHEST_NODE_ID, named_value
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
@@ -46,7 +46,11 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
     serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+    serve.add_argument(
+        "--can-option", metavar="NAME=VALUE", type=named_value, action="append", default=[]
+    )
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
+    serve.add_argument("--answer-delay", metavar="SECONDS", type=float, default=0.0)
     serve.set_defaults(command=_serve)
 
     listing = commands.add_parser("faults", help="list the faulty and the unusual servers")
@@ -64,9 +68,9 @@ def _serve(options: argparse.Namespace) -> int:
         raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
     node = build_node(options.fault, options.node_id)
     settings = BusSettings(
-        options.can_interface, options.can_channel, options.can_bitrate
+        options.can_interface, options.can_channel, options.can_bitrate, tuple(options.can_option)
     ).resolve()
-    host = NodeHost(open_bus(settings), node)
+    host = NodeHost(open_bus(settings), node, options.answer_delay)
 
     def stop(number: int, frame: FrameType | None) -> None:
         del number, frame

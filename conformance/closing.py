@@ -64,7 +64,9 @@ class Closing:
             write_junit(
                 state.report_dir / "junit.xml",
                 state.results,
-                run_properties(state.options.run) | findings.properties,
+                run_properties(state.options.run)
+                | findings.properties
+                | ({"not-restored": "; ".join(findings.unrestored)} if findings.unrestored else {}),
                 timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
                 strict=state.options.strict,
             )

@@ -1,6 +1,7 @@
 """The suite's options: how they are declared to pytest and read into settings."""
 
 import math
+import shlex
 from argparse import ArgumentTypeError
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +12,7 @@ from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
 from conformance.device.known_deviations import Deviation, DeviationsError, read_deviations
 from conformance.device.objects import ObjectNameError, parse_object
+from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.faults.catalogue import UnknownServer, find_deviation
 from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.run.bench import (
@@ -64,6 +66,16 @@ def add_options(parser: pytest.Parser) -> None:
         help="bit rate for interfaces that set it; SocketCAN's is set with 'ip link'",
     )
     group.addoption(
+        "--can-option",
+        metavar="NAME=VALUE",
+        type=named_value,
+        action="append",
+        default=[],
+        dest="can_options",
+        help="anything else that the interface takes in python-can, as host=10.0.0.7 and "
+        "port=29536 of socketcand; may be repeated",
+    )
+    group.addoption(
         "--response-timeout",
         metavar="SECONDS",
         type=_seconds,
@@ -96,6 +108,19 @@ def add_options(parser: pytest.Parser) -> None:
         type=_seconds,
         default=0.0,
         help="with --self-test: the time that the device takes for each answer (none)",
+    )
+    group.addoption(
+        "--process",
+        metavar="COMMAND",
+        type=_command,
+        help="the device as a program: started for the run, stopped afterwards, started again "
+        "when lost; {node_id} stands for the node-ID",
+    )
+    group.addoption(
+        "--recover",
+        metavar="COMMAND",
+        type=_command,
+        help="what brings a device on the bench back that was lost, as ./power-cycle.sh",
     )
     group.addoption(
         "--deviations",
@@ -148,6 +173,7 @@ def read_options(config: pytest.Config) -> Options | None:
             config.getoption("can_interface"),
             config.getoption("can_channel"),
             config.getoption("can_bitrate"),
+            tuple(config.getoption("can_options")),
         )
         try:
             bus = bus.resolve()
@@ -164,6 +190,7 @@ def read_options(config: pytest.Config) -> Options | None:
         objects,
         config.getoption("seed"),
         neighbours,
+        _process(config, node_ids),
     )
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
     return Options(
@@ -178,6 +205,21 @@ def read_options(config: pytest.Config) -> Options | None:
         _deviations(config),
         _path(config, "write_deviations"),
     )
+
+
+def _process(config: pytest.Config, node_ids: list[int]) -> ProcessSettings | None:
+    command, recover = config.getoption("process"), config.getoption("recover")
+    if command is None and recover is None:
+        return None
+    if config.getoption("self_test"):
+        raise pytest.UsageError("--process and --recover go with a device, not with --self-test.")
+    settings = ProcessSettings(command or [], None if recover is None else shlex.join(recover))
+    if len(node_ids) > 1 and settings.command and not settings.names_node_id:
+        raise pytest.UsageError(
+            f"--process starts one program for each device: say with {NODE_ID} where the node-ID "
+            f"goes, as in --process='./my_server vcan0 {NODE_ID}'."
+        )
+    return settings
 
 
 def _path(config: pytest.Config, option: str) -> Path | None:
@@ -224,6 +266,24 @@ def _seconds(text: str) -> float:
     if not 0 < value < math.inf:
         raise ArgumentTypeError(f"{text!r} is no time: write seconds, as in 0.5")
     return value
+
+
+def named_value(text: str) -> tuple[str, str]:
+    """Read NAME=VALUE; raises ArgumentTypeError."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip().isidentifier():
+        raise ArgumentTypeError(f"{text!r} is no setting: write NAME=VALUE, as in port=29536")
+    return name.strip(), value
+
+
+def _command(text: str) -> list[str]:
+    try:
+        parts = shlex.split(text)
+    except ValueError as error:
+        raise ArgumentTypeError(f"{text!r} is no command: {error}") from None
+    if not parts:
+        raise ArgumentTypeError("an empty text is no command")
+    return parts
 
 
 def _object(text: str) -> object:

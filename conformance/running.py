@@ -17,6 +17,7 @@ from conformance.reporting.bus_log import BusLog
 from conformance.reporting.summary import device_properties
 from conformance.run.accounting import account
 from conformance.run.bench import Bench
+from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.state import CASE_RUN, RESULT, RunState, case_of, uses_device
 from conformance.workers import belongs_here, hand_back
@@ -85,7 +86,7 @@ class Running:
                 "Choose another with --report-dir=DIR."
             ) from error
         state.log = log
-        state.bench = Bench(options.run, hosts, self._listener(log))
+        state.bench = Bench(options.run, hosts, self._listener(log), state.report_dir)
         state.bench.open()
         for node_id, silence in state.bench.silent.items():
             state.findings.bench_errors.append(silence)
@@ -145,18 +146,31 @@ class Running:
         told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
         result = run.conclude(NotTestable(str(error)) if told else error)
         state = self._state
+        self._look_after(state.session(result.node_id), result, run)
         account(result, state.options.deviations, strict=state.options.strict)
         item.stash[RESULT] = result
         attach(item, result)
         if result.case_id == LATE_ANSWERS:
             state.judged_late_answers.add(result.node_id)
-        if state.session(result.node_id).lost:
-            state.findings.bench_errors.append(run.sdo.lost())
-            state.findings.out[result.node_id] = f"lost in {result.case_id}"
         if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, error, strict=state.options.strict)
         return outcome
+
+    def _look_after(self, session: DeviceSession, result: CaseResult, run: CaseRun) -> None:
+        """Bring a lost device back; where nothing can, it is out of the run."""
+        if not session.lost:
+            return
+        try:
+            why = session.revive()
+        except BenchError as error:
+            why = str(error)
+        if not why:
+            result.notes.append("the device was lost and has been brought back")
+            return
+        findings = self._state.findings
+        findings.bench_errors.append(run.sdo.lost())
+        findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(

@@ -4,7 +4,8 @@ In the order of a run: the bus cannot be opened (BusNotOpened); the device never
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
 or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
 (SecondClient); the device stops answering (DeviceLost); a case would write where nobody allowed
-it (WriteNotPermitted); one of several processes is gone (WorkerLost).
+it (WriteNotPermitted); the device's program does not run (ProcessFailed); one of several processes
+that test is gone (WorkerLost).
 """
 
 import errno
@@ -50,6 +51,10 @@ class DeviceLost(BenchError):
 
 class WriteNotPermitted(BenchError):
     """A request would have written to an object that the user has not named."""
+
+
+class ProcessFailed(BenchError):
+    """The device's program, or the command that recovers a device, did not do its work."""
 
 
 class WorkerLost(BenchError):

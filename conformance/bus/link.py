@@ -7,6 +7,7 @@ from enum import StrEnum
 
 import can
 from can.interfaces.socketcan import SocketcanBus
+from can.interfaces.socketcand import SocketCanDaemonBus
 
 from conformance.bus.errors import (
     SecondClient,
@@ -53,6 +54,8 @@ class Link:
         self._listeners: list[Callable[[Captured], None]] = []
         # SocketCAN marks frames of all processes on this machine as not received, and echoes
         # none of ours unless it was asked to.
+        # python-can would send a remote frame to socketcand as a data frame that lacks its data.
+        self.sends_remote_frames = not isinstance(bus, SocketCanDaemonBus)
         self._marks_echoes = not isinstance(bus, SocketcanBus)
 
     def listen(self, listener: Callable[[Captured], None]) -> None:

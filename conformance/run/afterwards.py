@@ -85,6 +85,12 @@ class Restorer:
         for known in self._written(sdo):
             self.unrestored[known.mux] = shown(self.device.values[known.mux])
 
+    def restore_pending(self, sdo: Dialogue) -> None:
+        """Try once more what could not be put back, as with a device that was lost meanwhile."""
+        for known in self.device.objects:
+            if known.mux in self.unrestored and known.access.writable:
+                self._restore(sdo, known, self.device.values[known.mux])
+
     def _written(self, sdo: Dialogue) -> list[KnownObject]:
         return [
             known

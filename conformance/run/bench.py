@@ -4,15 +4,18 @@ import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
+from pathlib import Path
 
 from conformance.bus.channel import Channel
-from conformance.bus.errors import SilentNode
+from conformance.bus.errors import BenchError, ProcessFailed, SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
 from conformance.run.discovery import discover
+from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 
 DEFAULT_RESPONSE_TIMEOUT = 1.0
@@ -32,6 +35,7 @@ class RunSettings:
     objects: list[KnownObject] = field(default_factory=list)
     seed: int = DEFAULT_SEED
     neighbours: frozenset[int] = frozenset()
+    process: ProcessSettings | None = None
 
 
 def private_channel() -> str:
@@ -52,13 +56,18 @@ class Bench:
         settings: RunSettings,
         hosts: list[AbstractContextManager[object]],
         listener: Callable[[Captured], None],
+        folder: Path,
     ) -> None:
-        """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame."""
+        """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame.
+
+        ``folder`` takes what the programs of devices write.
+        """
         self.sessions: dict[int, DeviceSession] = {}
-        self.silent: dict[int, SilentNode] = {}
+        self.silent: dict[int, BenchError] = {}
         self._settings = settings
         self._hosts = hosts
         self._listener = listener
+        self._folder = folder
         self._stack = ExitStack()
 
     def open(self) -> None:
@@ -76,7 +85,7 @@ class Bench:
         for node_id in settings.node_ids:
             try:
                 self.sessions[node_id] = self._session(link, node_id)
-            except SilentNode as error:
+            except (SilentNode, ProcessFailed) as error:
                 self.silent[node_id] = error
 
     def _session(self, link: Link, node_id: int) -> DeviceSession:
@@ -89,18 +98,31 @@ class Bench:
             policy=WritePolicy(writable),
             neighbours=settings.neighbours,
         )
+        revival = self._revival(channel)
+        if revival is not None:
+            revival.start()
         discover(channel, device)
         return DeviceSession(
             channel,
             device,
             seed=settings.seed,
             cansend_channel=_cansend_channel(settings.bus),
+            revival=revival,
         )
 
+    def _revival(self, channel: Channel) -> Revival | None:
+        if self._settings.process is None:
+            return None
+        settings = self._settings.process.of(channel.node_id)
+        log = self._folder / f"device-{channel.node_id}.log"
+        process = self._stack.enter_context(DeviceProcess(settings, log))
+        return Revival(settings, process, channel)
+
     def close(self) -> None:
-        """Take what came too late, stop the hosts and close the bus."""
+        """Take what came too late, put back what can be, stop the hosts and close the bus."""
         try:
             for session in self.sessions.values():
                 session.collect_late()
+                session.restore_pending()
         finally:
             self._stack.close()

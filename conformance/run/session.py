@@ -10,6 +10,7 @@ from conformance.device.device import Device, NotTestable
 from conformance.run.afterwards import Restorer, leave
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
+from conformance.run.revival import Revival
 from conformance.run.verdict import Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -27,6 +28,7 @@ INCIDENTAL = (RESERVED, FILLER)
 REBOOTED = Rule(
     "server.no-reboot", "7.3.2.2.1", Level.MUST, "No SDO request makes a device start again."
 )
+_RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back beside the cases.")
 MOST_INCIDENTS = 200
 
 
@@ -54,14 +56,21 @@ class DeviceSession:
     """One device in one run."""
 
     def __init__(
-        self, channel: Channel, device: Device, *, seed: int, cansend_channel: str
+        self,
+        channel: Channel,
+        device: Device,
+        *,
+        seed: int,
+        cansend_channel: str,
+        revival: Revival | None = None,
     ) -> None:
-        """Take a device that was discovered."""
+        """Take a device that was discovered, and what can bring it back when it is lost."""
         self.channel = channel
         self.device = device
         self.whole_run = WholeRun()
         self.restorer = Restorer(device)
         self.lost = False
+        self.revival = revival
         self._seed = seed
         self._cansend_channel = cansend_channel
         self._frames: list[Captured] = []
@@ -96,6 +105,25 @@ class DeviceSession:
             actual = f"{describe_response(frame.data)} ({frame})"
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
             self.whole_run.late.append(Incident(self._last_case, late))
+
+    def revive(self) -> str:
+        """Bring a lost device back and put back what its loss has kept from being restored.
+
+        Returns an empty text, or why the device stays lost. Raises BenchError.
+        """
+        if self.revival is None:
+            return "nothing brings it back: no process, no command to recover"
+        why = self.revival.attempt()
+        if not why:
+            self.lost = False
+            self.restore_pending()
+        return why
+
+    def restore_pending(self) -> None:
+        """Try once more to put back what could not be; what still cannot stays listed."""
+        if self.lost or not self.restorer.unrestored:
+            return
+        self.restorer.restore_pending(Dialogue(self.channel, self.device, _RESTORING, self._seed))
 
     def end(self) -> None:
         """End the running case."""
@@ -200,6 +228,7 @@ class CaseRun:
             )
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True
+            self.result.output = session.revival.process.tail() if session.revival else []
             session.restorer.give_up(self.sdo)
         else:
             session.restorer.restore(self.sdo)

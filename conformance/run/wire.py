@@ -9,7 +9,7 @@ import time
 
 from conformance.bus.channel import REQUEST_BASE, Channel
 from conformance.bus.errors import DeviceLost
-from conformance.device.device import Device
+from conformance.device.device import Device, NotTestable
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -53,7 +53,9 @@ class Wire:
         self.channel.send(data)
 
     def send_frame(self, frame: CanFrame) -> None:
-        """Send any CAN frame, a request or not."""
+        """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
+        if frame.remote and not self.channel.link.sends_remote_frames:
+            raise NotTestable(f"needs remote frames, which {self.channel.link.name} cannot send")
         self._last_sent = decode_request(frame.data.ljust(FRAME_LENGTH, b"\0"))
         self.device.policy.check(self._last_sent)
         self._sent_at = time.monotonic()
