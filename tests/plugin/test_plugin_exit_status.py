@@ -165,6 +165,29 @@ def test_a_second_client_between_two_cases(pytester: pytest.Pytester) -> None:
     )
 
 
+IN_A_CASE = f"""
+    import can
+
+    def test_disturbed(sdo, request):
+        assert sdo.fence() == []
+        channel = request.config.getoption("can_channel")
+        with can.Bus(interface="virtual", channel=channel) as bus:
+            read = bytes.fromhex("4000100000000000")
+            bus.send(can.Message(arbitration_id={0x600 + NODE_ID}, data=read, is_extended_id=False))
+            sdo.fence()
+"""
+
+
+def test_a_second_client_in_the_middle_of_a_case(pytester: pytest.Pytester) -> None:
+    """It is an error and not a failure of the device, though answers were mixed up."""
+    pytester.makepyfile(test_mine=IN_A_CASE)
+    with reference() as options:
+        result = run(pytester, *options, "test_mine.py")
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*Another node sends SDO requests on 605h*a PLC).*"])
+
+
 WRITES = """
     from conformance.sdo.layout import Multiplexer
 

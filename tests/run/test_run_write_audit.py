@@ -89,6 +89,30 @@ def test_a_whole_run(pytester: pytest.Pytester) -> None:
     assert server.values() == begin
 
 
+UNUSUAL = (
+    "short-frames-served",
+    "sizes-checked-at-the-end",
+    "text-ends-in-zero",
+    "strings-of-20-bytes",
+    "no-block-transfer",
+    "block-upload-never-switches",
+    "block-sizes-checked-at-the-end",
+    "new-initiate-refused",
+)
+# What these have to show does not need transfers of 600 frames and more.
+SHORT = "not 409 and not 177 and not 88 and not 89 and not wraps"
+
+
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_a_whole_run_on_an_unusual_device(pytester: pytest.Pytester, name: str) -> None:
+    server = server_like(name)
+    begin = server.values()
+    assert run(pytester, server, node_like(name, server), "-k", SHORT) == pytest.ExitCode.OK
+    assert {mux for mux, _ in server.writes} <= WRITABLE
+    assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= set(IDENTITY)
+    assert server.values() == begin
+
+
 CARELESS = {
     "short-request-padded": "frame.short",
     "short-frames-served": "frame.short",
