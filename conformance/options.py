@@ -158,6 +158,8 @@ def read_options(config: pytest.Config) -> Options | None:
     server = config.getoption("fault")
     if server is not None and not self_test:
         raise pytest.UsageError(f"--fault={server} goes with --self-test.")
+    if config.getoption("answer_delay") and not self_test:
+        raise pytest.UsageError("--answer-delay goes with --self-test.")
     if not self_test and node_ids is None:
         return None
     try:

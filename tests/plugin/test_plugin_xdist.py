@@ -99,6 +99,20 @@ def test_a_device_keeps_the_order_of_its_cases(pytester: pytest.Pytester) -> Non
     assert began == re.findall(r"::(\S+) +(?:PASSED|INFO|NON)", alone.stdout.str())
 
 
+def test_devices_are_tested_side_by_side(pytester: pytest.Pytester) -> None:
+    """While one takes its time for an answer, the others are asked."""
+    slow = ("--node-id=5,9,12", "-n", "3", "--answer-delay=0.02", "-k", "frame.one or frame.mirror")
+    assert run_workers(pytester, "--self-test", *slow).ret == pytest.ExitCode.OK
+    times = defaultdict(list)
+    for line in log_lines(pytester):
+        match = re.match(r"\((\d+\.\d+)\) \S+ (6\w\w)#", line)
+        if match:
+            times[match[2]].append(float(match[1]))
+    assert set(times) >= {"605", "609", "60C"}
+    under_test = [times[identifier] for identifier in ("605", "609", "60C")]
+    assert max(map(min, under_test)) < min(map(max, under_test))
+
+
 OWN = """
     import pytest
 
