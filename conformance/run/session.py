@@ -112,7 +112,7 @@ class DeviceSession:
         Returns an empty text, or why the device stays lost. Raises BenchError.
         """
         if self.revival is None:
-            return "nothing brings it back: no process, no command to recover"
+            return "nothing brings it back: there is neither --process nor --recover"
         why = self.revival.attempt()
         if not why:
             self.lost = False

@@ -221,7 +221,7 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
             "  afterwards: lost",
             "*= the bench =*",
             "Node 5 answered before and does not any more*power-cycle it*",
-            "not run: 16 cases of node 5: lost in segmented-download.foreign[[]unknown-FFh]",
+            "not run: 16 cases of node 5: lost in *[[]unknown-FFh]; nothing brings it back*",
         ]
     )
 
