@@ -126,11 +126,13 @@ class Bench:
         listing = settings.listings.get(node_id, Listing())
         objects = known_objects(settings.permits.named, listing)
         permits = settings.permits
+        listed = settings.all_listings[node_id]
+        allowed = permits.allowed(known_objects(permits.named, listed))
         device = Device(
             node_id,
             objects,
-            policy=WritePolicy(permits.allowed(objects), permits.permissions),
-            listing=settings.all_listings[node_id],
+            policy=WritePolicy(allowed, permits.permissions),
+            listing=listed,
             permits=permits,
             server_timeout=settings.server_timeout,
             neighbours=settings.neighbours,
