@@ -5,6 +5,7 @@ from collections.abc import Callable
 from conformance.device.objects import KnownObject
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
+from conformance.run.steps import same_value
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort
 
@@ -37,7 +38,7 @@ def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str])
         WRITE[kind](sdo, variable, data)
         due = data[:3] if kind == "expedited" else data
         found = READ[read](sdo, variable)
-        if found != due:
+        if not same_value(variable, found, due):
             raise sdo.breach(f"{variable} reads {due!r}", f"{found!r}")
 
 
@@ -65,5 +66,5 @@ def test_abandoned_upload(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.send(Abort(variable.mux, AbortCode.TIMED_OUT))
     for read in READ.values():
         found = read(sdo, variable)
-        if found != data:
+        if not same_value(variable, found, data):
             raise sdo.breach(f"{variable} reads {data!r}", f"{found!r}")

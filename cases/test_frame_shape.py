@@ -49,6 +49,8 @@ def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
     other = device.node_id ^ 1 << bit
     if other == 0:
         return  # 600h belongs to no node
+    if other in device.neighbours:
+        raise NotTestable(f"node {other} is under test as well: test node {device.node_id} alone")
     sdo.send_frame(CanFrame(REQUEST_BASE + other, READ_VENDOR_ID))
     sdo.expect_nothing()
 

@@ -32,12 +32,12 @@ GONE = (
 
 
 def start_transfer(sdo: Dialogue, kind: str, text: KnownObject) -> None:
-    """Begin a transfer of 21 bytes and leave it unfinished."""
+    """Begin a transfer of three segments and leave it unfinished."""
     if kind == "download":
-        sdo.initiate_download(text, 21)
+        sdo.initiate_download(text, 17)
         sdo.download_segment(sdo.payload(7), toggle=0)
     else:
-        sdo.store(text, sdo.payload(21))
+        sdo.store(text, sdo.payload(17))
         sdo.start_segmented_upload(text)
         sdo.upload_segment(toggle=0)
 

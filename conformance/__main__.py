@@ -12,6 +12,7 @@ from types import FrameType
 import can
 
 from conformance import __version__
+from conformance.arguments import named_value
 from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
@@ -55,8 +56,12 @@ def _parser() -> argparse.ArgumentParser:
     serve.add_argument("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
     serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+    serve.add_argument(
+        "--can-option", metavar="NAME=VALUE", type=named_value, action="append", default=[]
+    )
     serve.add_argument("--eds", metavar="FILE", help="a device with the objects of an EDS or DCF")
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
+    serve.add_argument("--answer-delay", metavar="SECONDS", type=float, default=0.0)
     serve.add_argument(
         "--server-timeout",
         type=float,
@@ -94,9 +99,9 @@ def _serve(options: argparse.Namespace) -> int:
         options.fault, options.node_id, listing, server_timeout=options.server_timeout
     )
     settings = BusSettings(
-        options.can_interface, options.can_channel, options.can_bitrate
+        options.can_interface, options.can_channel, options.can_bitrate, tuple(options.can_option)
     ).resolve()
-    host = NodeHost(open_bus(settings), node)
+    host = NodeHost(open_bus(settings), node, options.answer_delay)
 
     def stop(number: int, frame: FrameType | None) -> None:
         del number, frame

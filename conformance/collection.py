@@ -56,26 +56,35 @@ def make_module(path: Path, parent: pytest.Collector) -> pytest.Module | None:
 
 
 def make_items(
-    collector: pytest.Collector, function: object, listings: Mapping[int, Listing]
+    collector: pytest.Collector,
+    function: object,
+    listings: Mapping[int, Listing],
+    *,
+    alone: bool = True,
 ) -> list[CaseFunction] | None:
     """Return the items of a function that is marked as a case, None for any other.
 
-    There are items for each node-ID in ``listings``, with the objects that are listed of it.
+    There are items for each node-ID in ``listings``, with the objects that are listed of it. Where
+    a device is not ``alone`` in the run its node-ID stands in the names.
     """
     info = case_info(function)
     if info is None:
         return None
-    return list(_items(collector, function, info, listings))
+    return list(_items(collector, function, info, listings, alone))
 
 
 def _items(
-    collector: pytest.Collector, function: Any, info: CaseInfo, listings: Mapping[int, Listing]
+    collector: pytest.Collector,
+    function: Any,
+    info: CaseInfo,
+    listings: Mapping[int, Listing],
+    alone: bool,
 ) -> Iterator[CaseFunction]:
     for node_id, listing in listings.items():
         for case_id, arguments in info.variations(listing):
             call = partial(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
-            suffix = f"@{node_id}" if len(listings) > 1 else ""
+            suffix = "" if alone else f"@{node_id}"
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
             item.case, item.case_id, item.node_id = info, case_id, node_id
             if info.slow:

@@ -89,6 +89,11 @@ def end_with(result: CaseResult, error: BaseException | None, *, strict: bool) -
             _skip(result)
         case Verdict.BENCH_ERROR:
             raise error if isinstance(error, BenchError) else BenchError(result.actual)
+        case Verdict.KNOWN_DEVIATION:
+            pytest.xfail(result.reason)
+            raise CaseFailed(result.case_id) from error  # pytest's --runxfail
+        case Verdict.STALE:
+            raise CaseFailed(result.case_id)
         case Verdict.FAIL if error is not None and not result.broken_rule:
             raise error
         case Verdict.FAIL:

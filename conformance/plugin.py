@@ -5,12 +5,15 @@ from pathlib import Path
 import pytest
 
 from conformance import __version__, fixtures
+from conformance.arguments import add_options
+from conformance.closing import Closing
 from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
 from conformance.device.listing import Listing
-from conformance.options import add_options, read_options
+from conformance.options import read_options
 from conformance.run.bench import RunSettings
 from conformance.running import Running
-from conformance.state import STATE, RunState
+from conformance.state import STATE, RunState, is_left_to
+from conformance.workers import Controller, is_controller
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -27,7 +30,14 @@ def pytest_configure(config: pytest.Config) -> None:
         return
     state = RunState(options)
     config.stash[STATE] = state
-    config.pluginmanager.register(Running(config, state), "conformance-running")
+    controller = None
+    if is_controller(config):
+        controller = Controller(config, options.node_ids, state.report_dir, state.findings)
+        config.pluginmanager.register(controller, "conformance-controller")
+    if not options.share.worker:
+        config.pluginmanager.register(Closing(state, controller), "conformance-closing")
+    if controller is None:
+        config.pluginmanager.register(Running(config, state), "conformance-running")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         config.args = [str(path) for path in case_files()]
 
@@ -38,7 +48,7 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
     if state is None:
         return []
     run = state.options.run
-    target = f"node {', '.join(map(str, run.node_ids))} on {run.bus}"
+    target = f"node {', '.join(map(str, state.options.node_ids))} on {run.bus}"
     if state.options.self_test:
         target = f"built-in {state.options.server or 'reference server'}, {target}"
     rate = f"{run.bus.bitrate} bit/s" if run.bus.bitrate else "as the interface is set"
@@ -73,10 +83,22 @@ def pytest_pycollect_makeitem(
 ) -> list[CaseFunction] | None:
     """Turn marked functions into cases."""
     state = collector.config.stash.get(STATE, None)
-    listings = state.options.run.all_listings if state else {0: Listing()}
-    return make_items(collector, obj, listings)
+    if state is None:
+        return make_items(collector, obj, {0: Listing()})
+    options = state.options
+    return make_items(collector, obj, options.run.all_listings, alone=len(options.node_ids) == 1)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Order the cases."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Order the cases; a worker keeps those that are left to it."""
+    state = config.stash.get(STATE, None)
+    if state is not None and state.options.share.worker:
+        items[:] = [item for item in items if is_left_to(state.options, item)]
     items[:] = ordered(items)
+
+
+@pytest.hookimpl(optionalhook=True, tryfirst=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """Let ``-n auto`` mean a worker for each device: devices are waited for most of the time."""
+    node_ids = config.getoption("node_id")
+    return len(node_ids) if node_ids else None

@@ -1,4 +1,4 @@
-"""A run within pytest: the bench is opened, each case judged, the reports written."""
+"""A run within pytest: the bench is opened, each case judged; ``closing`` reports on it."""
 
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager
@@ -6,18 +6,21 @@ from enum import IntEnum
 
 import pytest
 
-from conformance.bus.errors import BenchError, BusOff, DeviceLost, InterfaceLost, SilentNode
+from conformance.bus.errors import BenchError, BusOff, InterfaceLost
 from conformance.bus.link import Captured
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
+from conformance.device.known_deviations import unknown_case
 from conformance.faults.hosting import simulated_bus, virtual_host
-from conformance.outcome import CaseFailed, Evidence, SummaryTerminal, attach, end_with
+from conformance.outcome import CaseFailed, Evidence, attach, end_with
 from conformance.reporting.bus_log import BusLog
-from conformance.reporting.junit import write_junit
-from conformance.reporting.summary import run_properties, summary_lines
+from conformance.reporting.summary import device_properties
+from conformance.run.accounting import account
 from conformance.run.bench import Bench
+from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
-from conformance.state import CASE_RUN, RESULT, RunState, case_of
+from conformance.state import CASE_RUN, RESULT, RunState, case_of, uses_device
+from conformance.workers import belongs_here, hand_back
 
 # The case that judges what came too late; where it was not selected, the run itself does.
 LATE_ANSWERS = "run.no-late-response"
@@ -32,62 +35,107 @@ class ExitCode(IntEnum):
 
 
 class Running:
-    """The hooks of a run that has a device."""
+    """The hooks of a process that talks to devices."""
 
     def __init__(self, config: pytest.Config, state: RunState) -> None:
         """Take the state; nothing is opened before the first case."""
         self._config = config
         self._state = state
 
+    def pytest_collection_modifyitems(
+        self, config: pytest.Config, items: list[pytest.Item]
+    ) -> None:
+        """Hold the known deviations to the cases that there are."""
+        options = self._state.options
+        some = config.args_source is pytest.Config.ArgsSource.ARGS or config.getoption(
+            "lf", default=False
+        )
+        if some or not options.run.node_ids:
+            return
+        unknown = unknown_case(options.deviations, (case_of(item).case_id for item in items))
+        if unknown is None:
+            return
+        if not options.share.worker:
+            raise pytest.UsageError(unknown)
+        self._state.findings.wrong_use = unknown
+        self._leave_out_all("wrong use")
+
     # The bench
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_runtestloop(self, session: pytest.Session) -> bool | None:
-        """Open the bench; where that fails, or a node is silent, no case is run."""
-        uses_device = any(
-            "device_session" in getattr(item, "fixturenames", ()) for item in session.items
-        )
-        if not uses_device or self._config.option.collectonly or session.testsfailed:
-            return None
+    def pytest_runtestloop(self, session: pytest.Session) -> None:
+        """Open the bench; no case is run on a device that is silent, or behind a broken bus."""
+        wanted = any(uses_device(item) for item in session.items)
+        if not wanted or self._config.option.collectonly or session.testsfailed:
+            return
         try:
             self._open()
         except BenchError as error:
-            self._state.bench_errors.append(error)
-            return True
-        return None
+            self._state.findings.bench_errors.append(error)
+            self._leave_out_all("the bus could not be opened")
 
     def _open(self) -> None:
         state, options = self._state, self._state.options
         try:
-            state.report_dir.mkdir(parents=True)
-            state.log = BusLog(state.report_dir / "bus.log", options.run.bus.channel or "can0")
+            state.report_dir.mkdir(parents=True, exist_ok=True)
+            log = BusLog(state.bus_log, options.run.bus.channel or "can0")
         except OSError as error:
             raise BenchError(
                 f"The report folder {state.report_dir} cannot be made: {error}. "
                 "Choose another with --report-dir=DIR."
             ) from error
-        state.bench = self._bench(state.log.write)
+        state.log = log
+        state.bench = self._bench(self._listener(log))
         state.bench.open()
-        devices = [session.device for session in state.bench.sessions.values()]
-        state.properties = run_properties(options.run, devices)
+        for node_id, silence in state.bench.silent.items():
+            state.findings.bench_errors.append(silence)
+            state.findings.out[node_id] = "silent"
+        for session in state.bench.sessions.values():
+            alone = len(options.node_ids) == 1
+            state.findings.properties |= device_properties(session.device, alone=alone)
+
+    def _listener(self, log: BusLog) -> Callable[[Captured], None]:
+        share, neighbours = self._state.options.share, self._state.options.run.neighbours
+
+        def listen(captured: Captured) -> None:
+            if belongs_here(captured, share, neighbours):
+                log.write(captured)
+
+        return listen if neighbours else log.write
 
     def _bench(self, listener: Callable[[Captured], None]) -> Bench:
         options = self._state.options
-        run = options.run
+        run, folder = options.run, self._state.report_dir
         if options.simulated:
             bus = simulated_bus(run.node_ids, options.server, server_timeout=run.server_timeout)
-            return Bench(run, [], listener, lambda settings: bus)
+            return Bench(run, [], listener, folder, lambda settings: bus)
         hosts: list[AbstractContextManager[object]] = []
         if options.self_test and run.bus.channel is not None:
             hosts += [
                 virtual_host(
-                    run.bus.channel, node_id, options.server, server_timeout=run.server_timeout
+                    run.bus.channel,
+                    node_id,
+                    options.server,
+                    options.answer_delay,
+                    server_timeout=run.server_timeout,
                 )
                 for node_id in run.node_ids
             ]
-        return Bench(run, hosts, listener)
+        return Bench(run, hosts, listener, folder)
 
     # Cases
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
+        """Leave out the cases of a device that cannot be tested any further."""
+        if not uses_device(item) or case_of(item).node_id not in self._state.findings.out:
+            return None
+        self._state.findings.not_run[case_of(item).node_id] += 1
+        return True
+
+    def _leave_out_all(self, reason: str) -> None:
+        for node_id in self._state.options.run.node_ids:
+            self._state.findings.out.setdefault(node_id, reason)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_call(self, item: pytest.Item) -> Generator[None, object, object]:
@@ -107,17 +155,32 @@ class Running:
             error = caught
         told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
         result = run.conclude(NotTestable(str(error)) if told else error)
+        state = self._state
+        self._look_after(state.session(result.node_id), result, run)
+        account(result, state.options.deviations, strict=state.options.strict)
         item.stash[RESULT] = result
         attach(item, result)
-        state = self._state
-        state.judged_late_answers |= result.case_id == LATE_ANSWERS
-        if state.session(result.node_id).lost:
-            state.bench_errors.append(run.sdo.lost())
-            item.session.shouldstop = f"node {result.node_id} was lost in {result.case_id}"
+        if result.case_id == LATE_ANSWERS:
+            state.judged_late_answers.add(result.node_id)
         if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, error, strict=state.options.strict)
         return outcome
+
+    def _look_after(self, session: DeviceSession, result: CaseResult, run: CaseRun) -> None:
+        """Bring a lost device back; where nothing can, it is out of the run."""
+        if not session.lost:
+            return
+        try:
+            why = session.revive()
+        except BenchError as error:
+            why = str(error)
+        if not why:
+            result.notes.append("the device was lost and has been brought back")
+            return
+        findings = self._state.findings
+        findings.bench_errors.append(run.sdo.lost())
+        findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -131,10 +194,10 @@ class Running:
             attach(item, item.stash[RESULT])
             report.user_properties = list(item.user_properties)
         if isinstance(error, BenchError):
-            self._state.bench_errors.append(error)
+            self._state.findings.bench_errors.append(error)
             report.longrepr = str(error)
             if isinstance(error, InterfaceLost | BusOff):
-                item.session.shouldstop = "the bus is gone"
+                self._leave_out_all("the bus is gone")
         result = item.stash.get(RESULT, None)
         if result is None or call.when == "teardown":
             return report
@@ -152,79 +215,23 @@ class Running:
             report.sections.append(("frames on the bus", "\n".join(result.trace)))
         return report
 
-    # Results
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Collect results."""
-        values = getattr(report, "conformance", None)
-        if values is not None:
-            self._state.results.append(CaseResult.from_dict(values))
-
-    def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
-        """Show what passed with a remark apart from what passed."""
-        values = getattr(report, "conformance", None)
-        if values is None or not report.passed:
-            return None
-        if values["verdict"] == Verdict.NON_STRICT:
-            return "non-strict", "n", "NON-STRICT"
-        if values["verdict"] == Verdict.INFO:
-            return "info", "i", "INFO"
-        return None
+    # The end
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Close the bench, write the reports, and settle the exit status."""
+    def pytest_sessionfinish(self) -> None:
+        """Close the bench; a worker hands back what it found."""
         state = self._state
         if state.bench is not None:
             try:
                 state.bench.close()
             except BenchError as error:
-                state.bench_errors.append(error)
+                state.findings.bench_errors.append(error)
+            for node_id, session in state.bench.sessions.items():
+                state.findings.close(session, judged=node_id in state.judged_late_answers)
         if state.log is not None:
             state.log.close()
-        if state.results:
-            state.report_dir.mkdir(parents=True, exist_ok=True)
-            write_junit(
-                state.report_dir / "junit.xml",
-                state.results,
-                state.properties,
-                timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
-                strict=state.options.strict,
-            )
-        if state.bench_errors:
-            session.exitstatus = _exit_code(state.bench_errors)
-        elif session.exitstatus == pytest.ExitCode.OK and self._unjudged():
-            session.exitstatus = pytest.ExitCode.TESTS_FAILED
-
-    def _unjudged(self) -> list[str]:
-        """What the run saw on the way and no case has judged, for want of being selected."""
-        if self._state.judged_late_answers or self._state.bench is None:
-            return []
-        return [
-            f"{incident.case_id}: {incident.violation}"
-            for session in self._state.bench.sessions.values()
-            for incident in session.whole_run.late
-        ]
-
-    def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
-        """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
-        state, write = self._state, terminalreporter.write_line
-        terminalreporter.ensure_newline()
-        if state.results:
-            terminalreporter.section("conformance")
-            for line in summary_lines(state.results):
-                write(line)
-            write(f"reports: {state.report_dir}")
-        for unjudged in self._unjudged():
-            write(f"came too late, after {unjudged}", red=True)
-        sessions = state.bench.sessions.values() if state.bench else ()
-        for session in sessions:
-            for mux, value in session.restorer.unrestored.items():
-                write(f"not restored: write {value} to {mux} of node {session.device.node_id}")
-        if state.bench_errors:
-            terminalreporter.section("the bench", red=True)
-            for error in dict.fromkeys(map(str, state.bench_errors)):
-                write(error)
+        if state.options.share.worker:
+            hand_back(self._config, state.findings)
 
 
 def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
@@ -241,10 +248,3 @@ def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
         rows=list(rule.rows),
         actual=reason.removeprefix(f"{Verdict.NOT_TESTABLE}: "),
     )
-
-
-def _exit_code(errors: list[BenchError]) -> ExitCode:
-    kinds = {type(error) for error in errors}
-    if kinds <= {DeviceLost}:
-        return ExitCode.DEVICE_LOST
-    return ExitCode.SILENT_NODE if kinds <= {SilentNode} else ExitCode.BENCH_ERROR

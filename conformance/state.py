@@ -8,6 +8,7 @@ import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.collection import CaseFunction
+from conformance.findings import Findings
 from conformance.options import Options
 from conformance.reporting.bus_log import BusLog
 from conformance.run.bench import Bench
@@ -18,28 +19,43 @@ from conformance.sdo.rules import Level, Rule
 
 @dataclass(slots=True)
 class RunState:
-    """One run: its bench while it is open, and what was found so far."""
+    """One run: its bench while it is open, and what was found so far.
+
+    ``judged_late_answers`` are the devices for which a case has done so.
+    """
 
     options: Options
     bench: Bench | None = None
     log: BusLog | None = None
     results: list[CaseResult] = field(default_factory=list)
-    properties: dict[str, str] = field(default_factory=dict)
-    bench_errors: list[BenchError] = field(default_factory=list)
-    judged_late_answers: bool = False
+    findings: Findings = field(default_factory=Findings)
+    judged_late_answers: set[int] = field(default_factory=set)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     @property
     def report_dir(self) -> Path:
         """The folder of this run."""
-        nodes = self.options.run.node_ids
+        if self.options.share.report_dir is not None:
+            return self.options.share.report_dir
+        nodes = self.options.node_ids
         which = f"node-{nodes[0]}" if len(nodes) == 1 else f"nodes-{nodes[0]}-to-{nodes[-1]}"
         return self.options.report_dir / f"{self.begun:%Y%m%d-%H%M%S-%f}-{which}"
+
+    @property
+    def bus_log(self) -> Path:
+        """Where this process writes the frames that it sees."""
+        return self.bus_log_of(self.options.share.worker)
+
+    def bus_log_of(self, worker: str) -> Path:
+        """Where a worker writes its frames; without a name, the one log of a run."""
+        return self.report_dir / (f"bus-{worker}.log" if worker else "bus.log")
 
     def session(self, node_id: int) -> DeviceSession:
         """Return the session of a device; the bench is open by then."""
         if self.bench is None:
             raise BenchError("The bus is not open: the run ended before it began.")
+        if node_id not in self.bench.sessions:
+            raise BenchError(f"Node {node_id} is not tested by this process.")
         return self.bench.sessions[node_id]
 
 
@@ -58,13 +74,28 @@ class ItemCase:
     node_id: int
 
 
+def uses_device(item: pytest.Item) -> bool:
+    """Say whether a test talks to a device."""
+    return "device_session" in getattr(item, "fixturenames", ())
+
+
+def is_left_to(options: Options, item: pytest.Item) -> bool:
+    """Say whether a worker of several has to run a test."""
+    share = options.share
+    if not uses_device(item):
+        return share.plain_tests
+    node_id = case_of(item).node_id
+    strange = node_id not in options.node_ids
+    return node_id in share.node_ids or (strange and share.plain_tests)
+
+
 def case_of(item: pytest.Item) -> ItemCase:
     """Return what an item is about; an ordinary test counts as a rule of its own."""
     if isinstance(item, CaseFunction):
         return ItemCase(item.case_id, item.service, item.case.rule, item.node_id)
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))
-    node_ids = item.config.stash[STATE].options.run.node_ids
+    node_ids = item.config.stash[STATE].options.node_ids
     callspec = getattr(item, "callspec", None)
     node_id = callspec.params.get("node_id", node_ids[0]) if callspec else node_ids[0]
     return ItemCase(item.name, item.path.stem, rule, node_id)

@@ -4,7 +4,8 @@ In the order of a run: the bus cannot be opened (BusNotOpened); the device never
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
 or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
 (SecondClient); the device stops answering (DeviceLost); a case would write where nobody allowed
-it (WriteNotPermitted).
+it (WriteNotPermitted); the device's program does not run (ProcessFailed); one of several processes
+that test is gone (WorkerLost).
 """
 
 import errno
@@ -50,6 +51,20 @@ class DeviceLost(BenchError):
 
 class WriteNotPermitted(BenchError):
     """A request would have written to an object that the user has not named."""
+
+
+class ProcessFailed(BenchError):
+    """The device's program, or the command that recovers a device, did not do its work."""
+
+
+class WorkerLost(BenchError):
+    """A process that tested some of the devices ended before its time."""
+
+
+def error_named(kind: str, text: str) -> BenchError:
+    """Return the error of the class ``kind``, as another process has reported it."""
+    kinds = {known.__name__: known for known in BenchError.__subclasses__()}
+    return kinds.get(kind, BenchError)(text)
 
 
 _ADVICE = {

@@ -38,10 +38,14 @@ class HostedNode(Protocol):
 class NodeHost:
     """Runs a node until it is stopped; a context manager."""
 
-    def __init__(self, bus: can.BusABC, node: HostedNode) -> None:
-        """Take an open bus, which the host closes when it stops."""
+    def __init__(self, bus: can.BusABC, node: HostedNode, delay: float = 0.0) -> None:
+        """Take an open bus, which the host closes when it stops.
+
+        ``delay`` is the time in seconds that the node takes for an answer, of one frame or more.
+        """
         self._bus = bus
         self._node = node
+        self._delay = delay
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self.run, name="node", daemon=True)
 
@@ -71,7 +75,7 @@ class NodeHost:
                 message = self._bus.recv(self._patience())
                 self._send(self._node.advance(time.monotonic()))
                 if message is not None and not message.is_error_frame:
-                    self._send(self._node.receive(to_frame(message)))
+                    self._answer(self._node.receive(to_frame(message)))
         finally:
             self._bus.shutdown()
 
@@ -79,6 +83,11 @@ class NodeHost:
         """Return for how many seconds to wait for a frame."""
         due = self._node.wake_at
         return POLL if due is None else min(POLL, max(0.0, due - time.monotonic()))
+
+    def _answer(self, frames: list[CanFrame]) -> None:
+        if frames and self._delay:
+            self._stopping.wait(self._delay)
+        self._send(frames)
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:

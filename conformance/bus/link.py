@@ -7,6 +7,7 @@ from enum import StrEnum
 
 import can
 from can.interfaces.socketcan import SocketcanBus
+from can.interfaces.socketcand import SocketCanDaemonBus
 from can.interfaces.virtual import VirtualBus
 
 from conformance.bus.errors import (
@@ -20,6 +21,7 @@ from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 
+SDO_BASES = (0x580, 0x600)
 SEND_LIMIT = 1.0
 RETRY_PAUSE = 0.002
 # Past its deadline, receiving looks at what has arrived already for so many seconds more.
@@ -57,6 +59,8 @@ class Link:
         self._shortest_look = 0.0 if isinstance(bus, EXACT) else SHORTEST_LOOK
         # SocketCAN marks frames of all processes on this machine as not received, and echoes
         # none of ours unless it was asked to.
+        # python-can would send a remote frame to socketcand as a data frame that lacks its data.
+        self.sends_remote_frames = not isinstance(bus, SocketCanDaemonBus)
         self._marks_echoes = not isinstance(bus, SocketcanBus)
 
     def listen(self, listener: Callable[[Captured], None]) -> None:
@@ -114,20 +118,35 @@ class Link:
                 self._publish(Direction.RECEIVED, frame)
                 return frame
 
-    def watch(self, node_ids: list[int], can_ids: Iterable[int] = ()) -> None:
+    def watch(
+        self,
+        node_ids: list[int],
+        can_ids: Iterable[int] = (),
+        neighbours: frozenset[int] = frozenset(),
+    ) -> None:
         """Let the interface pass only what the run may need, in the kernel where it can.
 
         That is SDO traffic of all nodes, NMT and error control, everything else that these nodes
         send by default, 11-bit frames with these CAN-IDs, and all 29-bit frames: an answer on a
-        wrong identifier must be seen. Within this process, on the virtual bus, there is nobody
-        else.
+        wrong identifier must be seen. Not the SDO traffic of ``neighbours``, which another process
+        tests meanwhile. Within this process, on the virtual bus, there is nobody else.
         """
         if isinstance(self._bus, VirtualBus):
             return
         filters: list[can.typechecking.CanFilter] = [
-            {"can_id": base, "can_mask": 0x780, "extended": False}
-            for base in (0x000, 0x580, 0x600, 0x700)
+            {"can_id": base, "can_mask": 0x780, "extended": False} for base in (0x000, 0x700)
         ]
+        if neighbours:
+            filters += [
+                {"can_id": base + node_id, "can_mask": 0x7FF, "extended": False}
+                for base in SDO_BASES
+                for node_id in range(0x80)
+                if node_id not in neighbours
+            ]
+        else:
+            filters += [
+                {"can_id": base, "can_mask": 0x780, "extended": False} for base in SDO_BASES
+            ]
         filters += [
             {"can_id": node_id, "can_mask": 0x07F, "extended": False} for node_id in node_ids
         ]

@@ -17,12 +17,14 @@ DEFAULT_CHANNEL = "can0"
 class BusSettings:
     """Which bus: what is None comes from python-can's files or environment variables.
 
-    ``bitrate`` is in bits per second; with SocketCAN the interface has its own.
+    ``bitrate`` is in bits per second; with SocketCAN the interface has its own. ``options`` are
+    names and values of whatever else the interface takes; python-can knows their types.
     """
 
     interface: str | None = None
     channel: str | None = None
     bitrate: int | None = None
+    options: tuple[tuple[str, str], ...] = ()
 
     def resolve(self) -> "BusSettings":
         """Fill in what python-can's own configuration says, then the defaults."""
@@ -32,6 +34,7 @@ class BusSettings:
                 ("interface", self.interface),
                 ("channel", self.channel),
                 ("bitrate", self.bitrate),
+                *self.options,
             )
             if value is not None
         }
@@ -48,11 +51,14 @@ class BusSettings:
         channel = found.get("channel")
         if channel is None and found["interface"] == DEFAULT_INTERFACE:
             channel = DEFAULT_CHANNEL
-        return BusSettings(found["interface"], None if channel is None else str(channel), bitrate)
+        channel = None if channel is None else str(channel)
+        return BusSettings(found["interface"], channel, bitrate, self.options)
 
     def __str__(self) -> str:
         rate = f", {self.bitrate} bit/s" if self.bitrate else ""
-        return f"{self.interface or DEFAULT_INTERFACE} {self.channel or ''}".rstrip() + rate
+        options = "".join(f", {name}={value}" for name, value in self.options)
+        name = f"{self.interface or DEFAULT_INTERFACE} {self.channel or ''}".rstrip()
+        return name + rate + options
 
 
 def _unknown_interface(name: str) -> str:
@@ -62,7 +68,7 @@ def _unknown_interface(name: str) -> str:
 
 def open_bus(settings: BusSettings) -> can.BusABC:
     """Open a bus that was resolved; raises BusNotOpened with what to do."""
-    arguments: dict[str, Any] = {"interface": settings.interface}
+    arguments: dict[str, Any] = {"interface": settings.interface, **dict(settings.options)}
     if settings.channel is not None:
         arguments["channel"] = settings.channel
     if settings.bitrate is not None and settings.interface not in ("socketcan", "virtual"):
@@ -80,7 +86,7 @@ def open_bus(settings: BusSettings) -> can.BusABC:
     except TypeError as error:
         raise BusNotOpened(
             f"{settings} cannot be opened: {error}. Name what is missing: the channel with "
-            "--can-channel=NAME, other settings in python-can's configuration file."
+            "--can-channel=NAME, other settings with --can-option=NAME=VALUE."
         ) from error
     except (can.CanError, OSError, ValueError, ImportError) as error:
         raise BusNotOpened(f"{settings} cannot be opened: {error}. {advice(error)}") from error

@@ -34,7 +34,8 @@ class Device:
     in seconds after which the device gives up a transfer. ``parameters`` holds the values of
     communication parameters that cases write by permission, before the first write;
     ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
-    looked. The ``listing`` is what an EDS or the user says of its objects.
+    looked. The ``listing`` is what an EDS or the user says of its objects. ``neighbours`` are
+    nodes of the bus to which another process is talking meanwhile.
     """
 
     node_id: int
@@ -51,6 +52,7 @@ class Device:
     server_timeout: float | None = None
     listing: Listing = field(default_factory=Listing)
     permits: Permits = field(default_factory=Permits)
+    neighbours: frozenset[int] = frozenset()
 
     @property
     def permissions(self) -> frozenset[str]:

@@ -10,15 +10,20 @@ from conformance.faults.simulated import SimulatedBus
 
 
 def virtual_host(
-    channel: str, node_id: int, server: str | None, *, server_timeout: float | None = None
+    channel: str,
+    node_id: int,
+    server: str | None,
+    delay: float = 0.0,
+    *,
+    server_timeout: float | None = None,
 ) -> NodeHost:
     """Return a host for the reference server, or the fault or variant of that name.
 
-    ``server_timeout`` is the time in seconds after which it gives up a silent client, None for
-    never. Raises UnknownServer.
+    ``delay`` is the time in seconds that it takes for an answer, ``server_timeout`` that after
+    which it gives up a silent client, None for never. Raises UnknownServer.
     """
     node = build_node(server, node_id, server_timeout=server_timeout)
-    return NodeHost(can.Bus(interface="virtual", channel=channel), node)
+    return NodeHost(can.Bus(interface="virtual", channel=channel), node, delay)
 
 
 def simulated_bus(

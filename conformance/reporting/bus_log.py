@@ -1,5 +1,8 @@
 """bus.log: every frame of a run as ``candump -L`` writes it, with its direction."""
 
+import heapq
+from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 from conformance.bus.link import Captured, Direction
@@ -25,3 +28,15 @@ class BusLog:
     def close(self) -> None:
         """Finish the file."""
         self._file.close()
+
+
+def merge_logs(parts: Sequence[Path], whole: Path) -> None:
+    """Make one log of several, in the order of time, and remove them."""
+    with ExitStack() as stack:
+        files = [stack.enter_context(part.open(encoding="utf-8")) for part in parts]
+        if files:
+            # A line begins with its time, which has as many digits in each.
+            merged = stack.enter_context(whole.open("w", encoding="utf-8"))
+            merged.writelines(heapq.merge(*files, key=lambda line: line.partition(" ")[0]))
+    for part in parts:
+        part.unlink()

@@ -68,6 +68,10 @@ def _case(result: CaseResult, strict: bool) -> TestCase:
             case.add_failure_info(message, text, result.verdict.value)
         case Verdict.NON_STRICT if strict:
             case.add_failure_info(message, text, result.verdict.value)
+        case Verdict.STALE:
+            case.add_failure_info(message, text, result.verdict.value)
+        case Verdict.KNOWN_DEVIATION:
+            case.add_skipped_info(f"{result.verdict.value}: {xml_text(result.reason)}")
         case Verdict.BENCH_ERROR:
             case.add_error_info(message, text, result.verdict.value)
         case Verdict.UNIMPLEMENTED | Verdict.NOT_TESTABLE:

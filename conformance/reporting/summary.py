@@ -1,7 +1,7 @@
 """What a run says at its end, and what describes it in every report."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from conformance import __version__
 from conformance.device.device import Device
@@ -9,9 +9,9 @@ from conformance.run.bench import RunSettings
 from conformance.run.verdict import CaseResult, Verdict
 
 
-def run_properties(settings: RunSettings, devices: Sequence[Device]) -> dict[str, str]:
-    """Return the identity of the devices (1018h) and the data of the run, as names and values."""
-    properties = {
+def run_properties(settings: RunSettings) -> dict[str, str]:
+    """Return the data of the run, as names and values."""
+    return {
         "suite-version": __version__,
         "bus": str(settings.bus),
         "bit-rate": str(settings.bus.bitrate or "as the interface is set"),
@@ -21,24 +21,51 @@ def run_properties(settings: RunSettings, devices: Sequence[Device]) -> dict[str
             str(known) for known in settings.permits.named if known.access.writable
         ),
     }
-    for device in devices:
-        prefix = f"node-{device.node_id}." if len(devices) > 1 else ""
-        properties[f"{prefix}node-id"] = str(device.node_id)
-        for name, value in device.identity.items():
-            properties[f"{prefix}{name}"] = value
-    return properties
+
+
+def device_properties(device: Device, *, alone: bool) -> dict[str, str]:
+    """Return the node-ID and the identity (1018h) of a device; it may be ``alone`` in its run."""
+    prefix = "" if alone else f"node-{device.node_id}."
+    values = {"node-id": str(device.node_id), **device.identity}
+    return {f"{prefix}{name}": value for name, value in values.items()}
+
+
+def device_lines(
+    node_ids: Sequence[int], results: Sequence[CaseResult], not_run: Mapping[int, int]
+) -> list[str]:
+    """Return a row for each device: its verdicts with their numbers, and how many cases had none.
+
+    No rows for a single device.
+    """
+    if len(node_ids) < 2:
+        return []
+    lines = []
+    for node_id in node_ids:
+        row = verdict_counts([result for result in results if result.node_id == node_id])
+        if not_run.get(node_id):
+            row = [*row, f"{not_run[node_id]} not run"]
+        lines.append(f"node {node_id}: {', '.join(row) or 'no case was run'}")
+    return lines
+
+
+def verdict_counts(results: Sequence[CaseResult]) -> list[str]:
+    """Return each verdict that was given, with its number."""
+    counts = Counter(result.verdict for result in results)
+    return [f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict]]
 
 
 def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     """Return the verdicts with their numbers, and each result that passed with a remark."""
-    counts = Counter(result.verdict for result in results)
-    lines = [
-        ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict])
-    ]
+    lines = [", ".join(verdict_counts(results))]
     lines += [
         f"{result.verdict.value}: {result.case_id}: {result.actual or '; '.join(result.notes)}"
         for result in results
         if result.verdict in (Verdict.NON_STRICT, Verdict.INFO)
+    ]
+    lines += [
+        f"{result.verdict.value}: {result.case_id}: {result.reason}"
+        for result in results
+        if result.verdict is Verdict.KNOWN_DEVIATION
     ]
     missing = {
         result.actual: result.case_id
@@ -51,4 +78,4 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     waited = sum(result.waited for result in results)
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")
-    return lines
+    return list(dict.fromkeys(lines))  # several devices may say the same

@@ -103,6 +103,12 @@ class Restorer:
         for mux in self.device.parameters.keys() & sdo.written:
             self.unrestored[mux] = shown(self.device.parameters[mux])
 
+    def restore_pending(self, sdo: Dialogue) -> None:
+        """Try once more what could not be put back, as with a device that was lost meanwhile."""
+        for known in self.device.objects:
+            if known.mux in self.unrestored and known.access.writable:
+                self._restore(sdo, known, self.device.values[known.mux])
+
     def _written(self, sdo: Dialogue) -> list[KnownObject]:
         return [
             known

@@ -4,18 +4,22 @@ import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import can
 
 from conformance.bus.channel import Channel
+from conformance.bus.errors import BenchError, ProcessFailed, SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
 from conformance.device.listing import Listing, mandatory_and
 from conformance.device.permits import Permits, known_objects
+from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
 from conformance.run.channel_steps import TEST_CHANNELS
 from conformance.run.discovery import discover
+from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.sdo.cob_id import ChannelIds
 
@@ -30,6 +34,7 @@ class RunSettings:
     ``server_timeout`` is when the device gives up a transfer whose client is silent, None if never;
     ``sdo_channel`` is another channel of the device than the default one. ``listings`` holds by
     node-ID what an EDS, or the user, says of the objects; to ``scan`` is to read all indices.
+    ``neighbours`` are devices on the same bus that another process tests at the same time.
     """
 
     node_ids: list[int]
@@ -41,6 +46,8 @@ class RunSettings:
     listings: dict[int, Listing] = field(default_factory=dict)
     permits: Permits = field(default_factory=Permits)
     scan: bool = False
+    neighbours: frozenset[int] = frozenset()
+    process: ProcessSettings | None = None
 
     @property
     def all_listings(self) -> dict[int, Listing]:
@@ -70,27 +77,39 @@ class Bench:
         settings: RunSettings,
         hosts: list[AbstractContextManager[object]],
         listener: Callable[[Captured], None],
+        folder: Path,
         opener: Callable[[BusSettings], can.BusABC] = open_bus,
     ) -> None:
-        """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame."""
+        """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame.
+
+        ``folder`` takes what the programs of devices write.
+        """
         self.sessions: dict[int, DeviceSession] = {}
+        self.silent: dict[int, BenchError] = {}
         self._settings = settings
         self._hosts = hosts
         self._listener = listener
+        self._folder = folder
         self._open_bus = opener
         self._stack = ExitStack()
 
     def open(self) -> None:
-        """Open the bus and get to know every device; raises BenchError."""
+        """Open the bus and get to know every device that answers; raises BenchError.
+
+        A device that does not answer has no session and is listed in ``silent``.
+        """
         settings = self._settings
         link = Link(self._open_bus(settings.bus), str(settings.bus))
         self._stack.callback(link.close)
-        link.watch(settings.node_ids, self._further_ids())
+        link.watch(settings.node_ids, self._further_ids(), settings.neighbours)
         link.listen(self._listener)
         for host in self._hosts:
             self._stack.enter_context(host)
         for node_id in settings.node_ids:
-            self.sessions[node_id] = self._session(link, node_id)
+            try:
+                self.sessions[node_id] = self._session(link, node_id)
+            except (SilentNode, ProcessFailed) as error:
+                self.silent[node_id] = error
 
     def _further_ids(self) -> list[int]:
         """Return the 11-bit CAN-IDs beside those of the default channels that have to pass."""
@@ -107,26 +126,42 @@ class Bench:
         listing = settings.listings.get(node_id, Listing())
         objects = known_objects(settings.permits.named, listing)
         permits = settings.permits
+        listed = settings.all_listings[node_id]
+        allowed = permits.allowed(known_objects(permits.named, listed))
         device = Device(
             node_id,
             objects,
-            policy=WritePolicy(permits.allowed(objects), permits.permissions),
-            listing=settings.all_listings[node_id],
+            policy=WritePolicy(allowed, permits.permissions),
+            listing=listed,
             permits=permits,
             server_timeout=settings.server_timeout,
+            neighbours=settings.neighbours,
         )
+        revival = self._revival(channel)
+        if revival is not None:
+            revival.start()
         discover(channel, device)
         return DeviceSession(
             channel,
             device,
             seed=settings.seed,
             cansend_channel=_cansend_channel(settings.bus),
+            revival=revival,
         )
 
+    def _revival(self, channel: Channel) -> Revival | None:
+        if self._settings.process is None:
+            return None
+        settings = self._settings.process.of(channel.node_id)
+        log = self._folder / f"device-{channel.node_id}.log"
+        process = self._stack.enter_context(DeviceProcess(settings, log))
+        return Revival(settings, process, channel)
+
     def close(self) -> None:
-        """Take what came too late, stop the hosts and close the bus."""
+        """Take what came too late, put back what can be, stop the hosts and close the bus."""
         try:
             for session in self.sessions.values():
                 session.collect_late()
+                session.restore_pending()
         finally:
             self._stack.close()

@@ -85,6 +85,9 @@ def evidence_text(result: CaseResult) -> str:
         if value:
             lines.append(f"  {name}: {value}")
     lines += [f"  note: {note}" for note in result.notes]
+    if result.output:
+        lines.append("  the device's own output, its last lines:")
+        lines += [f"    {line}" for line in result.output]
     lines.append("  frames (> sent, < received):")
     lines += [f"  {line}" for line in result.trace]
     lines.append("  to repeat what was sent:")

@@ -6,11 +6,13 @@ from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
+from conformance.bus.link import Captured
 from conformance.device.device import Device, NotTestable
 from conformance.run.afterwards import Restorer, leave
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.recording import Recording
+from conformance.run.revival import Revival
 from conformance.run.verdict import INCIDENTAL, Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
@@ -24,6 +26,7 @@ from conformance.sdo.rules import (
     Violation,
 )
 
+_RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back beside the cases.")
 MOST_INCIDENTS = 200
 
 
@@ -51,20 +54,33 @@ class DeviceSession:
     """One device in one run."""
 
     def __init__(
-        self, channel: Channel, device: Device, *, seed: int, cansend_channel: str
+        self,
+        channel: Channel,
+        device: Device,
+        *,
+        seed: int,
+        cansend_channel: str,
+        revival: Revival | None = None,
     ) -> None:
-        """Take a device that was discovered."""
+        """Take a device that was discovered, and what can bring it back when it is lost."""
         self.channel = channel
         self.device = device
         self.whole_run = WholeRun()
         self.restorer = Restorer(device)
         self.lost = False
+        self.revival = revival
         self._seed = seed
         self._cansend_channel = cansend_channel
         self._frames = Recording(channel.ids)
+        self._in_case = False
         self._last_case = "the beginning of the run"
-        channel.link.listen(self._frames.add)
+        channel.link.listen(self._capture)
         channel.on_boot_up = self._count_boot_up
+
+    def _capture(self, captured: Captured) -> None:
+        # What goes to and fro while another device is tested is none of this one's.
+        if self._in_case:
+            self._frames.add(captured)
 
     def _count_boot_up(self) -> None:
         self.device.boot_ups += 1
@@ -74,6 +90,7 @@ class DeviceSession:
         self.collect_late()
         sdo = Dialogue(self.channel, self.device, rule, self._seed)
         self._frames.clear()
+        self._in_case = True
         self._last_case = case_id
         result = CaseResult(
             case_id,
@@ -92,6 +109,29 @@ class DeviceSession:
             actual = f"{describe_response(frame.data)} ({frame})"
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
             self.whole_run.late.append(Incident(self._last_case, late))
+
+    def revive(self) -> str:
+        """Bring a lost device back and put back what its loss has kept from being restored.
+
+        Returns an empty text, or why the device stays lost. Raises BenchError.
+        """
+        if self.revival is None:
+            return "nothing brings it back: there is neither --process nor --recover"
+        why = self.revival.attempt()
+        if not why:
+            self.lost = False
+            self.restore_pending()
+        return why
+
+    def restore_pending(self) -> None:
+        """Try once more to put back what could not be; what still cannot stays listed."""
+        if self.lost or not self.restorer.unrestored:
+            return
+        self.restorer.restore_pending(Dialogue(self.channel, self.device, _RESTORING, self._seed))
+
+    def end(self) -> None:
+        """End the running case."""
+        self._in_case = False
 
     def frames_so_far(self) -> int:
         """Return how many frames the running case has seen."""
@@ -142,6 +182,7 @@ class CaseRun:
         if result.verdict is not Verdict.PASS:
             result.trace = self._session.trace(own_frames, self.sdo.channels)
             result.reproduce = self._session.reproduce(own_frames)
+        self._session.end()
         return result
 
     def _judge(self, error: BaseException | None) -> None:
@@ -195,6 +236,7 @@ class CaseRun:
             )
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True
+            self.result.output = session.revival.process.tail() if session.revival else []
             session.restorer.give_up(self.sdo)
         else:
             session.restorer.restore(self.sdo)

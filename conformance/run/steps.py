@@ -17,7 +17,6 @@ from conformance.device.safety import IDENTITY, written_by
 from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.block_client import BlockClient, Burst, Step
-from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
@@ -31,7 +30,7 @@ from conformance.sdo.frames import (
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation
 
@@ -92,17 +91,10 @@ class Steps(Wire):
         if self._noted[violation.rule.id] <= MOST_NOTED:
             self.minor.append(violation)
 
-    def send(self, request: Message | bytes | Request) -> None:
-        """Send a request, and remember what it writes to."""
-        super().send(request)
-        self._remember(written_by(self._last_sent))
-
-    def send_frame(self, frame: CanFrame) -> None:
-        """Send any CAN frame, and remember what it writes to."""
-        super().send_frame(frame)
-        self._remember(written_by(self._last_sent))
-
-    def _remember(self, target: Multiplexer | None) -> None:
+    def about_to_send(self, request: Request) -> None:
+        """Remember what a request writes to, before an interruption could come in between."""
+        super().about_to_send(request)
+        target = written_by(request)
         if target is not None:
             self.written.add(target)
 

@@ -19,6 +19,8 @@ class Verdict(StrEnum):
     UNIMPLEMENTED = "unimplemented"
     NOT_TESTABLE = "not testable"
     FAIL = "fail"
+    KNOWN_DEVIATION = "known deviation"
+    STALE = "stale deviation"
     BENCH_ERROR = "bench error"
 
 
@@ -43,7 +45,8 @@ class CaseResult:
     ``rows`` are the rules that the case names. Times are in seconds: ``duration`` of the case, the
     longest ``latency`` of an answer, and what was ``waited`` for answers that did not come.
     ``trace`` holds the decoded frames, a line each, ``reproduce`` the commands that send the
-    requests again.
+    requests again. ``reason`` is why a known deviation may be one, ``output`` what a device that
+    was lost has written last.
     """
 
     case_id: str
@@ -64,6 +67,13 @@ class CaseResult:
     duration: float = 0.0
     latency: float = 0.0
     waited: float = 0.0
+    reason: str = ""
+    output: list[str] = field(default_factory=list)
+
+    @property
+    def broken_rule_id(self) -> str:
+        """The id of the broken rule; empty for an own test that failed by itself."""
+        return self.broken_rule.partition(":")[0]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""

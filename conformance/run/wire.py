@@ -9,7 +9,7 @@ import time
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
-from conformance.device.device import Device
+from conformance.device.device import Device, NotTestable
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -49,17 +49,21 @@ class Wire:
         if len(data) < FRAME_LENGTH:
             # What a careless device may take it for decides on what it may write.
             decoded = decode_request(data.ljust(FRAME_LENGTH, b"\0"))
-        self.device.policy.check(decoded)
-        self._last_sent = decoded
-        self._sent_at = time.monotonic()
+        self.about_to_send(decoded)
         self.channel.send(data)
 
     def send_frame(self, frame: CanFrame) -> None:
-        """Send any CAN frame, a request or not."""
-        self._last_sent = decode_request(frame.data.ljust(FRAME_LENGTH, b"\0"))
-        self.device.policy.check(self._last_sent)
-        self._sent_at = time.monotonic()
+        """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
+        if frame.remote and not self.channel.link.sends_remote_frames:
+            raise NotTestable(f"needs remote frames, which {self.channel.link.name} cannot send")
+        self.about_to_send(decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")))
         self.channel.send_frame(frame)
+
+    def about_to_send(self, request: Request) -> None:
+        """Take note of what goes out next; raises WriteNotPermitted."""
+        self.device.policy.check(request)
+        self._last_sent = request
+        self._sent_at = time.monotonic()
 
     def receive(self) -> bytes:
         """Return the data bytes of the next response, which has to come.

@@ -200,9 +200,9 @@ def test_filters_for_the_kernel(bench: Bench) -> None:
     bench.link.watch([5])
     assert bench.bus.filters == [
         {"can_id": 0x000, "can_mask": 0x780, "extended": False},
+        {"can_id": 0x700, "can_mask": 0x780, "extended": False},
         {"can_id": 0x580, "can_mask": 0x780, "extended": False},
         {"can_id": 0x600, "can_mask": 0x780, "extended": False},
-        {"can_id": 0x700, "can_mask": 0x780, "extended": False},
         {"can_id": 0x005, "can_mask": 0x07F, "extended": False},
         {"can_id": 0, "can_mask": 0, "extended": True},
     ]

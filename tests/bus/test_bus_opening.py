@@ -193,6 +193,10 @@ def test_a_missing_channel_is_an_error_of_the_bench() -> None:
             {"interface": "pcan", "channel": "PCAN_USBBUS1", "bitrate": 500000},
         ),
         (BusSettings("pcan"), {"interface": "pcan"}),
+        (
+            BusSettings("socketcand", "can0", options=(("host", "bench7"), ("port", "29536"))),
+            {"interface": "socketcand", "channel": "can0", "host": "bench7", "port": "29536"},
+        ),
     ],
 )
 def test_what_python_can_is_given(
@@ -216,6 +220,7 @@ def test_the_virtual_bus_opens() -> None:
         (BusSettings("socketcan", "can0"), "socketcan can0"),
         (BusSettings("pcan", "PCAN_USBBUS1", 250000), "pcan PCAN_USBBUS1, 250000 bit/s"),
         (BusSettings("kvaser", "0"), "kvaser 0"),
+        (BusSettings("socketcand", "c", options=(("port", "7"),)), "socketcand c, port=7"),
         (BusSettings("virtual"), "virtual"),
         (BusSettings(), "socketcan"),
     ],

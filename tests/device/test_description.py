@@ -8,8 +8,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from conformance.device.deny import DENIED, PERMISSIONS
-from conformance.device.description import Description, KnownDeviation, read_description
+from conformance.device.description import Description, read_description
 from conformance.device.files import FileError
+from conformance.device.known_deviations import Deviation
 from conformance.device.objects import KnownObject
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -27,6 +28,7 @@ permissions = ["nmt", "load-defaults"]
 interface = "socketcan"
 channel = "can1"
 bitrate = 250000
+options = {host = "bench7", port = 29536, tcp_tune = true}
 
 [objects]
 writable = ["2001", "2010:01", "2030=visible_string,wo"]
@@ -39,11 +41,12 @@ server-timeout = 2
 
 [process]
 command = ["./my_server", "vcan0"]
-recover = "./power-cycle.sh"
+recover = "./power-cycle.sh {node_id}"
 
 [[deviations]]
 case = "block-download.crc-mismatch"
 reason = "ticket 123"
+rule = "block.crc"
 
 [[deviations]]
 case = "od.default[1008h:00]"
@@ -66,6 +69,7 @@ def test_everything(tmp_path: Path) -> None:
         interface="socketcan",
         channel="can1",
         bitrate=250000,
+        can_options=(("host", "bench7"), ("port", "29536"), ("tcp_tune", "True")),
         writable=(
             KnownObject(Multiplexer(0x2001)),
             KnownObject(Multiplexer(0x2010, 1)),
@@ -76,11 +80,11 @@ def test_everything(tmp_path: Path) -> None:
         response=0.5,
         server_timeout=2.0,
         command=("./my_server", "vcan0"),
-        recover=("./power-cycle.sh",),
+        recover=("./power-cycle.sh", "{node_id}"),
         permissions=frozenset({"nmt", "load-defaults"}),
         deviations=(
-            KnownDeviation("block-download.crc-mismatch", "ticket 123"),
-            KnownDeviation("od.default[1008h:00]", "ticket 124"),
+            Deviation("block-download.crc-mismatch", "ticket 123", "block.crc"),
+            Deviation("od.default[1008h:00]", "ticket 124"),
         ),
     )
     assert {mux for mux in said.never if mux.index == 0x2101} == {Multiplexer(0x2101, 2)}
@@ -133,6 +137,10 @@ WRONG = {
     "[timing]\nserver-timeout = 'long'": (
         "line 2: server-timeout = 'long': write seconds, as in 0.5."
     ),
+    "[can]\noptions = ['port=1']": (
+        "line 2: options = \"['port=1']\": write a table, as in {port = 29536}."
+    ),
+    '[process]\nrecover = "\'"': ('line 2: recover = "\'": write a command, as in "./cycle.sh".'),
     "[process]\ncommand = []": "line 2: command = '[]': write a list, as in [\"./my_server\"].",
     "[permissions]\nload-default = true": (
         "line 2: there is no key 'load-default' in [permissions]. Did you mean 'load-defaults'?"
@@ -184,7 +192,7 @@ def test_files_that_are_no_text(tmp_path: Path) -> None:
     for content, expected in (
         (b"node-id = 5\n# \xff", "line 2: the text is not in UTF-8: save it in UTF-8."),
         (b"n\0o\0", "line 1: a byte of 0: this is no text file, or one in UTF-16."),
-        (b"#" * 10_000_000, "the file is larger than 64 KiB: is it the right one?"),
+        (b"#" * 10_000_000, "the file is larger than 1024 KiB: is it the right one?"),
     ):
         path.write_bytes(content)
         with pytest.raises(FileError) as caught:

@@ -48,6 +48,22 @@ def hosted(*nodes: HostedNode) -> Iterator[tuple[str, ...]]:
         yield "--can-interface=virtual", f"--can-channel={channel}"
 
 
+def settings_of(bus: tuple[str, ...]) -> BusSettings:
+    """Return the settings of the bus to which options lead: interface, channel, what else."""
+    interface, channel, *rest = (option.partition("=")[2] for option in bus)
+    pairs = (setting.partition("=") for setting in rest)
+    return BusSettings(interface, channel, options=tuple((name, value) for name, _, value in pairs))
+
+
+@contextmanager
+def hosted_on(bus: tuple[str, ...], *nodes: HostedNode) -> Iterator[None]:
+    """Host nodes on the socketcand bus to which these options lead."""
+    with ExitStack() as stack:
+        for node in nodes:
+            stack.enter_context(NodeHost(open_bus(settings_of(bus)), node))
+        yield
+
+
 @contextmanager
 def reference() -> Iterator[tuple[str, ...]]:
     """Host the reference server; yields the options of a run that tests it like any device."""

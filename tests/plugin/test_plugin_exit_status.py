@@ -54,13 +54,11 @@ def test_only_what_cannot_be_tested(pytester: pytest.Pytester) -> None:
 # A silent node
 
 
-def silent(
-    pytester: pytest.Pytester, *nodes: HostedNode, node_ids: str = str(NODE_ID)
-) -> pytest.RunResult:
-    """Run against nodes of which none, or not each, answers."""
+def silent(pytester: pytest.Pytester, *nodes: HostedNode) -> pytest.RunResult:
+    """Run against a node that does not answer, among others."""
     timeout = f"--response-timeout={RESPONSE_TIMEOUT}"
     with hosted(*nodes) as bus:
-        result = run(pytester, f"--node-id={node_ids}", *bus, timeout)
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, timeout)
     assert result.ret == 10
     assert "passed" not in result.parseoutcomes()
     assert "Traceback" not in result.stdout.str() + result.stderr.str()
@@ -102,9 +100,12 @@ def test_a_node_that_starts_and_does_not_answer(pytester: pytest.Pytester) -> No
 
 
 def test_one_silent_node_of_two(pytester: pytest.Pytester) -> None:
-    """No case is run: a run that leaves a device out must not look like one that does not."""
-    result = silent(pytester, build_node(None, NODE_ID), node_ids="5,9")
-    result.stdout.fnmatch_lines(["Node 9 does not answer."])
+    """The other is tested; a run that leaves a device out does not look like one that does not."""
+    chosen = ("--node-id=5,9", "-k", "abort.frame", f"--response-timeout={RESPONSE_TIMEOUT}")
+    with hosted(build_node(None, NODE_ID)) as bus:
+        result = run(pytester, *bus, *chosen)
+    assert result.ret == ExitCode.SILENT_NODE
+    result.stdout.fnmatch_lines(["node 5: 1 pass", "node 9: 1 not run", "Node 9 does not answer."])
     result.stdout.no_fnmatch_line("Node 5 does not answer.")
 
 
@@ -158,6 +159,29 @@ def test_a_second_client_between_two_cases(pytester: pytest.Pytester) -> None:
     )
 
 
+IN_A_CASE = f"""
+    import can
+
+    def test_disturbed(sdo, request):
+        assert sdo.fence() == []
+        channel = request.config.getoption("can_channel")
+        with can.Bus(interface="virtual", channel=channel) as bus:
+            read = bytes.fromhex("4000100000000000")
+            bus.send(can.Message(arbitration_id={0x600 + NODE_ID}, data=read, is_extended_id=False))
+            sdo.fence()
+"""
+
+
+def test_a_second_client_in_the_middle_of_a_case(pytester: pytest.Pytester) -> None:
+    """It is an error and not a failure of the device, though answers were mixed up."""
+    pytester.makepyfile(test_mine=IN_A_CASE)
+    with reference() as options:
+        result = run(pytester, *options, "test_mine.py")
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["*Another node sends SDO requests on 605h*a PLC).*"])
+
+
 WRITES = """
     from conformance.sdo.layout import Multiplexer
 
@@ -191,7 +215,7 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
             "  afterwards: lost",
             "*= the bench =*",
             "Node 5 answered before and does not any more*power-cycle it*",
-            "*Interrupted: node 5 was lost in segmented-download.foreign[[]unknown-FFh]*",
+            "not run: 16 cases of node 5: lost in *[[]unknown-FFh]; nothing brings it back*",
         ]
     )
 

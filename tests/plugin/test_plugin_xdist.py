@@ -1,19 +1,240 @@
-"""Workers of pytest-xdist would talk to one device all at once: they are refused in a sentence."""
+"""-n: several devices at once, each left to one worker, and one report of all."""
+
+import re
+from collections import defaultdict
 
 import pytest
-from plugin_runs import run, the_report
+from plugin_runs import QUICK, parsed, reports, self_test, the_report
+
+from conformance.running import ExitCode
 
 pytest_plugins = ["pytester"]
 
+CHOSEN = ("-k", "abort or specifier.block-upload or upload.identity or test_whole_run")
+WRONG = "--fault=identity-count-wrong"
+THREE = ("--self-test", "--node-id=5,9,12", WRONG, *CHOSEN)
 
-def test_workers_are_refused(pytester: pytest.Pytester) -> None:
-    result = run(pytester, "--self-test", "-n", "2")
-    assert result.ret == pytest.ExitCode.USAGE_ERROR
-    result.stderr.fnmatch_lines(["ERROR: *leave out -n (pytest-xdist)*"])
+
+def run_workers(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+    """Run the suite with workers, which are processes."""
+    folder = f"--report-dir={reports(pytester)}"
+    return pytester.runpytest_subprocess(*QUICK, folder, *arguments)
+
+
+def cases(pytester: pytest.Pytester) -> list[tuple[str, str, str]]:
+    """Return what became of each case, in the order of the report."""
+    found = [
+        (
+            case.attrib["classname"],
+            case.attrib["name"],
+            " ".join(child.tag for child in case if child.tag != "system-out"),
+        )
+        for case in parsed(the_report(pytester) / "junit.xml").iter("testcase")
+    ]
+    assert found
+    return found
+
+
+def properties(pytester: pytest.Pytester) -> dict[str, str]:
+    """Return what a report says of the run and its devices."""
+    root = parsed(the_report(pytester) / "junit.xml")
+    found = {p.attrib["name"]: p.attrib["value"] for p in root.iter("property")}
+    found["bus"] = re.sub(r"conformance-\S+", "CHANNEL", found["bus"])
+    return found
+
+
+def rows(result: pytest.RunResult) -> list[str]:
+    """Return the rows of the devices and the lines below them."""
+    return [line for line in result.outlines if re.match(r"node \d+: |\d+ pass", line)]
+
+
+def log_lines(pytester: pytest.Pytester) -> list[str]:
+    """Return the one log of the run."""
+    (log,) = the_report(pytester).glob("bus*.log")
+    return log.read_text(encoding="utf-8").splitlines()
+
+
+def test_three_devices_on_two_workers(pytester: pytest.Pytester) -> None:
+    result = run_workers(pytester, *THREE, "-n", "2", "-v")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+
+    workers = defaultdict(set)
+    for worker, node in re.findall(r"^\[(gw\d)\].*@(\d+)", result.stdout.str(), re.MULTILINE):
+        workers[worker].add(node)
+    assert dict(workers) == {"gw0": {"5", "12"}, "gw1": {"9"}}
+
+    at_once, described, told = cases(pytester), properties(pytester), rows(result)
+    log = log_lines(pytester)
+    assert [line[1:18] for line in log] == sorted(line[1:18] for line in log)
+    asked = {match[1] for line in log if (match := re.search(r" (6\w\w)#\S* T$", line))}
+    assert asked == {"605", "609", "60C"}
+    the_report(pytester).rename(pytester.path / "at once")
+    in_turn = self_test(pytester, *THREE)
+    assert at_once == cases(pytester)
+    assert described == properties(pytester)
+    assert told == rows(in_turn)
+    assert len(told) == 4
+    assert len(log) == len(log_lines(pytester)), "each frame stands once in the log"
+    expected = in_turn.parseoutcomes()
+    expected.pop("deselected")
+    assert result.parseoutcomes() == expected
+
+
+def test_the_evidence_is_that_of_one_process(pytester: pytest.Pytester) -> None:
+    result = run_workers(pytester, "--self-test", WRONG, "-k", "upload.identity", "-n", "2")
+    result.stdout.fnmatch_lines(
+        [
+            "upload.identity: FAIL (MUST, CiA 301 clause *, node 5)",
+            "  to repeat what was sent:",
+            "FAILED cases/*::upload.identity - expected*",
+        ]
+    )
+
+
+def test_a_device_keeps_the_order_of_its_cases(pytester: pytest.Pytester) -> None:
+    result = run_workers(pytester, "--self-test", "--node-id=5,9", *CHOSEN, "-n", "2", "-v")
+    began = re.findall(r"^\[gw1\].*::(\S+)@9", result.stdout.str(), re.MULTILINE)
+    assert began[-3:] == ["run.reserved", "run.filler", "run.no-late-response"]
+    alone = self_test(pytester, "--node-id=9", *CHOSEN, "-v")
+    assert began == re.findall(r"::(\S+) +(?:PASSED|INFO|NON)", alone.stdout.str())
+
+
+def test_devices_are_tested_side_by_side(pytester: pytest.Pytester) -> None:
+    """While one takes its time for an answer, the others are asked."""
+    slow = ("--node-id=5,9,12", "-n", "3", "--answer-delay=0.02", "-k", "frame.one or frame.mirror")
+    assert run_workers(pytester, "--self-test", *slow).ret == pytest.ExitCode.OK
+    times = defaultdict(list)
+    for line in log_lines(pytester):
+        match = re.match(r"\((\d+\.\d+)\) \S+ (6\w\w)#", line)
+        if match:
+            times[match[2]].append(float(match[1]))
+    assert set(times) >= {"605", "609", "60C"}
+    under_test = [times[identifier] for identifier in ("605", "609", "60C")]
+    assert max(map(min, under_test)) < min(map(max, under_test))
+
+
+OWN = """
+    import pytest
+
+    @pytest.mark.parametrize("number", range(6))
+    def test_mine(sdo, number):
+        assert sdo.fence() == []
+
+    @pytest.mark.parametrize("node_id", [5, 9])
+    def test_each(device, node_id):
+        assert device.node_id == node_id
+
+    def test_without_a_device():
+        pass
+"""
+
+
+@pytest.mark.parametrize("nodes", ["5", "5,9"], ids=["one-device", "two"])
+def test_tests_of_the_users_own(pytester: pytest.Pytester, nodes: str) -> None:
+    """Each is run once, where its device is: two workers would take each other for a client."""
+    pytester.makepyfile(test_mine=OWN)
+    chosen = ("test_mine.py", "-k", "not 9" if nodes == "5" else "test")
+    result = run_workers(pytester, "--self-test", f"--node-id={nodes}", *chosen, "-n", "2", "-v")
+    assert result.ret == pytest.ExitCode.OK
+    ran = re.findall(r"^\[(gw\d)\].*::(\S+)", result.stdout.str(), re.MULTILINE)
+    assert len(ran) == len({name for _, name in ran}) == (8 if nodes == "5" else 9)
+    assert {worker for worker, name in ran if name.startswith("test_mine")} == {"gw0"}
+
+
+def test_nothing_selected(pytester: pytest.Pytester) -> None:
+    assert run_workers(pytester, "--self-test", "-k", "no_such_case", "-n", "1").ret == 5
+
+
+def test_nothing_selected_on_one_of_the_workers(pytester: pytest.Pytester) -> None:
+    chosen = ("-k", "upload.identity and 5", "--node-id=5,9", "-n", "2")
+    result = run_workers(pytester, "--self-test", *chosen)
+    assert result.ret == pytest.ExitCode.OK
+    result.assert_outcomes(passed=1)
+
+
+def test_a_worker_for_each_device(pytester: pytest.Pytester) -> None:
+    chosen = ("-k", "upload.identity", "--node-id=5,9,12", "-n", "auto", "-v")
+    result = run_workers(pytester, "--self-test", *chosen)
+    assert result.ret == pytest.ExitCode.OK
+    ran = re.findall(r"^\[gw\d\]", result.stdout.str(), re.MULTILINE)
+    assert sorted(ran) == ["[gw0]", "[gw1]", "[gw2]"]
+
+
+HALTS = (
+    *("--self-test", "--fault=unknown-specifier-halts", "--response-timeout=0.1"),
+    *("-k", "specifier.unknown and FFh"),
+)
+BROKEN = {
+    "late-answer": (("--self-test", "--fault=answers-late", "-k", "abort.not"), 1),
+    "unknown-fault": (("--self-test", "--fault=answer-late"), pytest.ExitCode.USAGE_ERROR),
+    "silent-node": (
+        ("--node-id=5", "--can-interface=virtual", "--response-timeout=0.1"),
+        ExitCode.SILENT_NODE,
+    ),
+    "no-interface": (
+        ("--node-id=5", "--can-interface=socketcan", "--can-channel=no-such-can0"),
+        ExitCode.BENCH_ERROR,
+    ),
+    "lost-device": (HALTS, ExitCode.DEVICE_LOST),
+    "lost-devices": ((*HALTS, "--node-id=5,9"), ExitCode.DEVICE_LOST),
+}
+SAID = {
+    "late-answer": "came too late, after abort.not-answered*",
+    "unknown-fault": "*Did you mean 'answers-late'?*",
+    "silent-node": "Node 5 does not answer.",
+    "no-interface": "socketcan no-such-can0 cannot be opened: *",
+    "lost-device": "Node 5 answered before and does not any more*",
+    "lost-devices": "Node 9 answered before and does not any more*",
+}
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_what_is_wrong_is_told_as_without_workers(pytester: pytest.Pytester, what: str) -> None:
+    arguments, status = BROKEN[what]
+    result = run_workers(pytester, *arguments, "-n", "2")
+    text = result.stdout.str() + result.stderr.str()
+    assert result.ret == status
+    assert "INTERNALERROR" not in text
+    pytest.LineMatcher(text.splitlines()).fnmatch_lines([SAID[what]])
+
+
+CRASHES = """
+    import os
+
+    def test_first(sdo):
+        assert sdo.fence() == []
+
+    def test_crash(device):
+        os._exit(3)
+
+    def test_last(sdo):
+        assert sdo.fence() == []
+"""
+
+
+def test_a_worker_that_crashes(pytester: pytest.Pytester) -> None:
+    """The run is no success, nobody takes over, and the other device is tested to the end."""
+    pytester.makepyfile(test_crash=CRASHES)
+    pytester.makepyfile(
+        test_other="""
+        import pytest
+
+        @pytest.mark.parametrize("node_id", [9])
+        @pytest.mark.parametrize("number", range(20))
+        def test_each(sdo, device, node_id, number):
+            assert device.node_id == 9
+        """
+    )
+    chosen = ("test_crash.py", "test_other.py")
+    result = run_workers(pytester, "--self-test", "--node-id=5,9", *chosen, "-n", "2", "-v")
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.stdout.fnmatch_lines(["*= the bench =*", "The process gw0 ended before its time*: 5.*"])
+    assert len(re.findall(r"PASSED.*test_each", result.stdout.str())) == 20
+    assert not re.search(r"PASSED.*test_last", result.stdout.str())
 
 
 def test_several_devices_in_turn(pytester: pytest.Pytester) -> None:
-    result = run(pytester, "--self-test", "--node-id=5,9", "-v", "-k", "upload.identity")
+    result = self_test(pytester, "--node-id=5,9", "-v", "-k", "upload.identity")
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(["*::upload.identity@5 PASSED*", "*::upload.identity@9 PASSED*"])
     assert (the_report(pytester) / "junit.xml").is_file()

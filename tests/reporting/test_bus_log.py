@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reporting_results import UNHURRIED
 
 from conformance.bus.link import Captured, Direction
-from conformance.reporting.bus_log import BusLog
+from conformance.reporting.bus_log import BusLog, merge_logs
 from conformance.sdo.can_frame import CanFrame
 
 DATA = st.binary(max_size=8)
@@ -90,3 +90,22 @@ def test_channel_stands_in_each_line(tmp_path: Path, channel: str, name: str) ->
 def test_nothing_on_the_bus_is_an_empty_file(tmp_path: Path) -> None:
     assert log(tmp_path / "bus.log", []) == []
     assert (tmp_path / "bus.log").read_bytes() == b""
+
+
+def test_several_logs_become_one(tmp_path: Path) -> None:
+    parts = [tmp_path / "bus-gw0.log", tmp_path / "bus-gw1.log"]
+    parts[0].write_text("(1.000000) can0 605#40 T\n(3.000000) can0 585#43 R\n", encoding="utf-8")
+    parts[1].write_text("(2.000000) can0 609#40 T\n(3.000000) can0 589#43 R\n", encoding="utf-8")
+    merge_logs(parts, tmp_path / "bus.log")
+    assert (tmp_path / "bus.log").read_text(encoding="utf-8").splitlines() == [
+        "(1.000000) can0 605#40 T",
+        "(2.000000) can0 609#40 T",
+        "(3.000000) can0 585#43 R",
+        "(3.000000) can0 589#43 R",
+    ]
+    assert list(tmp_path.iterdir()) == [tmp_path / "bus.log"]
+
+
+def test_no_logs_become_none(tmp_path: Path) -> None:
+    merge_logs([], tmp_path / "bus.log")
+    assert list(tmp_path.iterdir()) == []

@@ -16,6 +16,7 @@ CHILDREN = [
     (Verdict.BENCH_ERROR, False, ["error", "system-out"]),
     (Verdict.UNIMPLEMENTED, False, ["skipped", "system-out"]),
     (Verdict.NOT_TESTABLE, False, ["skipped", "system-out"]),
+    (Verdict.STALE, False, ["failure", "system-out"]),
     (Verdict.PASS, True, ["system-out"]),
     (Verdict.INFO, True, ["system-out"]),
 ]
@@ -37,6 +38,7 @@ def test_verdict(
     ("verdict", "kind", "message"),
     [
         (Verdict.FAIL, "fail", "abort 1000h:00"),
+        (Verdict.STALE, "stale deviation", "abort 1000h:00"),
         (Verdict.BENCH_ERROR, "bench error", "abort 1000h:00"),
         (Verdict.UNIMPLEMENTED, "skipped", "unimplemented: abort 1000h:00"),
         (Verdict.NOT_TESTABLE, "skipped", "not testable: abort 1000h:00"),
@@ -46,6 +48,13 @@ def test_type_and_message(tmp_path: Path, verdict: Verdict, kind: str, message: 
     root = written(tmp_path / "junit.xml", [result(verdict, actual="abort 1000h:00")])
     child = found(root, "testsuite/testcase")[0]
     assert (child.get("type"), child.get("message")) == (kind, message)
+
+
+def test_a_known_deviation_shows_its_reason(tmp_path: Path) -> None:
+    known = result(Verdict.KNOWN_DEVIATION, actual="abort 1000h:00", reason="ticket 1")
+    root = written(tmp_path / "junit.xml", [known])
+    child = found(root, "testsuite/testcase")[0]
+    assert (child.tag, child.get("message")) == ("skipped", "known deviation: ticket 1")
 
 
 def test_counts(tmp_path: Path) -> None:

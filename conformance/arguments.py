@@ -1,0 +1,225 @@
+"""The suite's options: how they are declared to pytest, and what each of them takes."""
+
+import math
+import shlex
+from argparse import ArgumentTypeError
+
+import pytest
+
+from conformance.device.deny import PermissionNameError, parse_permission
+from conformance.device.objects import ObjectNameError, parse_object
+from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
+from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
+
+
+def add_options(parser: pytest.Parser) -> None:
+    """Declare the options. ``--strict`` is pytest's own; the suite listens to it."""
+    group = parser.getgroup("conformance", "CANopen SDO conformance")
+    group.addoption(
+        "--node-id",
+        metavar="N",
+        type=_node_ids,
+        help="node-ID of the device under test, 1 to 127; a list like 1-4,9 for several, which "
+        "are tested in turn, or at once with -n of pytest-xdist",
+    )
+    group.addoption(
+        "--device",
+        metavar="FILE.toml",
+        dest="device_description",
+        help="the description of the device: node-ID, bus, EDS, what may be written and more; "
+        "options override it",
+    )
+    group.addoption(
+        "--eds",
+        metavar="FILE",
+        help="the EDS or DCF of the device: adds cases for every object that it lists",
+    )
+    group.addoption(
+        "--scan",
+        action="store_true",
+        help="read all indices as well, 65535 of them, and tell what the EDS does not list",
+    )
+    group.addoption("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
+    group.addoption("--can-channel", metavar="NAME", help="channel of the interface (can0)")
+    group.addoption(
+        "--can-bitrate",
+        metavar="BIT/S",
+        type=int,
+        help="bit rate for interfaces that set it; SocketCAN's is set with 'ip link'",
+    )
+    group.addoption(
+        "--can-option",
+        metavar="NAME=VALUE",
+        type=named_value,
+        action="append",
+        default=[],
+        dest="can_options",
+        help="anything else that the interface takes in python-can, as host=10.0.0.7 and "
+        "port=29536 of socketcand; may be repeated",
+    )
+    group.addoption(
+        "--response-timeout",
+        metavar="SECONDS",
+        type=_seconds,
+        help=f"time within which a response has to come ({DEFAULT_RESPONSE_TIMEOUT})",
+    )
+    group.addoption(
+        "--server-timeout",
+        metavar="SECONDS",
+        type=_seconds,
+        help="time after which the device itself gives up a transfer whose client is silent, if "
+        "it does: is tested then (the built-in server gets one)",
+    )
+    group.addoption(
+        "--object",
+        metavar="INDEX[:SUB][=TYPE[,ACCESS]]",
+        type=_object,
+        action="append",
+        default=[],
+        dest="conformance_objects",
+        help="an object that may be written (and is restored), as 2001 or 2010:01=unsigned16; "
+        "with access wo or ro one that cannot be read or written; may be repeated",
+    )
+    group.addoption(
+        "--sdo-channel",
+        metavar="REQUEST:RESPONSE",
+        type=_channel,
+        help="test the device on another SDO channel than the default one: its CAN-IDs in "
+        "hexadecimal, as in 640:5C0; more than 3 digits are 29-bit CAN-IDs",
+    )
+    group.addoption(
+        "--allow",
+        metavar="NAME",
+        type=_permission,
+        action="append",
+        default=[],
+        dest="conformance_permissions",
+        help="permit what is not done otherwise: nmt (commands to the device, which is left "
+        "Pre-operational, and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or "
+        "another of the names in the README; may be repeated",
+    )
+    group.addoption(
+        "--self-test",
+        action="store_true",
+        help="test the built-in reference server on a virtual bus: no hardware, no device",
+    )
+    group.addoption(
+        "--fault",
+        metavar="NAME",
+        help="with --self-test: a faulty or unusual server instead ('conformance faults' lists)",
+    )
+    group.addoption(
+        "--simulated",
+        action="store_true",
+        help="with --self-test: the server answers within the call that sends; nothing ever waits",
+    )
+    group.addoption(
+        "--answer-delay",
+        metavar="SECONDS",
+        type=_seconds,
+        default=0.0,
+        help="with --self-test: the time that the device takes for each answer (none)",
+    )
+    group.addoption(
+        "--process",
+        metavar="COMMAND",
+        type=_command,
+        help="the device as a program: started for the run, stopped afterwards, started again "
+        "when lost; {node_id} stands for the node-ID",
+    )
+    group.addoption(
+        "--recover",
+        metavar="COMMAND",
+        type=_command,
+        help="what brings a device on the bench back that was lost, as ./power-cycle.sh",
+    )
+    group.addoption(
+        "--deviations",
+        metavar="FILE",
+        help="TOML with known deviations: [[deviations]] tables of case and reason; a case that "
+        "is listed may fail, and must not pass",
+    )
+    group.addoption(
+        "--write-deviations",
+        metavar="FILE",
+        help="draft such a list from what fails in this run",
+    )
+    group.addoption(
+        "--report-dir",
+        metavar="DIR",
+        default="reports",
+        help="where each run leaves a folder with its reports (%(default)s)",
+    )
+    group.addoption(
+        "--seed",
+        metavar="N",
+        type=int,
+        default=DEFAULT_SEED,
+        help="decides on the bytes that cases write (%(default)s)",
+    )
+
+
+def _node_ids(text: str) -> list[int]:
+    found: dict[int, None] = {}
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        try:
+            low = int(first, 0)
+            high = int(last, 0) if dash else low
+        except ValueError:
+            raise ArgumentTypeError(
+                f"{part!r} is no node-ID: write a number or a range, as in 1-4,9"
+            ) from None
+        if not 1 <= low <= high <= HIGHEST_NODE_ID:
+            raise ArgumentTypeError(f"{part!r}: node-IDs go from 1 to {HIGHEST_NODE_ID}")
+        found.update(dict.fromkeys(range(low, high + 1)))
+    return list(found)
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise ArgumentTypeError(f"{text!r} is no time: write seconds, as in 0.5")
+    return value
+
+
+def _channel(text: str) -> ChannelIds:
+    try:
+        return ChannelIds.parse(text)
+    except ChannelError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def _permission(text: str) -> str:
+    try:
+        return parse_permission(text)
+    except PermissionNameError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def named_value(text: str) -> tuple[str, str]:
+    """Read NAME=VALUE; raises ArgumentTypeError."""
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip().isidentifier():
+        raise ArgumentTypeError(f"{text!r} is no setting: write NAME=VALUE, as in port=29536")
+    return name.strip(), value
+
+
+def _command(text: str) -> list[str]:
+    try:
+        parts = shlex.split(text)
+    except ValueError as error:
+        raise ArgumentTypeError(f"{text!r} is no command: {error}") from None
+    if not parts:
+        raise ArgumentTypeError("an empty text is no command")
+    return parts
+
+
+def _object(text: str) -> object:
+    try:
+        return parse_object(text)
+    except ObjectNameError as error:
+        raise ArgumentTypeError(str(error)) from None

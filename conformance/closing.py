@@ -1,0 +1,126 @@
+"""What comes of a run: results are gathered, reports written, the exit status settled."""
+
+from pathlib import Path
+
+import pytest
+
+from conformance.bus.errors import BenchError, DeviceLost, SilentNode
+from conformance.device.known_deviations import write_deviations
+from conformance.outcome import Evidence, SummaryTerminal
+from conformance.reporting.bus_log import merge_logs
+from conformance.reporting.junit import write_junit
+from conformance.reporting.summary import device_lines, run_properties, summary_lines
+from conformance.run.accounting import draft
+from conformance.run.verdict import CaseResult, Verdict
+from conformance.running import ExitCode
+from conformance.state import RunState
+from conformance.workers import Controller
+
+
+class Closing:
+    """The hooks of the process that reports: the only one, or the controller of workers."""
+
+    def __init__(self, state: RunState, controller: Controller | None) -> None:
+        """Take the state, and the controller where the work is done elsewhere."""
+        self._state = state
+        self._controller = controller
+
+    # Results
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Collect results, of this process and of those that work for it."""
+        values = getattr(report, "conformance", None)
+        if values is None:
+            return
+        result = CaseResult.from_dict(values)
+        self._state.results.append(result)
+        if self._controller is not None and isinstance(report.longrepr, str):
+            # Between processes the evidence was but text.
+            report.longrepr = Evidence(result)  # type: ignore[assignment]
+
+    def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
+        """Show what passed with a remark apart from what passed."""
+        values = getattr(report, "conformance", None)
+        if values is None or not report.passed:
+            return None
+        if values["verdict"] == Verdict.NON_STRICT:
+            return "non-strict", "n", "NON-STRICT"
+        if values["verdict"] == Verdict.INFO:
+            return "info", "i", "INFO"
+        return None
+
+    # The end
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        """Write the reports, and settle the exit status."""
+        state, findings = self._state, self._state.findings
+        state.results.sort(key=lambda result: state.options.node_ids.index(result.node_id))
+        if self._controller is not None:
+            merge_logs(self._logs_of_workers(self._controller), state.bus_log)
+        if state.results:
+            state.report_dir.mkdir(parents=True, exist_ok=True)
+            write_junit(
+                state.report_dir / "junit.xml",
+                state.results,
+                run_properties(state.options.run)
+                | findings.properties
+                | ({"not-restored": "; ".join(findings.unrestored)} if findings.unrestored else {}),
+                timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
+                strict=state.options.strict,
+            )
+            if state.options.draft is not None:
+                self._draft(state.options.draft)
+        if findings.bench_errors:
+            session.exitstatus = _exit_code(findings.bench_errors)
+        elif session.exitstatus == pytest.ExitCode.OK and findings.unjudged:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def _draft(self, path: Path) -> None:
+        drafted = draft(self._state.results, strict=self._state.options.strict)
+        try:
+            write_deviations(path, drafted)
+        except OSError as error:
+            self._state.findings.bench_errors.append(
+                BenchError(f"The known deviations cannot be written: {error}.")
+            )
+
+    def _logs_of_workers(self, controller: Controller) -> list[Path]:
+        # One that has not ended is writing still.
+        parts = [self._state.bus_log_of(worker) for worker in sorted(controller.finished)]
+        return [part for part in parts if part.is_file()]
+
+    def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
+        """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
+        state, findings, write = self._state, self._state.findings, terminalreporter.write_line
+        terminalreporter.ensure_newline()
+        if state.results:
+            terminalreporter.section("conformance")
+            for line in device_lines(state.options.node_ids, state.results, findings.not_run):
+                write(line)
+            for line in summary_lines(state.results):
+                write(line)
+            unexplained = [known for known in state.options.deviations if not known.is_explained]
+            if unexplained:
+                write(f"{len(unexplained)} known deviations lack a reason: say why they may stay")
+            if state.options.draft is not None:
+                write(f"known deviations were drafted: {state.options.draft}")
+            write(f"reports: {state.report_dir}")
+        for unjudged in findings.unjudged:
+            write(f"came too late, after {unjudged}", red=True)
+        for unrestored in findings.unrestored:
+            write(f"not restored: {unrestored}")
+        if findings.bench_errors:
+            terminalreporter.section("the bench", red=True)
+            for error in dict.fromkeys(map(str, findings.bench_errors)):
+                write(error)
+        for node_id, cases in findings.not_run.items():
+            write(f"not run: {cases} cases of node {node_id}: {findings.out[node_id]}")
+
+
+def _exit_code(errors: list[BenchError]) -> ExitCode:
+    kinds = {type(error) for error in errors}
+    if not kinds <= {SilentNode, DeviceLost}:
+        return ExitCode.BENCH_ERROR
+    return ExitCode.SILENT_NODE if SilentNode in kinds else ExitCode.DEVICE_LOST

@@ -1,0 +1,60 @@
+"""What a process found beside the results of its cases: told to the user, and between processes."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any
+
+from conformance.bus.errors import BenchError, error_named
+from conformance.run.session import DeviceSession
+
+
+@dataclass(slots=True)
+class Findings:
+    """What counts for the exit status and the summary though no case says it.
+
+    ``unjudged`` are late answers that no selected case has judged, ``unrestored`` lines that say
+    what to write back by hand; ``out`` says why a device could not be tested any further, and
+    ``not_run`` how many of its cases that leaves;
+    ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
+    """
+
+    properties: dict[str, str] = field(default_factory=dict)
+    bench_errors: list[BenchError] = field(default_factory=list)
+    unjudged: list[str] = field(default_factory=list)
+    unrestored: list[str] = field(default_factory=list)
+    out: dict[int, str] = field(default_factory=dict)
+    not_run: Counter[int] = field(default_factory=Counter)
+    wrong_use: str = ""
+
+    def close(self, session: DeviceSession, *, judged: bool) -> None:
+        """Take what a device's part of the run leaves behind."""
+        if not judged:
+            self.unjudged += [
+                f"{incident.case_id}: {incident.violation}" for incident in session.whole_run.late
+            ]
+        self.unrestored += [
+            f"write {value} to {mux} of node {session.device.node_id}"
+            for mux, value in session.restorer.unrestored.items()
+        ]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values, which another process can take."""
+        return {
+            "properties": self.properties,
+            "bench_errors": [(type(error).__name__, str(error)) for error in self.bench_errors],
+            "unjudged": self.unjudged,
+            "unrestored": self.unrestored,
+            "out": self.out,
+            "not_run": dict(self.not_run),
+            "wrong_use": self.wrong_use,
+        }
+
+    def add(self, values: dict[str, Any]) -> None:
+        """Take what ``as_dict`` returned elsewhere."""
+        self.properties |= values["properties"]
+        self.bench_errors += [error_named(kind, text) for kind, text in values["bench_errors"]]
+        self.unjudged += values["unjudged"]
+        self.unrestored += values["unrestored"]
+        self.out |= values["out"]
+        self.not_run.update(values["not_run"])
+        self.wrong_use = self.wrong_use or values["wrong_use"]

@@ -1,0 +1,74 @@
+"""A device that has a program or a command to recover it: awaited at the start, brought back."""
+
+import time
+
+from conformance.bus.channel import Channel
+from conformance.bus.errors import ProcessFailed
+from conformance.device.device import DEVICE_TYPE
+from conformance.device.process import DeviceProcess, ProcessSettings
+from conformance.sdo.frames import UploadInitiate
+from conformance.sdo.nmt import NmtState, error_control
+
+# The program may end while it is awaited: it is looked after so often, in seconds.
+LOOK = 0.1
+
+
+class Revival:
+    """Starts a device, and starts it again when it was lost, so many times as it may."""
+
+    def __init__(self, settings: ProcessSettings, process: DeviceProcess, channel: Channel) -> None:
+        """Take the program, which is not running yet, and the channel on which it will answer."""
+        self.process = process
+        self._channel = channel
+        self._start_limit = settings.start_limit
+        self._left = settings.restarts
+
+    def start(self) -> None:
+        """Start the program and await the device; raises ProcessFailed with its output."""
+        self.process.start()
+        self._await()
+
+    def attempt(self) -> str:
+        """Bring a lost device back; return an empty text, or why it cannot be done."""
+        why = "it was brought back too often in this run"
+        while self._left > 0:
+            self._left -= 1
+            try:
+                self.process.stop()
+                self.process.recover()
+                self.start()
+            except ProcessFailed as error:
+                why = str(error)
+            else:
+                return ""
+        return why
+
+    def _await(self) -> None:
+        """Wait for the boot-up message or an answer to a read of 1000h, whichever comes first."""
+        channel = self._channel
+        channel.overheard.clear()
+        begin = time.monotonic()
+        ask_at, asked = begin + channel.response_timeout, False
+        while (now := time.monotonic()) < begin + self._start_limit:
+            self.process.check()
+            if now >= ask_at:
+                channel.send(UploadInitiate(DEVICE_TYPE))
+                ask_at, asked = now + channel.response_timeout, True
+            if channel.receive(LOOK) is not None:
+                return
+            if self._has_booted():
+                # What was asked before may be answered still: the run must not meet it.
+                if asked:
+                    channel.receive()
+                return
+        self.process.check()
+        raise ProcessFailed(
+            f"Node {channel.node_id} was started and neither booted nor answered within "
+            f"{self._start_limit:g} s. Is it on the same bus, with that node-ID?"
+            f"{self.process.last_words()}"
+        )
+
+    def _has_booted(self) -> bool:
+        return error_control(self._channel.node_id, NmtState.INITIALISING) in (
+            self._channel.overheard
+        )

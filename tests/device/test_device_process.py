@@ -1,0 +1,116 @@
+"""A device's program: started, ended whatever it does, its output kept."""
+
+import fcntl
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conformance.bus.errors import ProcessFailed
+from conformance.device import process as module
+from conformance.device.process import TAIL_LINES, DeviceProcess, ProcessSettings
+
+PATIENCE = 10.0
+WAITS = """
+import fcntl, time
+held = open({lock!r}, "w")
+fcntl.flock(held, fcntl.LOCK_EX)
+print("ready", flush=True)
+time.sleep(60)
+"""
+STUBBORN = f"import signal\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n{WAITS}"
+PARENT = f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', '''{WAITS}'''])"
+
+
+def program(text: str) -> ProcessSettings:
+    return ProcessSettings([sys.executable, "-c", text])
+
+
+def become(what: Callable[[], bool]) -> None:
+    """Wait until something is so; what another process does is no event here."""
+    deadline = time.monotonic() + PATIENCE
+    while not what():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def is_free(lock: Path) -> bool:
+    if not lock.exists():
+        return True
+    with lock.open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
+
+
+@pytest.mark.parametrize("text", [WAITS, STUBBORN, PARENT], ids=["waits", "stubborn", "parent"])
+def test_it_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
+    """Also one that does not want to, and what it has started itself."""
+    monkeypatch.setattr(module, "END_LIMIT", 0.3)
+    log, lock = tmp_path / "log", tmp_path / "lock"
+    with DeviceProcess(program(text.format(lock=str(lock))), log) as process:
+        process.start()
+        become(lambda: process.tail() == ["ready"])
+        process.check()
+        assert not is_free(lock)
+    become(lambda: is_free(lock))
+
+
+def test_one_that_ended_by_itself(tmp_path: Path) -> None:
+    lines = TAIL_LINES + 5
+    text = f"for n in range({lines}): print('line', n)\nraise SystemExit(7)"
+    process = DeviceProcess(program(text), tmp_path / "log")
+    process.start()
+    said = []
+
+    def has_ended() -> bool:
+        try:
+            process.check()
+        except ProcessFailed as error:
+            said.append(str(error))
+        return bool(said)
+
+    become(has_ended)
+    assert "exit status 7" in said[0]
+    assert said[0].endswith(f"    line {lines - 1}")
+    assert process.tail() == [f"line {number}" for number in range(5, lines)]
+    process.stop()
+
+
+def test_the_output_of_all_starts_is_kept(tmp_path: Path) -> None:
+    process = DeviceProcess(
+        program("import time; print('hi', flush=True); time.sleep(60)"), tmp_path / "log"
+    )
+    process.start()
+    become(lambda: process.tail() == ["hi"])
+    process.stop()
+    process.start()
+    become(lambda: process.tail() == ["hi", "hi"])
+    process.stop()
+
+
+def test_nothing_to_start_and_nothing_to_recover(tmp_path: Path) -> None:
+    process = DeviceProcess(ProcessSettings(), tmp_path / "log")
+    process.start()
+    process.check()
+    process.recover()
+    process.stop()
+    assert not (tmp_path / "log").exists()
+
+
+@pytest.mark.parametrize("command", ["./no-such-command", "false"])
+def test_a_command_that_does_not_recover(tmp_path: Path, command: str) -> None:
+    process = DeviceProcess(ProcessSettings(recover=command), tmp_path / "log")
+    with pytest.raises(ProcessFailed, match="recovers the device failed"):
+        process.recover()
+
+
+def test_the_node_id_stands_where_it_should() -> None:
+    settings = ProcessSettings(["./server", "--node={node_id}"], "./power {node_id}")
+    assert settings.names_node_id
+    assert settings.of(9) == ProcessSettings(["./server", "--node=9"], "./power 9")
+    assert not ProcessSettings(["./server"]).names_node_id

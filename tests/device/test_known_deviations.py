@@ -1,0 +1,104 @@
+"""The list of known deviations: what is read, what is refused in a sentence, what is written."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from conformance.device.files import FileError
+from conformance.device.known_deviations import (
+    NO_REASON,
+    Deviation,
+    read_deviations,
+    unknown_case,
+    write_deviations,
+)
+
+TEXTS = st.text(
+    st.characters(exclude_categories=["Cs"], exclude_characters="\0"), min_size=1
+).filter(str.strip)
+LISTS = st.lists(
+    st.builds(Deviation, case=TEXTS, reason=TEXTS, rule=st.none() | TEXTS),
+    unique_by=lambda deviation: deviation.case,
+)
+
+
+def read(tmp_path: Path, text: str) -> tuple[Deviation, ...]:
+    path = tmp_path / "known.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_deviations(path)
+
+
+def test_a_list(tmp_path: Path) -> None:
+    text = """
+        [[deviations]]
+        case = "upload.size[8]"
+        reason = "ticket 1"
+        [[deviations]]
+        case = "abort.frame"
+        reason = "ticket 2"
+        rule = "response.frame"
+    """
+    assert read(tmp_path, text) == (
+        Deviation("upload.size[8]", "ticket 1"),
+        Deviation("abort.frame", "ticket 2", "response.frame"),
+    )
+
+
+def test_no_list(tmp_path: Path) -> None:
+    assert read(tmp_path, "") == ()
+
+
+WRONG = {
+    'deviations = "all"': "line 1: write [[deviations]], in double brackets",
+    "[deviations]": "line 1: write [[deviations]], in double brackets",
+    "deviations = [1]": "line 1: deviations has to be a table: write [deviations]",
+    '[[deviations]]\ncase = "a"': "line 2: a deviation needs a case and a reason",
+    '[[deviations]]\nreason = "a"': "line 2: a deviation needs a case and a reason",
+    '[[deviations]]\ncase = "a"\nreason = ""': "line 3: reason = '': write a text",
+    '[[deviations]]\ncase = "a"\nreason = 3': "line 3: reason = '3': write a text",
+    '[[deviations]]\ncase = "a"\nrule = []': "line 3: rule = '[]': write a text",
+    '[[deviations]]\ncase = "a"\nraeson = "b"': "line 3: there is no key 'raeson' in [deviations]",
+    '[[deviations]]\ncase = "a"\nreason = "b"\n' * 2: "line 5: a is listed twice",
+    "[[deviation]]": "line 1: there is no key 'deviation'. Did you mean 'deviations'?",
+    "[[deviations": "no TOML: ",
+    "case = \xff": "line 1: the text is not in UTF-8",
+}
+
+
+@pytest.mark.parametrize(("text", "said"), WRONG.items())
+def test_what_cannot_be_used(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "known.toml"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(FileError) as caught:
+        read_deviations(path)
+    assert said in str(caught.value)
+    assert str(path) in str(caught.value)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match="No such file"):
+        read_deviations(tmp_path / "none.toml")
+
+
+def test_a_case_that_does_not_exist() -> None:
+    known = ["upload.size[8]", "abort.frame"]
+    assert unknown_case([Deviation("abort.frame", "x")], known) is None
+    text = unknown_case([Deviation("abort.farme", "x")], known)
+    assert text is not None
+    assert "'abort.farme'. Did you mean 'abort.frame'?" in text
+
+
+@given(deviations=LISTS)
+def test_what_is_written_is_read(
+    tmp_path_factory: pytest.TempPathFactory, deviations: list[Deviation]
+) -> None:
+    path = tmp_path_factory.mktemp("known") / "known.toml"
+    write_deviations(path, deviations)
+    assert read_deviations(path) == tuple(deviations)
+
+
+def test_a_draft_can_be_used_and_is_not_done() -> None:
+    assert not Deviation("a", NO_REASON).is_explained
+    assert Deviation("a", "ticket 1").is_explained

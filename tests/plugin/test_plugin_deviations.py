@@ -1,0 +1,128 @@
+"""Known deviations in a run: excused as long as they are there, and not a moment longer."""
+
+from pathlib import Path
+
+import pytest
+from plugin_runs import parsed, self_test, the_report
+
+from conformance.device.known_deviations import NO_REASON, Deviation, read_deviations
+from conformance.running import ExitCode
+
+pytest_plugins = ["pytester"]
+
+WRONG = ("--fault=identity-count-wrong", "-k", "upload.identity")
+LISTED = Deviation("upload.identity", "ticket 1: the count is wrong before release 2")
+
+
+def listing(pytester: pytest.Pytester, *deviations: Deviation) -> str:
+    """Write a list; return the option that names it."""
+    lines = []
+    for deviation in deviations:
+        lines += ["[[deviations]]", f"case = '{deviation.case}'", f"reason = '{deviation.reason}'"]
+        lines += [f"rule = '{deviation.rule}'"] if deviation.rule else []
+    (pytester.path / "known.toml").write_text("\n".join(lines), encoding="utf-8")
+    return "--deviations=known.toml"
+
+
+def skipped(report: Path) -> list[str]:
+    """Return the messages of what was skipped."""
+    return [element.attrib["message"] for element in parsed(report).iter("skipped")]
+
+
+def test_what_is_listed_may_fail(pytester: pytest.Pytester) -> None:
+    arguments = (*WRONG, listing(pytester, LISTED), "--junitxml=pytest.xml", "-rx")
+    result = self_test(pytester, *arguments)
+    assert result.ret == pytest.ExitCode.OK
+    assert result.parseoutcomes()["xfailed"] == 1
+    result.stdout.fnmatch_lines(
+        [
+            "1 known deviation",
+            "known deviation: upload.identity: ticket 1: *",
+            "XFAIL cases/*::upload.identity - ticket 1: *",
+        ]
+    )
+    assert skipped(the_report(pytester) / "junit.xml") == [f"known deviation: {LISTED.reason}"]
+    assert skipped(pytester.path / "pytest.xml") == [LISTED.reason]
+
+
+def test_also_in_a_worker(pytester: pytest.Pytester) -> None:
+    nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--report-dir=left behind")
+    options = ("--self-test", *WRONG, *nodes, listing(pytester, LISTED))
+    result = pytester.runpytest_subprocess(*options)
+    assert result.ret == pytest.ExitCode.OK
+    assert result.parseoutcomes() == {"xfailed": 2}
+
+
+def test_what_passes_must_not_be_listed(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "-k", "upload.identity", listing(pytester, LISTED))
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(
+        ["upload.identity: STALE DEVIATION *", "*the case passes: delete its entry*"]
+    )
+    (failure,) = parsed(the_report(pytester) / "junit.xml").iter("failure")
+    assert "delete its entry" in failure.attrib["message"]
+
+
+def test_another_cause_is_not_excused(pytester: pytest.Pytester) -> None:
+    other = Deviation("upload.identity", "ticket 2", "response.frame")
+    result = self_test(pytester, *WRONG, listing(pytester, other))
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(["*listed as a known deviation from response.frame (ticket 2)*"])
+
+
+def test_a_bench_error_is_not_excused(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        test_mine="""
+        from conformance.sdo.layout import Multiplexer
+
+        def test_elsewhere(sdo):
+            sdo.download(Multiplexer(0x1017), bytes(2))
+        """
+    )
+    listed = listing(pytester, Deviation("test_elsewhere", "ticket 3"))
+    result = self_test(pytester, "test_mine.py", listed)
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.assert_outcomes(errors=1)
+
+
+def test_a_lost_device_is_not_excused(pytester: pytest.Pytester) -> None:
+    case = "segmented-download.foreign[unknown-FFh]"
+    halts = ("--fault=unknown-specifier-halts", "--response-timeout=0.1", "-k", case)
+    result = self_test(pytester, *halts, listing(pytester, Deviation(case, "ticket 4")))
+    assert result.ret == ExitCode.DEVICE_LOST
+
+
+@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one-process", "workers"])
+def test_a_case_that_does_not_exist(pytester: pytest.Pytester, workers: tuple[str, ...]) -> None:
+    listed = listing(pytester, Deviation("upload.identiy", "ticket 5"))
+    options = ("--self-test", "-p", "no:cacheprovider", "--report-dir=left behind", *workers)
+    result = pytester.runpytest_subprocess(*options, listed, "-k", "abort.frame")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *'upload.identiy'*Did you mean 'upload.identity'?*"])
+    assert "passed" not in result.parseoutcomes()
+
+
+def test_a_case_that_was_not_selected(pytester: pytest.Pytester) -> None:
+    assert self_test(pytester, "-k", "abort.frame", listing(pytester, LISTED)).ret == 0
+
+
+def test_a_list_that_cannot_be_read(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "--deviations=none.toml")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["ERROR: *none.toml cannot be read*"])
+
+
+def test_a_draft_from_a_run(pytester: pytest.Pytester) -> None:
+    """It serves at once, and says that it is not done."""
+    result = self_test(pytester, *WRONG, "--write-deviations=draft.toml")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    (drafted,) = read_deviations(pytester.path / "draft.toml")
+    assert drafted == Deviation("upload.identity", NO_REASON, "upload.identity")
+    result = self_test(pytester, *WRONG, "--deviations=draft.toml")
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(["1 known deviations lack a reason: *"])
+
+
+def test_pytests_own_way_to_look_behind_it(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, *WRONG, listing(pytester, LISTED), "--runxfail")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED

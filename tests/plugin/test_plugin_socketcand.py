@@ -1,0 +1,58 @@
+"""A bus of another machine, through socketcand: here on the loopback."""
+
+import pytest
+from plugin_runs import NODE_ID, hosted_on, run
+from socketcand_bus import socketcand
+
+from conformance.faults.catalogue import build_node
+from conformance.running import ExitCode
+
+pytest_plugins = ["pytester"]
+
+
+def test_a_run(pytester: pytest.Pytester) -> None:
+    """All cases but those with remote frames, which python-can cannot send there."""
+    named = ("--object=2004=unsigned32", "--object=2010=visible_string")
+    with socketcand() as bus, hosted_on(bus, build_node(None, NODE_ID)):
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *named)
+    assert result.ret == pytest.ExitCode.OK
+    assert result.parseoutcomes()["passed"] > 500
+    result.stdout.fnmatch_lines(["not testable (3 cases): needs remote frames, *socketcand*"])
+
+
+def test_several_devices_on_one_bus(pytester: pytest.Pytester) -> None:
+    """Workers meet on it: none takes another for a second client, each frame is logged once."""
+    chosen = ("-k", "abort. or frame.other or frame.one or upload.identity", "-n", "2")
+    with socketcand() as bus, hosted_on(bus, build_node(None, 4), build_node(None, 5)):
+        result = pytester.runpytest_subprocess(
+            *("-p", "no:cacheprovider", "--report-dir=left behind", "--node-id=4,5"),
+            *bus,
+            *chosen,
+        )
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(
+        [
+            "not testable (1 cases): node 5 is under test as well: test node 4 alone",
+            "not testable (1 cases): node 4 is under test as well: test node 5 alone",
+        ]
+    )
+    (log,) = (pytester.path / "left behind").glob("*/bus*.log")
+    lines = log.read_text(encoding="utf-8").splitlines()
+    requests = [line for line in lines if " 604#" in line or " 605#" in line]
+    assert requests
+    assert all(line.endswith(" T") for line in requests)
+
+
+def test_a_device_that_is_wrong(pytester: pytest.Pytester) -> None:
+    wrong = build_node("identity-count-wrong", NODE_ID)
+    with socketcand() as bus, hosted_on(bus, wrong):
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, "-k", "upload.identity")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+
+
+def test_a_bus_that_is_not_served(pytester: pytest.Pytester) -> None:
+    with socketcand() as bus:
+        elsewhere = ("--can-channel=vcan8", "-k", "abort.frame")
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *elsewhere)
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.stdout.fnmatch_lines(["socketcand vcan8, host=127.0.0.1, port=* cannot be opened: *"])
