@@ -21,6 +21,7 @@ from conformance.run.bench import (
 
 SELF_TEST_NODE = 5
 HIGHEST_NODE_ID = 127
+DEFAULT_EXAMPLES = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Options:
     report_dir: Path
     strict: bool
     simulated: bool
+    examples: int = DEFAULT_EXAMPLES
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -95,7 +97,14 @@ def add_options(parser: pytest.Parser) -> None:
         metavar="N",
         type=int,
         default=DEFAULT_SEED,
-        help="decides on the bytes that cases write (%(default)s)",
+        help="decides on the bytes that cases write, and on random conversations (%(default)s)",
+    )
+    group.addoption(
+        "--examples",
+        metavar="N",
+        type=_count,
+        default=DEFAULT_EXAMPLES,
+        help="random conversations that each case random.* tries (%(default)s); 0 for none",
     )
 
 
@@ -145,7 +154,8 @@ def read_options(config: pytest.Config) -> Options | None:
         config.getoption("seed"),
     )
     report_dir = config.invocation_params.dir / config.getoption("report_dir")
-    return Options(run, self_test, server, report_dir, _strict(config), simulated)
+    examples = config.getoption("examples")
+    return Options(run, self_test, server, report_dir, _strict(config), simulated, examples)
 
 
 def _strict(config: pytest.Config) -> bool:
@@ -179,6 +189,12 @@ def _seconds(text: str) -> float:
     if not 0 < value < math.inf:
         raise ArgumentTypeError(f"{text!r} is no time: write seconds, as in 0.5")
     return value
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise ArgumentTypeError(f"{text!r} is no number of examples: write 0, 100 or the like")
+    return int(text)
 
 
 def _object(text: str) -> object:

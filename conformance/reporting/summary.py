@@ -40,6 +40,7 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
         for result in results
         if result.verdict in (Verdict.NON_STRICT, Verdict.INFO)
     ]
+    lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
     missing = {
         result.actual: result.case_id
         for result in results

@@ -1,6 +1,7 @@
 """A run against one device: cases begin and end here, and here it is decided what they found."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
@@ -91,6 +92,15 @@ class DeviceSession:
     def frames_so_far(self) -> int:
         """Return how many frames the running case has seen."""
         return len(self._frames)
+
+    @property
+    def frames(self) -> list[Captured]:
+        """The frames of the running case."""
+        return list(self._frames)
+
+    def show(self, frames: Sequence[Captured]) -> None:
+        """Let the running case have exchanged these frames, and no others so far."""
+        self._frames[:] = frames
 
     def trace(self, own: int) -> list[str]:
         """Return the decoded frames of the case; behind the first ``own`` it was over."""

@@ -42,7 +42,8 @@ class CaseResult:
 
     Times are in seconds: ``duration`` of the case, the longest ``latency`` of an answer, and what
     was ``waited`` for answers that did not come. ``trace`` holds the decoded frames, a line each,
-    ``reproduce`` the commands that send the requests again.
+    ``reproduce`` the commands that send the requests again. ``progress`` says how many of the
+    examples asked for a random case has tried.
     """
 
     case_id: str
@@ -62,6 +63,7 @@ class CaseResult:
     duration: float = 0.0
     latency: float = 0.0
     waited: float = 0.0
+    progress: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""
