@@ -8,7 +8,15 @@ from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockEnd,
+    BlockEndResponse,
+    DownloadInitiate,
+    UploadInitiate,
+    UploadSegment,
+    decode_response,
+)
 
 SHAPE = "7.2.4.3"
 CHANNEL = "7.3.5"
@@ -126,6 +134,40 @@ def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
         answer = sdo.reaction()
         if answer is not None and not isinstance(decode_response(answer), Abort):
             raise sdo.breach("no answer, or an abort", describe_response(answer))
+
+
+@may("frame.short-segment-request", "U13", dlc=[1, 4, 7])
+def test_short_segment_request(sdo: Dialogue, dlc: int) -> None:
+    """A request for a segment that is cut short brings the segment that is due, or no data."""
+    known, data = sdo.long_object()
+    sdo.start_segmented_upload(known)
+    sdo.send(UploadSegment(0).encode()[:dlc])
+    answer = sdo.reaction()
+    if answer is None:
+        return
+    if isinstance(decode_response(answer), Abort):
+        sdo.checks.abort(answer, None)
+        return
+    segment = sdo.checks.upload_segment(answer, known.mux, 0)
+    if not data.startswith(segment.data):
+        raise sdo.breach(f"the first segment of {known}, or no data", describe_response(answer))
+
+
+@may("frame.short-block-segment", "B13", dlc=[1, 4])
+def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
+    """A segment of a block download that is cut off must not complete it.
+
+    The end request follows at once, without a CRC to refuse it for.
+    """
+    sdo.store(text, sdo.payload(14))
+    with sdo.unchanged(text):
+        sdo.initiate_block_download(text, 7, crc=False)
+        sdo.send((b"\x81" + sdo.payload(7))[:dlc])
+        sdo.send(BlockEnd(0))
+        sdo.end_transfer()
+        for answer in sdo.fence():
+            if isinstance(decode_response(answer), BlockEndResponse):
+                raise sdo.breach("an abort of the end, or no answer", describe_response(answer))
 
 
 @may("frame.short-abort", "3.9-abort")

@@ -37,7 +37,9 @@ def begin_upload(sdo: Dialogue, segments: int) -> KnownObject:
     "2.13-size",
     "2.13-toggle",
     "2.13-last-segment",
+    "2.13-unused-count",
     "2.13-unusual",
+    "6-long-data",
     size=[*SHORT_SIZES, *LONG_SIZES],
 )
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
@@ -55,7 +57,7 @@ def test_again(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@must("segmented-upload.read-only-text", "U1", "6-long-data")
+@must("segmented-upload.read-only-text", "U1", "object.constant")
 def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     """A text longer than 4 bytes comes in segments; a constant one is the same every time."""
     sdo.start_segmented_upload(read_only_text)

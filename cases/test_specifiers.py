@@ -1,5 +1,7 @@
 """Command specifiers that have no meaning, and services that a server may lack (7.2.4.3)."""
 
+from dataclasses import replace
+
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
@@ -40,6 +42,46 @@ def test_out_of_block(sdo: Dialogue, request: Message) -> None:
     """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
     sdo.send(request)
     sdo.expect_silence_or_abort()
+
+
+@must("specifier.sub-command", "I34", command={"A6h": 0xA6, "C7h": 0xC7})
+def test_sub_command(sdo: Dialogue, variable: KnownObject, command: int) -> None:
+    """A block initiate whose sub-command bits name none is not served.
+
+    Silence is accepted: the frame may pass for an acknowledgement or an end out of place.
+    """
+    ordinary = BlockUploadInitiate(variable.mux, 127).encode()
+    sdo.send(bytes([command]) + ordinary[1:])
+    sdo.tracker.open = variable.mux  # the server may have begun a transfer
+    sdo.expect_silence_or_abort()
+
+
+@may("specifier.block-download-reserved-bits", "I15", "O2", bits={"08h": 1, "10h": 2, "18h": 3})
+def test_block_download_reserved_bits(sdo: Dialogue, variable: KnownObject, bits: int) -> None:
+    """Bits 4 and 3 of a block download initiate may be ignored or refused; silence is neither."""
+    size = len(sdo.device.values[variable.mux])
+    sdo.initiate_block_download(variable, size)
+    sdo.end_transfer()
+    request = BlockDownloadInitiate.with_size(variable.mux, size)
+    sdo.send(replace(request, reserved_bits=bits))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), None)
+    else:
+        sdo.checks.block_download_initiate(frame, variable.mux)
+
+
+@may("specifier.block-upload-reserved-bits", "I16", "O2", bits={"08h": 1, "10h": 2, "18h": 3})
+def test_block_upload_reserved_bits(sdo: Dialogue, bits: int) -> None:
+    """Bits 4 and 3 of a block upload initiate may be ignored or refused; silence is neither."""
+    sdo.initiate_block_upload(VENDOR_ID)
+    sdo.end_transfer()
+    sdo.send(BlockUploadInitiate(VENDOR_ID.mux, 127, reserved_bits=bits))
+    frame = sdo.receive()
+    if isinstance(decode_response(frame), Abort):
+        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), None)
+    else:
+        sdo.checks.block_upload_initiate(frame, VENDOR_ID.mux)
 
 
 @must("specifier.block-upload", "I36", "I1", "I31", clause="7.2.4.3.13", crc=[True, False])

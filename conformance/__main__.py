@@ -3,7 +3,8 @@
 import argparse
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from types import FrameType
 
 import can
@@ -15,6 +16,7 @@ from conformance.bus.host import NodeHost
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
+from conformance.judging import Finding, LogJudge, Seen
 from conformance.options import HIGHEST_NODE_ID
 from conformance.rule_listing import rule_lines
 from conformance.sdo.can_frame import CanFrame
@@ -22,11 +24,14 @@ from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import UnknownRule
 
-DONE, BROKEN_BENCH, WRONG_USE = 0, 1, 2
+DONE, BROKEN_BENCH, WRONG_USE, NOT_ALLOWED = 0, 1, 2, 3
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run a command; returns the exit status: 0, 1 for a broken bench, 2 for wrong use."""
+    """Run a command; returns the exit status.
+
+    That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed.
+    """
     options = _parser().parse_args(arguments)
     try:
         return int(options.command(options))
@@ -61,6 +66,11 @@ def _parser() -> argparse.ArgumentParser:
     decode = commands.add_parser("decode", help="show a candump log as SDO messages in words")
     decode.add_argument("log", help="a file as 'candump -L' or a run's bus.log writes it")
     decode.add_argument("--node-id", type=int, metavar="N", help="of this node only")
+    decode.add_argument(
+        "--judge",
+        action="store_true",
+        help="say which responses were not allowed, by which rule; exit status 3 if any",
+    )
     decode.set_defaults(command=_decode)
     return parser
 
@@ -103,16 +113,52 @@ def _rules(options: argparse.Namespace) -> int:
 
 
 def _decode(options: argparse.Namespace) -> int:
-    decoders: dict[int, Decoder] = {}
-    with can.CanutilsLogReader(options.log) as reader:
+    return _judge(options) if options.judge else _show(options)
+
+
+def _frames(path: str) -> Iterator[Seen]:
+    """Yield the frames of a candump log, the first one at time 0."""
+    with can.CanutilsLogReader(path) as reader:
         begin: float | None = None
-        for message in reader:
+        for number, message in enumerate(reader, start=1):
             begin = message.timestamp if begin is None else begin
-            frame = to_frame(message)
-            line = _decoded(frame, decoders, options.node_id)
-            if line is not None:
-                print(f"{(message.timestamp - begin) * 1000:10.1f} ms {frame!s:<20} {line}")
+            yield Seen(number, message.timestamp - begin, to_frame(message))
+
+
+def _show(options: argparse.Namespace) -> int:
+    decoders: dict[int, Decoder] = {}
+    for seen in _frames(options.log):
+        line = _decoded(seen.frame, decoders, options.node_id)
+        if line is not None:
+            print(f"{seen.time * 1000:10.1f} ms {seen.frame!s:<20} {line}")
     return DONE
+
+
+def _judge(options: argparse.Namespace) -> int:
+    judge = LogJudge()
+    findings = chain(chain.from_iterable(map(judge.take, _frames(options.log))), judge.end())
+    failures = 0
+    for finding in findings:
+        if options.node_id in (None, finding.node_id):
+            failures += finding.is_failure
+            print(_found(finding))
+    for node_id, channel in sorted(judge.channels.items()):
+        if options.node_id in (None, node_id):
+            print(f"node {node_id}: {channel.requests} requests, {channel.responses} responses")
+            for line in channel.oracle.profile.lines():
+                print(f"    {line}")
+    print(f"{failures} not allowed" if failures else "all responses allowed")
+    return NOT_ALLOWED if failures else DONE
+
+
+def _found(finding: Finding) -> str:
+    seen, violation = finding.seen, finding.violation
+    return (
+        f"line {seen.number}, {seen.time * 1000:.1f} ms, node {finding.node_id}: "
+        f"{violation.rule.id} ({violation.rule.level}) {violation.rule.sentence}\n"
+        f"    expected: {violation.expected}\n"
+        f"    actual:   {violation.actual} [{seen.frame}]"
+    )
 
 
 def _decoded(frame: CanFrame, decoders: dict[int, Decoder], only: int | None) -> str | None:

@@ -37,7 +37,8 @@ class CaseFunction(pytest.Function):
 
     def __repr__(self) -> str:
         rule = self.case.rule
-        return f"<Case {self.name}  {rule.level}  clause {rule.clause}>"
+        rules = f"  rules {' '.join(rule.rows)}" if rule.rows else ""
+        return f"<Case {self.name}  {rule.level}  clause {rule.clause}{rules}>"
 
 
 def case_files() -> list[Path]:

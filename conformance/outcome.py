@@ -67,6 +67,7 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
         ("node-id", str(result.node_id)),
         ("clause", result.clause),
         ("level", result.level),
+        ("rules", " ".join(result.rows)),
         ("verdict", result.verdict.value),
         ("requirement", result.requirement),
         ("expected", result.expected),

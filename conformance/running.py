@@ -235,6 +235,7 @@ def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
         rule.clause,
         rule.sentence,
         Verdict.NOT_TESTABLE,
+        rows=list(rule.rows),
         actual=reason.removeprefix(f"{Verdict.NOT_TESTABLE}: "),
     )
 

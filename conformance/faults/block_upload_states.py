@@ -165,7 +165,7 @@ class RefusedAndContinued(Server):
         return responses
 
 
-@fault("block-upload-end-response-answered", STATE, "block-upload.size")
+@fault("block-upload-end-response-answered", STATE, "block-upload.next-request")
 class EndResponseAnswered(Server):
     """Answers the end of a block upload, which is no request."""
 

@@ -269,7 +269,7 @@ class UnusedWithoutDataSilent(Server):
         return super().on_download_initiate(request)
 
 
-@fault("download-response-toggle-missing", DefectClass.STATE, "segmented-download.")
+@fault("download-response-toggle-missing", DefectClass.STATE, "segmented-download.size")
 class ResponseToggleMissing(Server):
     """Confirms every segment with 20h."""
 

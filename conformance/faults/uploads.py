@@ -210,7 +210,7 @@ class UnusedSevenWhenFull(_Segments):
         return UploadSegmentResponse(segment.payload, segment.toggle, unused, segment.last)
 
 
-@fault("upload-toggle-not-answered", DefectClass.STATE, "segmented-upload.")
+@fault("upload-toggle-not-answered", DefectClass.STATE, "segmented-upload.size")
 class ToggleNotAnswered(_Segments):
     """Sends every segment with t = 0."""
 

@@ -332,8 +332,11 @@ class StringsOf300(_SmallBuffer, _Codes):
 
     def refuse(self, request: Request, code: AbortCode) -> list[Response]:
         """Call a large download out of memory, and only that."""
-        large = isinstance(request, DownloadInitiate) and (request.size or 0) > self.capacity
-        return super().refuse(request, code) if large else Server.refuse(self, request, code)
+        if isinstance(request, DownloadInitiate) and (request.size or 0) > self.capacity:
+            entry = self.objects.find(request.mux) if code is AbortCode.LENGTH_TOO_HIGH else None
+            if entry and entry.data_type.length is None:
+                return super().refuse(request, code)
+        return Server.refuse(self, request, code)
 
 
 @variant("domain-keeps-part-of-aborted-write")

@@ -78,7 +78,13 @@ class DeviceSession:
         self._frames.clear()
         self._last_case = case_id
         result = CaseResult(
-            case_id, service, self.device.node_id, rule.level.value, rule.clause, rule.sentence
+            case_id,
+            service,
+            self.device.node_id,
+            rule.level.value,
+            rule.clause,
+            rule.sentence,
+            rows=list(rule.rows),
         )
         return CaseRun(self, sdo, result)
 

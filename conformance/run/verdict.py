@@ -40,10 +40,10 @@ class Unimplemented(Exception):
 class CaseResult:
     """One case on one device: what was required, what happened, and the frames.
 
-    Times are in seconds: ``duration`` of the case, the longest ``latency`` of an answer, and what
-    was ``waited`` for answers that did not come. ``trace`` holds the decoded frames, a line each,
-    ``reproduce`` the commands that send the requests again. ``progress`` says how many of the
-    examples asked for a random case has tried.
+    ``rows`` are the rules that the case names. Times are in seconds: ``duration`` of the case, the
+    longest ``latency`` of an answer, and what was ``waited`` for answers that did not come.
+    ``trace`` holds the decoded frames, a line each, ``reproduce`` the commands that send the
+    requests again. ``progress`` says how many of the examples asked for a random case has tried.
     """
 
     case_id: str
@@ -57,6 +57,7 @@ class CaseResult:
     expected: str = ""
     actual: str = ""
     afterwards: Afterwards = Afterwards.UNKNOWN
+    rows: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     trace: list[str] = field(default_factory=list)
     reproduce: list[str] = field(default_factory=list)

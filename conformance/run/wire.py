@@ -14,7 +14,7 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe, describe_response, hex_bytes
-from conformance.sdo.frames import Request, Unknown, decode_request
+from conformance.sdo.frames import Abort, Request, Unknown, decode_request
 from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
 
@@ -152,7 +152,7 @@ class Wire:
         mux = self.tracker.open
         if mux is not None:
             self.channel.abort(mux, AbortCode.GENERAL_ERROR)
-            self.tracker.open = None
+            self.tracker.request(Abort(mux, AbortCode.GENERAL_ERROR).encode())
 
     def overheard_of_others(self) -> set[int]:
         """Return the node-IDs to which somebody else sent requests during this case."""

@@ -35,6 +35,7 @@ LARGEST_BLOCK = 127
 class BlockDownload:
     """A block download: what came in sequence, and which segment is due.
 
+    ``broken`` says that a segment was lost: what follows in this sub-block is discarded.
     ``ended`` says that the last segment was acknowledged and the end frame is due.
     """
 
@@ -44,6 +45,7 @@ class BlockDownload:
     crc: bool
     block_size: int
     due: int = 1
+    broken: bool = False
     ended: bool = False
     data: bytearray = field(default_factory=bytearray)
 
@@ -136,10 +138,12 @@ class Server(SegmentedServer):
             return self.on_unexpected(request)
         if not 1 <= request.sequence <= transfer.block_size:
             raise Refusal(AbortCode.INVALID_SEQUENCE_NUMBER)
-        in_sequence = request.sequence == transfer.due
+        in_sequence = request.sequence == transfer.due and not transfer.broken
         if in_sequence:
             self.take_block_segment(transfer, request)
             transfer.due += 1
+        elif request.sequence > transfer.due:
+            transfer.broken = True
         if request.last or request.sequence == transfer.block_size:
             transfer.ended = request.last and in_sequence
             return [self.acknowledge(transfer)]
@@ -155,6 +159,7 @@ class Server(SegmentedServer):
         """Say what came in sequence, and how long the next sub-block may be."""
         sequence = transfer.due - 1
         transfer.due = 1
+        transfer.broken = False
         transfer.block_size = self.next_block_size()
         return BlockAck(sequence, transfer.block_size)
 

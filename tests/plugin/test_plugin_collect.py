@@ -6,18 +6,18 @@ from plugin_runs import reports, run, self_test
 pytest_plugins = ["pytester"]
 
 LISTED = """\
-      <CaseModule test_abort.py>
-        <Case abort.not-answered[general-error]  MUST  clause 7.2.4.3.17>
-        <Case abort.not-answered[timed-out]  MUST  clause 7.2.4.3.17>
-        <Case abort.not-answered[missing-object]  MUST  clause 7.2.4.3.17>
-        <Case abort.not-answered[code-0]  MUST  clause 7.2.4.3.17>
-        <Case abort.not-answered[unknown-code]  MUST  clause 7.2.4.3.17>
-        <Case abort.not-answered[all-zero]  MUST  clause 7.2.4.3.17>
-        <Case abort.frame  MUST  clause 7.2.4.3.17>
-      <CaseModule test_whole_run.py>
-        <Case run.reserved  MUST  clause 7.2.4.3>
-        <Case run.filler  SHOULD  clause 7.2.4.3>
-        <Case run.no-late-response  MUST  clause 7.2.4.2>
+<CaseModule test_abort.py>
+  <Case abort.not-answered[general-error]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
+  <Case abort.not-answered[timed-out]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
+  <Case abort.not-answered[missing-object]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
+  <Case abort.not-answered[code-0]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
+  <Case abort.not-answered[unknown-code]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
+  <Case abort.not-answered[all-zero]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
+  <Case abort.frame  MUST  clause 7.2.4.3.17  rules 2.13-abort-code 2.13-reserved>
+<CaseModule test_whole_run.py>
+  <Case run.reserved  MUST  clause 7.2.4.3  rules 2.13-reserved>
+  <Case run.filler  SHOULD  clause 7.2.4.3  rules 2.13-filler>
+  <Case run.no-late-response  MUST  clause 7.2.4.2  rules 2.13-no-response>
 """
 IDS = """\
 cases/test_abort.py::abort.not-answered[general-error]
@@ -68,7 +68,7 @@ def test_each_case_says_what_it_requires(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--collect-only", "-vv", "-k", "abort.frame")
     result.stdout.fnmatch_lines(
         [
-            "*<Case abort.frame  MUST  clause 7.2.4.3.17>",
+            "*<Case abort.frame  MUST  clause 7.2.4.3.17  rules 2.13-abort-code 2.13-reserved>",
             "*An abort of the server is exactly 80h, the multiplexer, and a code of table 22.",
         ]
     )

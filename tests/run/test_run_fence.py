@@ -160,3 +160,12 @@ def test_only_an_open_transfer_is_ended(
     sdo.end_transfer()
     assert sdo.tracker.open is None
     assert sdo.fence() == []
+
+
+def test_a_block_download_behind_an_ended_one_is_known(idle: Workbench) -> None:
+    """Its initiate is no segment of the one before."""
+    sdo = idle.dialogue()
+    for _ in range(2):
+        sdo.initiate_block_download(TEXT, 14)
+        assert sdo.tracker.open == TEXT.mux
+        sdo.end_transfer()

@@ -33,13 +33,15 @@ class Refusal:
     """An abort that may be due: why, and with which codes.
 
     ``tolerated`` codes are breaches of a SHOULD. ``muxes`` are those that the abort may name;
-    None stands for any. ``findings`` are noted when the server refuses: where it should not.
+    None stands for any. ``looks_like`` is what the request has in the place of a multiplexer, where
+    it need not be one. ``findings`` are noted when the server refuses: where it should not.
     """
 
     row: str
     codes: Codes = NOT_VALID
     muxes: tuple[Multiplexer, ...] | None = None
     tolerated: Codes = GENERAL
+    looks_like: Multiplexer | None = None
     findings: tuple[Violation, ...] = ()
 
     def words(self) -> str:
@@ -53,7 +55,8 @@ class Refusal:
 
         def take(frame: bytes) -> Iterable[Branch]:
             abort = self.read(frame)
-            rest = Branch(after, memory, self.row, freedoms=frozenset(freedoms))
+            chosen = frozenset((*freedoms, *self._choices(abort)))
+            rest = Branch(after, memory, self.row, freedoms=chosen)
             return [rest.noting(*self._breaches(abort, frame), *self.findings)]
 
         return Branch(before, memory, self.row, Due(self.row, self.words(), take))
@@ -64,6 +67,12 @@ class Refusal:
         if not isinstance(abort, Abort):
             raise Misfit(breach(self.row, self.words(), frame))
         return abort
+
+    def _choices(self, abort: Abort) -> Iterable[Freedom]:
+        yield Freedom(f"abort by {self.row}", describe_code(abort.code))
+        if self.looks_like is not None:
+            own = "that of the request" if abort.mux == self.looks_like else "another"
+            yield Freedom("multiplexer of an abort without a transfer", own)
 
     def _breaches(self, abort: Abort, frame: bytes) -> Iterable[Violation]:
         yield from shape(abort, frame)

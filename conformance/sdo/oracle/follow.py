@@ -114,6 +114,8 @@ class Oracle:
                 fits += _take(branch, data)
             except Misfit as misfit:
                 misfits.append(misfit)
+        if not fits and self.lost and not any(misfit.near for misfit in misfits):
+            fits = [branch for branch in self._branches if branch.state is LOST]
         if not fits:
             broken = self._misfit(misfits, data)
             self._recover(data)
@@ -145,6 +147,10 @@ class Oracle:
             ]
         )
         return findings
+
+    def lose(self) -> None:
+        """Take that nobody knows where the server is: it was reset or stopped, or not watched."""
+        self._go_to([quiet(LOST, self._branches[0].memory.in_doubt(), "O29")])
 
     def observe(self, frame: CanFrame) -> list[Violation]:
         """Take any CAN frame from the bus; return what was wrong with it."""
@@ -201,24 +207,23 @@ class Oracle:
 
     def _keep_best(self, branches: list[Branch]) -> list[Violation]:
         """Go on with those that break the fewest rules, and return what the best of them breaks."""
-        found = [branch for branch in branches if branch.state is not LOST]
-        clean = [branch for branch in found if not branch.failures]
-        if len(found) < len(branches) and not clean:
-            found = [branch for branch in branches if branch.state is LOST]
-        fewest = min(branch.failures for branch in found)
-        kept = [branch for branch in found if branch.failures == fewest]
+        fewest = min(branch.failures for branch in branches)
+        kept = [branch for branch in branches if branch.failures == fewest]
         best = min(kept, key=lambda branch: len(branch.findings))
         self._go_to([replace(branch, findings=()) for branch in kept])
         return list(best.findings)
 
     def _go_to(self, branches: list[Branch]) -> None:
-        """Merge what is the same, and record the choices that all have in common."""
+        """Merge what is the same, and record the choices that all have in common.
+
+        Of two reasons that lead to the same, the one that comes first is recorded; of two choices
+        in one matter neither is.
+        """
         merged: list[Branch] = []
         for branch in branches:
             for position, other in enumerate(merged):
-                if replace(other, freedoms=branch.freedoms, row=branch.row) == branch:
-                    common = other.freedoms & branch.freedoms
-                    merged[position] = replace(other, freedoms=common)
+                if _same(branch, other):
+                    merged[position] = replace(other, freedoms=_undisputed(other, branch))
                     break
             else:
                 merged.append(branch)
@@ -230,6 +235,28 @@ class Oracle:
             replace(branch, freedoms=branch.freedoms - common) if common else branch
             for branch in merged
         ]
+
+
+def _same(one: Branch, other: Branch) -> bool:
+    """Say whether two branches differ at most in how they came about."""
+    return (
+        one.state == other.state
+        and one.due is other.due
+        and one.memory == other.memory
+        and one.backlog == other.backlog
+        and one.findings == other.findings
+    )
+
+
+def _undisputed(one: Branch, other: Branch) -> frozenset[Freedom]:
+    """Return the choices of one branch of which another does not say otherwise."""
+    disputed = {freedom.topic for freedom in one.freedoms ^ other.freedoms}
+    disputed &= {freedom.topic for freedom in other.freedoms}
+    return frozenset(
+        freedom
+        for freedom in one.freedoms
+        if freedom in other.freedoms or freedom.topic not in disputed
+    )
 
 
 def _hear(branch: Branch, frame: bytes) -> Iterator[Branch]:
@@ -251,8 +278,6 @@ def _hear(branch: Branch, frame: bytes) -> Iterator[Branch]:
 
 def _take(branch: Branch, frame: bytes) -> Iterable[Branch]:
     """Return how a branch may go on with a response; raises Misfit where it cannot."""
-    if branch.state is LOST:
-        return [branch]
     if branch.due is None:
         return []
     branches = [after.choosing(*branch.freedoms) for after in branch.due.take(frame)]

@@ -87,8 +87,9 @@ def _confirmed(mux: Multiplexer, after: Branch) -> Branch:
 
 
 def refused(before: State, mux: Multiplexer, reasons: Reasons, memory: Memory) -> list[Branch]:
-    """Return the branches of a server that refuses for one of the reasons."""
-    return [reason.refusal(mux).branch(before, IDLE, memory) for reason in reasons]
+    """Return the branches of a server that refuses for one of the reasons, binding ones first."""
+    binding_first = sorted(reasons, key=lambda reason: not reason.binding)
+    return [reason.refusal(mux).branch(before, IDLE, memory) for reason in binding_first]
 
 
 @dataclass(frozen=True, slots=True)

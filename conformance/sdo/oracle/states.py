@@ -55,7 +55,8 @@ def begin(request: Request, memory: Memory) -> list[Branch]:
 
 @begin.register
 def _(request: Unknown, memory: Memory) -> list[Branch]:
-    return [Refusal("I6").branch(IDLE, IDLE, memory)]
+    looks_like = DownloadInitiate.decode(request.frame).mux
+    return [Refusal("I6", looks_like=looks_like).branch(IDLE, IDLE, memory)]
 
 
 class Answering:
@@ -75,10 +76,10 @@ class Answering:
         if isinstance(request, Abort):
             return self.on_abort(request, memory)
         branches = self.on(plain(request), memory)
-        return branches + [
-            refusal.branch(self, IDLE, memory, Freedom(topic, "refused"))
-            for topic, refusal in oddities(request)
-        ]
+        for topic, refusal in oddities(request):
+            branches = [branch.choosing(Freedom(topic, "ignored")) for branch in branches]
+            branches.append(refusal.branch(self, IDLE, memory, Freedom(topic, "refused")))
+        return branches
 
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Return all that a server may do with a request that has no reserved bits or bytes."""
@@ -198,7 +199,9 @@ class Lost(Answering):
             if isinstance(request, Abort) and not request.reserved_bits:
                 return [quiet(IDLE, memory, "I10")]
             if isinstance(request, Initiate):
+                refusal = Refusal("O9", KNOWN_CODES)
                 branches += IDLE.receive(frame, memory)
+                branches.append(refusal.branch(self, IDLE, memory))
         return branches
 
 

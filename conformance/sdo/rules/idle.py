@@ -355,10 +355,11 @@ IDLE_RULES = (
         "specifier.sub-command",
         PROTOCOLS,
         MUST,
-        "A block initiate whose sub-command bits name none is refused.",
+        "A block initiate whose sub-command bits name none is not served.",
         rows=("I34",),
-        reaction="abort",
+        reaction="abort, or silence",
         codes=NOT_VALID,
+        open="silence: it may pass for an acknowledgement or an end out of place",
     ),
     Rule(
         "block-download.number-length",

@@ -44,6 +44,7 @@ class Lockstep:
     oracle: Oracle = field(default_factory=lambda: Oracle(known_entries(), NODE_ID))
     log: list[str] = field(default_factory=list)
     found: list[Violation] = field(default_factory=list)
+    answers: list[bytes] = field(default_factory=list)
 
     def send(self, request: bytes | CanFrame) -> list[Violation]:
         """Send a request and judge all that comes back, until nothing more does."""
@@ -51,6 +52,12 @@ class Lockstep:
         self.oracle.request(frame)
         self.log.append(f"> {frame}")
         return self._judge(self.node.receive(frame))
+
+    def ask(self, request: bytes | CanFrame) -> list[bytes]:
+        """Send a request; return the data bytes of the answers."""
+        start = len(self.answers)
+        self.send(request)
+        return self.answers[start:]
 
     def wait(self) -> list[Violation]:
         """Let the server's time-out pass."""
@@ -62,6 +69,7 @@ class Lockstep:
         found = []
         for answer in answers:
             self.log.append(f"< {answer}")
+            self.answers.append(answer.data)
             found += self.oracle.response(answer)
         found += self.oracle.settled()
         self.found += found

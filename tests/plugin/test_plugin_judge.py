@@ -1,0 +1,113 @@
+"""``conformance decode --judge`` on the bus logs of runs, and on logs that were written by hand."""
+
+from pathlib import Path
+
+import pytest
+from plugin_runs import self_test, the_report
+
+from conformance.__main__ import DONE, NOT_ALLOWED, main
+
+pytest_plugins = ["pytester"]
+CASES = "block-upload.acknowledged or segmented-upload.toggle or frame or block-download.lost"
+
+
+def judged(log: Path, capsys: pytest.CaptureFixture[str], *options: str) -> tuple[int, str]:
+    capsys.readouterr()
+    status = main(["decode", "--judge", *options, str(log)])
+    return status, capsys.readouterr().out
+
+
+def written(tmp_path: Path, *lines: str) -> Path:
+    """Write a log, each line a time in seconds and a frame."""
+    log = tmp_path / "bus.log"
+    log.write_text(
+        "".join(f"(10{when}) can0 {frame}\n" for when, frame in map(str.split, lines)),
+        encoding="utf-8",
+    )
+    return log
+
+
+def test_a_clean_run_passes(pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]) -> None:
+    self_test(pytester, "-k", CASES)
+    status, text = judged(the_report(pytester) / "bus.log", capsys)
+    assert status == DONE
+    assert text.splitlines()[-1] == "all responses allowed"
+    assert "    toggle error" not in text
+    assert "    block size of a download: 127" in text.splitlines()
+
+
+def test_a_faulty_server_does_not(
+    pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
+) -> None:
+    self_test(pytester, "--fault=upload-toggle-ignored", "-k", "segmented-upload.toggle")
+    status, text = judged(the_report(pytester) / "bus.log", capsys)
+    assert status == NOT_ALLOWED
+    assert "segmented-upload.toggle (MUST)" in text
+    assert "expected: an abort with 05030000h" in text
+    assert text.splitlines()[-1].endswith(" not allowed")
+
+
+def test_line_and_time_are_those_of_the_response(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = written(
+        tmp_path, "0.000 605#4018100100000000", "0.001 605#8018100100000408",
+        "0.002 605#4018100100000000", "0.0045 585#4319100104000000",
+    )  # fmt: skip
+    status, text = judged(log, capsys)
+    assert status == NOT_ALLOWED
+    assert text.startswith("line 4, 4.5 ms, node 5: response.multiplexer (MUST)")
+
+
+def test_an_answer_that_never_comes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    aborted, asked = "605#8018100100000408", "605#4018100100000000"
+    log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}", f"0.500 {aborted}")
+    status, text = judged(log, capsys)
+    assert status == NOT_ALLOWED
+    assert text.startswith("line 2, 1.0 ms, node 5: response.not-refused (MUST)")
+    # A log that ends behind a request says nothing of its answer.
+    log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}")
+    assert judged(log, capsys)[0] == DONE
+
+
+def test_a_log_may_begin_in_the_middle_of_a_transfer(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = written(tmp_path, "0.000 605#6000000000000000", "0.001 585#0054696E79204E6F")
+    assert judged(log, capsys)[0] == DONE
+
+
+def test_a_server_may_give_up_after_a_pause(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun = (
+        "0.000 605#8008100000000408",
+        "0.001 605#4008100000000000",
+        "0.002 585#4108100009000000",
+    )
+    timed_out = "585#8008100000000405"
+    assert judged(written(tmp_path, *begun, f"1.000 {timed_out}"), capsys)[0] == DONE
+    assert judged(written(tmp_path, *begun, f"0.003 {timed_out}"), capsys)[0] == NOT_ALLOWED
+
+
+def test_only_the_node_that_was_asked_for(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = (
+        "0.000 605#8008100000000408",
+        "0.001 605#4018100100000000",
+        "0.002 585#4319100104000000",
+    )
+    log = written(tmp_path, *wrong)
+    assert judged(log, capsys, "--node-id", "6")[0] == DONE
+    assert judged(log, capsys, "--node-id", "5")[0] == NOT_ALLOWED
+
+
+def test_after_a_reboot_nothing_old_is_expected(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = written(
+        tmp_path, "0.000 605#8008100000000408", "0.001 605#4008100000000000",
+        "0.200 705#00", "0.900 605#6000000000000000",
+    )  # fmt: skip
+    assert judged(log, capsys)[0] == DONE

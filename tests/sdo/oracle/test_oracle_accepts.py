@@ -1,0 +1,79 @@
+"""The oracle accepts whatever the reference server and all unusual servers answer."""
+
+import pytest
+from hypothesis import given, note, settings
+from oracle_bench import Lockstep, known_entries, reference_node
+from oracle_scripts import Transfer, play
+from oracle_sequences import conversations
+from oracle_strategies import SCRIPTS
+from sdo_strategies import UNHURRIED
+
+from conformance.faults.catalogue import build_node, find_deviation, unusual
+from conformance.sdo.oracle import Oracle
+from conformance.sdo.rules import Level, Violation
+
+NODE_ID = 5
+VARIANTS = [variant.name for variant in unusual()]
+# Every so many of the generated conversations are held with each variant.
+STRIDE = 40
+
+
+def conversed(lockstep: Lockstep, script: list[Transfer]) -> list[Violation]:
+    """Hold a conversation, and read everything afterwards."""
+    play(script, lockstep.ask, lockstep.wait)
+    return lockstep.found
+
+
+def with_variant(name: str) -> Lockstep:
+    """How much a variant's strings hold is not known, or longer ones would have to be taken."""
+    known = known_entries(roomy=False)
+    return Lockstep(build_node(name, NODE_ID), Oracle(known, NODE_ID))
+
+
+def too_grave(found: list[Violation], name: str) -> list[Violation]:
+    deviation = find_deviation(name)
+    assert deviation is not None
+    return [one for one in found if one.rule.level is Level.MUST or not deviation.soft]
+
+
+@settings(UNHURRIED, max_examples=300)
+@given(SCRIPTS)
+def test_reference_server_is_accepted(script: list[Transfer]) -> None:
+    lockstep = Lockstep(reference_node())
+    found = conversed(lockstep, script)
+    note("\n".join(lockstep.log))
+    assert found == []
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+@settings(UNHURRIED, max_examples=40)
+@given(SCRIPTS)
+def test_unusual_server_is_accepted(name: str, script: list[Transfer]) -> None:
+    lockstep = with_variant(name)
+    found = conversed(lockstep, script)
+    note("\n".join(lockstep.log))
+    assert too_grave(found, name) == []
+
+
+def test_reference_server_is_accepted_in_all_generated_conversations() -> None:
+    for script in conversations():
+        lockstep = Lockstep(reference_node())
+        assert conversed(lockstep, script) == [], "\n".join(lockstep.log)
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_unusual_server_is_accepted_in_generated_conversations(name: str) -> None:
+    for script in list(conversations())[VARIANTS.index(name) % STRIDE :: STRIDE]:
+        lockstep = with_variant(name)
+        found = conversed(lockstep, script)
+        assert too_grave(found, name) == [], "\n".join(lockstep.log)
+
+
+@given(SCRIPTS)
+@settings(UNHURRIED, max_examples=100)
+def test_what_the_oracle_says_of_values_is_true(script: list[Transfer]) -> None:
+    lockstep = Lockstep(reference_node())
+    conversed(lockstep, script)
+    for mux, values in lockstep.oracle.values.items():
+        held = lockstep.node.server.objects.find(mux).value
+        assert values is None or held in values, f"{mux}: {held!r}"

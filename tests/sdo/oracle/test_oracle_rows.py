@@ -1,0 +1,292 @@
+"""What the oracle says of single exchanges, one or more for each family of rows of the reference.
+
+An exchange is written a line a frame: ``>`` the client, ``<`` the server. ``:`` says what the
+oracle has to find at the end, by the id of the rule; without it everything was allowed.
+"""
+
+from dataclasses import replace
+
+import pytest
+from sdo_vectors import mux
+
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
+from conformance.sdo.rules import Violation
+
+
+def facts(data_type: DataType, value: bytes, access: Access = Access.RW) -> Facts:
+    return Facts(
+        Presence.PRESENT, access, data_type, value, steady=True, any_value=True, capacity=64
+    )
+
+
+KNOWN = Knowledge.complete(
+    {
+        mux("1000"): facts(DataType.UNSIGNED32, b"\x91\x01\x0f\0", Access.CONST),
+        mux("1008"): facts(DataType.VISIBLE_STRING, b"Tiny Node", Access.CONST),
+        mux("2000"): facts(DataType.UNSIGNED32, b"\1\2\3\4"),
+        mux("2001"): replace(facts(DataType.UNSIGNED8, b"\1"), low=1, high=9),
+        mux("2002"): facts(DataType.UNSIGNED32, b"\1\2\3\4", Access.WO),
+        mux("2010"): facts(DataType.VISIBLE_STRING, b"old value"),
+    }
+)
+READ = "> 40 00 10 00 00 00 00 00"
+UPLOAD = "> 40 08 10 00 00 00 00 00 \n < 41 08 10 00 09 00 00 00"
+DOWNLOAD = "> 21 10 20 00 09 00 00 00 \n < 60 10 20 00 00 00 00 00"
+BLOCK_DOWNLOAD = "> C6 10 20 00 0E 00 00 00 \n < A4 10 20 00 04 00 00 00"
+BLOCK_SENT = (
+    BLOCK_DOWNLOAD
+    + "\n > 01 30 31 32 33 34 35 36 \n > 82 37 38 39 3A 3B 3C 3D \n < A2 02 04 00 00 00 00 00"
+)
+BLOCK_UPLOAD = "> A4 08 10 00 02 00 00 00 \n < C6 08 10 00 09 00 00 00"
+BLOCK_RECEIVED = (
+    BLOCK_UPLOAD
+    + "\n > A3 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F \n < 82 64 65 00 00 00 00 00"
+)
+NO_SUCH = "02 00 06"
+
+
+def judged(exchange: str, oracle: Oracle | None = None) -> list[Violation]:
+    oracle = oracle or Oracle(KNOWN)
+    found: list[Violation] = []
+    before = ""
+    for line in filter(None, map(str.strip, exchange.splitlines())):
+        direction, frame = line[0], bytes.fromhex(line[1:])
+        if direction == "<":
+            found += oracle.response(frame)
+        else:
+            found += oracle.settled() if before == "<" else []
+            oracle.request(frame)
+        before = direction
+    return found + oracle.settled()
+
+
+ALLOWED = {
+    "I1 read": f"{READ} \n < 43 00 10 00 91 01 0F 00",
+    "I1 read in segments": f"{READ} \n < 41 00 10 00 04 00 00 00",
+    "I1 read without count": f"{READ} \n < 42 00 10 00 91 01 0F 00",
+    "I2": "> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 02 06",
+    "I3": "> 40 00 10 01 00 00 00 00 \n < 80 00 10 01 11 00 09 06",
+    "I4": "> 40 02 20 00 00 00 00 00 \n < 80 02 20 00 01 00 01 06",
+    "I5": "> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 02 00 01 06",
+    "I6": "> E0 00 10 00 00 00 00 00 \n < 80 12 34 56 01 00 04 05",
+    "I7 silence": "> 00 00 00 00 00 00 00 00",
+    "I7 abort": "> 00 00 00 00 00 00 00 00 \n < 80 00 00 00 01 00 04 05",
+    "I10": "> 80 00 10 00 00 00 00 08",
+    "I12 accepted": "> 41 00 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00",
+    "I12 refused": "> 41 00 10 00 00 00 00 00 \n < 80 00 10 00 01 00 04 05",
+    "I19": "> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 12 00 07 06",
+    "I20 generic": "> 2F 00 20 00 01 00 00 00 \n < 80 00 20 00 10 00 07 06",
+    "I23 at once": "> 21 01 20 00 05 00 00 00 \n < 80 01 20 00 12 00 07 06",
+    "I23 later": "> 21 01 20 00 02 00 00 00 \n < 60 01 20 00 00 00 00 00 \n"
+    "> 0B 01 02 00 00 00 00 00 \n < 80 01 20 00 12 00 07 06",
+    "I28": "> 2F 01 20 00 0A 00 00 00 \n < 80 01 20 00 31 00 09 06",
+    "I29": "> A0 00 10 00 80 00 00 00 \n < 80 00 10 00 02 00 04 05",
+    "I36": "> A0 00 10 00 7F 00 00 00 \n < 80 00 10 00 01 00 04 05",
+    "I30": "> A0 00 10 00 7F 04 00 00 \n < 43 00 10 00 91 01 0F 00",
+    "D3 abort": f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 80 10 20 00 00 00 03 05",
+    "D3 silence": f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47",
+    "D4": f"{DOWNLOAD} \n > 00 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00 \n"
+    "> 19 41 42 43 00 00 00 00 \n < 80 10 20 00 12 00 07 06",
+    "D12": f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00 \n < 80 10 20 00 01 00 04 05",
+    "D14": f"{DOWNLOAD} \n > 80 10 20 00 00 00 00 08",
+    "O8 served": f"{DOWNLOAD} \n {READ} \n < 43 00 10 00 91 01 0F 00",
+    "U1": f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 00 54 69 6E 79 20 4E 6F \n"
+    "> 70 00 00 00 00 00 00 00 \n < 1B 64 65 00 00 00 00 00",
+    "U2": f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 80 08 10 00 00 00 03 05",
+    "B6 at once": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
+    "B6 at the end": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 03 30 31 32 33 34 35 36"
+    "\n > 04 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
+    "B4": f"{BLOCK_DOWNLOAD} \n > 80 10 20 00 00 00 00 08",
+    "E1": f"{BLOCK_SENT} \n > C1 D2 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
+    "E2": f"{BLOCK_SENT} \n > C1 D3 A8 00 00 00 00 00 \n < 80 10 20 00 04 00 04 05",
+    "E8 again": f"{BLOCK_SENT} \n > 82 37 38 39 3A 3B 3C 3D \n < A2 02 04 00 00 00 00 00",
+    "F2": f"{BLOCK_UPLOAD} \n > A2 00 02 00 00 00 00 00 \n < 80 08 10 00 01 00 04 05",
+    "F7": f"{BLOCK_RECEIVED} \n > A2 01 02 00 00 00 00 00 \n < 81 64 65 00 00 00 00 00",
+    "F9": f"{BLOCK_RECEIVED} \n > A2 03 02 00 00 00 00 00 \n < 80 08 10 00 03 00 04 05",
+    "F10": f"{BLOCK_RECEIVED} \n > A2 02 00 00 00 00 00 00 \n < 80 08 10 00 02 00 04 05",
+    "G1": f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00 \n"
+    "> A1 00 00 00 00 00 00 00",
+    "O1 silence": "> 40 00 10 00",
+    "O1 served": "> 40 00 10 00 \n < 43 00 10 00 91 01 0F 00",
+    "O32": f"{READ} \n > 40 08 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00 \n"
+    "< 41 08 10 00 09 00 00 00",
+}
+NOT_ALLOWED = {
+    "I1 unanswered": (READ, "response.not-refused"),
+    "I1 refused": (f"{READ} \n < 80 00 10 00 00 00 02 06", "response.not-refused"),
+    "I1 value": (f"{READ} \n < 43 00 10 00 92 01 0F 00", "response.not-refused"),
+    "2.13 multiplexer": (f"{READ} \n < 43 01 10 00 91 01 0F 00", "response.multiplexer"),
+    "2.13 twice": (
+        f"{READ} \n < 43 00 10 00 91 01 0F 00 \n < 43 00 10 00 91 01 0F 00",
+        "response.unsolicited",
+    ),
+    "2.13 length": (f"{READ} \n < 43 00 10 00 91 01 0F", "response.frame"),
+    "I2 served": (
+        "> 40 FF 1F 00 00 00 00 00 \n < 43 FF 1F 00 00 00 00 00",
+        "object.missing-refused",
+    ),
+    "I5 code": ("> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 01 00 01 06", "object.read-only"),
+    "I6 silence": ("> E0 00 10 00 00 00 00 00", "specifier.unknown"),
+    "I7 served": (
+        "> 00 00 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00",
+        "specifier.out-of-block",
+    ),
+    "I10 answered": (
+        "> 80 00 10 00 00 00 00 08 \n < 80 00 10 00 00 00 00 08",
+        "abort.not-answered",
+    ),
+    "I19 code": ("> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 13 00 07 06", "download.too-long"),
+    "I28 stored": ("> 2F 01 20 00 0A 00 00 00 \n < 60 01 20 00 00 00 00 00", "object.limits"),
+    "I31": ("> A0 00 10 00 7F 00 00 00 \n < 43 00 10 00 91 01 0F 00", "response.not-refused"),
+    "D3 confirmed": (
+        f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 30 00 00 00 00 00 00 00",
+        "segmented-download.toggle",
+    ),
+    "D5 confirmed": (
+        f"{DOWNLOAD} \n > 01 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00",
+        "segmented-download.too-few",
+    ),
+    "O8 silence": (f"{DOWNLOAD} \n {READ}", "response.not-refused"),
+    "U2 served": (
+        f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 10 54 69 6E 79 20 4E 6F",
+        "segmented-upload.toggle",
+    ),
+    "U1 toggle": (
+        f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 10 54 69 6E 79 20 4E 6F",
+        "response.toggle",
+    ),
+    "U1 last early": (
+        f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
+        "upload.size",
+    ),
+    "B1 answered": (
+        f"{BLOCK_DOWNLOAD} \n > 01 30 31 32 33 34 35 36 \n < A2 01 04 00 00 00 00 00",
+        "block-download.full-sub-block",
+    ),
+    "B6 beyond": (
+        f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36 \n < A2 02 04 00 00 00 00 00",
+        "block.acknowledgement",
+    ),
+    "B6 never": (f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36", "block-download.gap"),
+    "2.13 block size": (
+        "> C4 10 20 00 00 00 00 00 \n < A4 10 20 00 80 00 00 00",
+        "block.size",
+    ),
+    "E2 confirmed": (
+        f"{BLOCK_SENT} \n > C1 D3 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
+        "block-download.crc",
+    ),
+    "E7 ignored": (f"{BLOCK_SENT} \n > 60 00 00 00 00 00 00 00", "block-download.foreign-at-end"),
+    "F1 number": (
+        f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n < 02 54 69 6E 79 20 4E 6F",
+        "block.sequence",
+    ),
+    "F1 incomplete": (
+        f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
+        "block-upload.first-sub-block",
+    ),
+    "F7 skipped": (
+        f"{BLOCK_RECEIVED} \n > A2 01 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00",
+        "block.sequence",
+    ),
+    "F6 CRC": (
+        f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 00 00 00 00 00 00 00",
+        "block.crc",
+    ),
+    "G1 answered": (
+        f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00 \n"
+        "> A1 00 00 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
+        "block-upload.over",
+    ),
+    "O1 from bytes not sent": (
+        "> 23 00 20 00 01 02 \n < 60 00 20 00 00 00 00 00",
+        "frame.short",
+    ),
+    "O28": ("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 00 08", "abort.precise-code"),
+    "O8 refused": (
+        f"{DOWNLOAD} \n {READ} \n < 80 10 20 00 22 00 00 08",
+        "server.new-initiate-served",
+    ),
+    "private code": ("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 01 00 00 09", "abort.code"),
+    "filler": (
+        "> 40 01 20 00 00 00 00 00 \n < 4F 01 20 00 01 00 00 FF",
+        "response.filler",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ALLOWED)
+def test_allowed(name: str) -> None:
+    assert judged(ALLOWED[name]) == []
+
+
+@pytest.mark.parametrize("name", NOT_ALLOWED)
+def test_not_allowed(name: str) -> None:
+    exchange, rule = NOT_ALLOWED[name]
+    assert [violation.rule.id for violation in judged(exchange)] == [rule]
+
+
+def test_awaited_follows_what_is_due() -> None:
+    oracle = Oracle(KNOWN)
+    assert oracle.awaited is Awaited.NOTHING
+    oracle.request(bytes.fromhex("4000100000000000"))
+    assert oracle.awaited is Awaited.ANSWER
+    assert oracle.response(bytes.fromhex("4300100091010F00")) == []
+    assert oracle.awaited is Awaited.NOTHING
+    oracle.request(bytes(8))
+    assert oracle.awaited is Awaited.MAYBE
+
+
+def test_values_follow_downloads() -> None:
+    oracle = Oracle(KNOWN)
+    assert oracle.may_hold(mux("2000")) == frozenset({b"\1\2\3\4"})
+    assert judged("> 23 00 20 00 05 06 07 08 \n < 60 00 20 00 00 00 00 00", oracle) == []
+    assert oracle.may_hold(mux("2000")) == frozenset({b"\5\6\7\x08"})
+    read_old = "> 40 00 20 00 00 00 00 00 \n < 43 00 20 00 01 02 03 04"
+    assert [found.rule.id for found in judged(read_old, oracle)] == ["response.not-refused"]
+
+
+def test_an_ambiguous_frame_leaves_two_values() -> None:
+    oracle = Oracle(KNOWN)
+    # Whether the short frame was served, only its confirmation would say.
+    oracle.request(bytes.fromhex("2F0120000200"))
+    assert oracle.may_hold(mux("2001")) == frozenset({b"\1", b"\2"})
+    assert oracle.settled() == []
+    assert oracle.may_hold(mux("2001")) == frozenset({b"\1"})
+
+
+def test_a_time_out_may_be_reported_after_silence_only() -> None:
+    timed_out = "< 80 10 20 00 00 00 04 05"
+    assert [found.rule.id for found in judged(f"{DOWNLOAD} \n {timed_out}")]
+    oracle = Oracle(KNOWN)
+    judged(DOWNLOAD, oracle)
+    assert oracle.silence() == []
+    assert judged(timed_out, oracle) == []
+    assert oracle.idle
+
+
+def test_after_a_breach_the_next_transfer_is_judged_again() -> None:
+    oracle = Oracle(KNOWN)
+    assert judged(f"{READ} \n < 60 00 10 00 00 00 00 00", oracle)
+    assert oracle.lost
+    assert judged(f"{READ} \n < 43 00 10 00 91 01 0F 00", oracle) == []
+    assert not oracle.lost
+    assert judged(f"{READ} \n < 43 01 10 00 91 01 0F 00", oracle)
+
+
+def test_the_profile_names_choices() -> None:
+    oracle = Oracle(KNOWN)
+    judged(ALLOWED["B6 at once"], oracle)
+    assert oracle.profile["acknowledges a gap"] == {"at once"}
+    assert oracle.profile["block size of a download"] == {"4"}
+    assert "acknowledges a gap: at once" in oracle.profile.lines()
+
+
+def test_of_unknown_objects_only_the_protocol_is_judged() -> None:
+    oracle = Oracle()
+    assert oracle.may_hold(Multiplexer(0x2000)) is None
+    assert judged("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 02 06", oracle) == []
+    assert judged("> 40 FF 1F 00 00 00 00 00 \n < 43 FF 1F 00 00 00 00 00", oracle) == []
+    assert judged("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 03 05", oracle)
