@@ -26,7 +26,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.oracle import Oracle
+from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.rules import NO_REBOOT, Violation
 
 FRAMES = {**STIMULI, **SUB_BLOCK_STIMULI}
@@ -61,6 +61,7 @@ class _Client:
     def __init__(self, lockstep: Lockstep, ground: Ground) -> None:
         self._lockstep = lockstep
         self._ground = ground
+        self._in_doubt = False
         self._client = BlockClient(ResponseChecks(lambda violation: None))
 
     def perform(self, transfer: Transfer) -> None:
@@ -77,6 +78,8 @@ class _Client:
                 sent += len(burst.requests)
                 for frame in frames:
                     responses += self._lockstep.send(frame)
+                if self._in_doubt_again():
+                    break
                 if gone:
                     return
             try:
@@ -87,7 +90,16 @@ class _Client:
                 return
             except Violation:
                 break
-        self._lockstep.send(self._frame(_abort(transfer.target)))
+        self._lockstep.settle(transfer.target)
+
+    def _in_doubt_again(self) -> bool:
+        """Say whether, for the second step in turn, an answer may come and need not.
+
+        One more request is a fair question to a server; many of them are a flood.
+        """
+        before = self._in_doubt
+        self._in_doubt = self._lockstep.oracle.awaited is Awaited.MAYBE
+        return before and self._in_doubt
 
     def _steps(self, transfer: Transfer) -> Generator[Step, bytes, object]:
         client, mux = self._client, transfer.target

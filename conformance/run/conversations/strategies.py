@@ -70,7 +70,9 @@ def _conversations(
 
 def _disturbances(events: Sequence[Event], *, most: int = 4) -> Disturbances:
     one = st.one_of([_disturbance(event) for event in events])
-    return st.lists(one, max_size=most).map(tuple)
+    # One event of a kind at a request: a frame that is sent eight times is a flood.
+    once = st.lists(one, max_size=most, unique_by=lambda found: (found.at, found.event))
+    return once.map(tuple)
 
 
 def _disturbance(event: Event) -> st.SearchStrategy[Disturbance]:
