@@ -27,8 +27,11 @@ from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Oracle
+from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.rules import NO_REBOOT, Violation
 
+# One more request before an answer is a fair question to a server; many of them are a flood.
+MOST_DOUBTFUL = 2
 FRAMES = {**STIMULI, **SUB_BLOCK_STIMULI}
 
 
@@ -61,7 +64,7 @@ class _Client:
     def __init__(self, lockstep: Lockstep, ground: Ground) -> None:
         self._lockstep = lockstep
         self._ground = ground
-        self._in_doubt = False
+        self._doubtful = 0
         self._client = BlockClient(ResponseChecks(lambda violation: None))
 
     def perform(self, transfer: Transfer) -> None:
@@ -78,28 +81,29 @@ class _Client:
                 sent += len(burst.requests)
                 for frame in frames:
                     responses += self._lockstep.send(frame)
-                if self._in_doubt_again():
-                    break
+                    if self._floods():
+                        return self._lockstep.settle(transfer.target)
                 if gone:
-                    return
+                    return None
             try:
                 if burst.awaited and not responses:
                     break
                 step = steps.send(responses.popleft()) if burst.awaited else next(steps)
             except (StopIteration, ServerAborted):
-                return
+                return None
             except Violation:
                 break
-        self._lockstep.settle(transfer.target)
+        return self._lockstep.settle(transfer.target)
 
-    def _in_doubt_again(self) -> bool:
-        """Say whether, for the second step in turn, an answer may come and need not.
+    def _floods(self) -> bool:
+        """Say whether too many frames went out while an answer may come and need not.
 
-        One more request is a fair question to a server; many of them are a flood.
+        A sub-block is sent as it is: there only its end has to be answered.
         """
-        before = self._in_doubt
-        self._in_doubt = self._lockstep.oracle.awaited is Awaited.MAYBE
-        return before and self._in_doubt
+        oracle = self._lockstep.oracle
+        clear = oracle.awaited is not Awaited.MAYBE or oracle.states == {SubBlock.name}
+        self._doubtful = 0 if clear else self._doubtful + 1
+        return self._doubtful > MOST_DOUBTFUL
 
     def _steps(self, transfer: Transfer) -> Generator[Step, bytes, object]:
         client, mux = self._client, transfer.target
