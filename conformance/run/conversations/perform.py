@@ -32,6 +32,8 @@ from conformance.sdo.rules import NO_REBOOT, Violation
 
 # One more request before an answer is a fair question to a server; many of them are a flood.
 MOST_DOUBTFUL = 2
+# What befalls segments on a bus, and a server has to put up with.
+ON_THE_BUS = (Event.LOSE, Event.REPEAT, Event.LATE)
 FRAMES = {**STIMULI, **SUB_BLOCK_STIMULI}
 
 
@@ -79,9 +81,13 @@ class _Client:
                 responses.clear()
                 frames, gone = self._disturbed(transfer, burst.requests, sent)
                 sent += len(burst.requests)
+                odd = any(
+                    found.event not in ON_THE_BUS and found.at < sent
+                    for found in transfer.disturbances
+                )
                 for frame in frames:
                     responses += self._lockstep.send(frame)
-                    if self._floods():
+                    if self._floods(odd):
                         return self._lockstep.settle(transfer.target)
                 if gone:
                     return None
@@ -95,13 +101,14 @@ class _Client:
                 break
         return self._lockstep.settle(transfer.target)
 
-    def _floods(self) -> bool:
+    def _floods(self, odd: bool) -> bool:
         """Say whether too many frames went out while an answer may come and need not.
 
-        A sub-block is sent as it is: there only its end has to be answered.
+        A sub-block of which segments get lost is sent as it is: only its end has to be answered.
         """
         oracle = self._lockstep.oracle
-        clear = oracle.awaited is not Awaited.MAYBE or oracle.states == {SubBlock.name}
+        lossy = not odd and oracle.states == {SubBlock.name}
+        clear = oracle.awaited is not Awaited.MAYBE or lossy
         self._doubtful = 0 if clear else self._doubtful + 1
         return self._doubtful > MOST_DOUBTFUL
 
