@@ -17,6 +17,7 @@ from conformance.faults import (
     download_segments,
     downloads,
     frames,
+    histories,
     leaks,
     narrow,
     states,
@@ -46,6 +47,7 @@ _MODULES = (
     block_leaks,
     block_requests,
     narrow,
+    histories,
     variants,
     block_variants,
 )

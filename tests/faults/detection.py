@@ -40,6 +40,7 @@ FILES = {
     "block-download": "test_block_download",
     "block-upload": "test_block_upload",
     "block-sequence": "test_block_sequences",
+    "random": "test_random",
 }
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 
