@@ -34,13 +34,14 @@ ROOMS = (1799, 897, MOST_TEXT, 64, 20)
 class Ground:
     """The objects of a device that transfers may be about.
 
-    ``rooms`` has the bytes that each string or domain surely takes. ``values`` has what objects
-    hold as far as the last conversation told.
+    ``rooms`` has the bytes that each string or domain surely takes, ``first`` what it holds when a
+    conversation begins. ``values`` has what objects hold as far as the last conversation told.
     """
 
     device: Device
     targets: Targets
     rooms: dict[Multiplexer, int]
+    first: dict[Multiplexer, bytes]
     values: dict[Multiplexer, bytes] = field(default_factory=dict)
 
     @property
@@ -87,6 +88,14 @@ class Ground:
         }
         return Knowledge({**knowledge.objects, **changed})
 
+    def restore(self, sdo: Dialogue) -> None:
+        """Write what strings and domains are to hold at first, where they do not."""
+        for mux, value in self.first.items():
+            if self.values.get(mux) != value:
+                sdo.download(mux, value)
+                self.values[mux] = value
+        sdo.fence()
+
     def remember(self, values: Mapping[Multiplexer, frozenset[bytes] | None]) -> None:
         """Keep what objects hold for sure; of the others forget it."""
         for mux, possible in values.items():
@@ -130,11 +139,8 @@ def survey(sdo: Dialogue) -> Ground:
         sdo.missing_object(),
         sdo.missing_sub_index(DEVICE_TYPE.index),
     )
-    ground = Ground(device, targets, rooms, dict(device.values))
-    for mux in rooms:
-        ground.values[mux] = sdo.payload(ROOMS[-1])
-        sdo.download(mux, ground.values[mux])
-    return ground
+    first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
+    return Ground(device, targets, rooms, first, dict(device.values))
 
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:

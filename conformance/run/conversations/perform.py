@@ -34,6 +34,7 @@ from conformance.sdo.rules import NO_REBOOT, Violation
 MOST_DOUBTFUL = 2
 # What befalls segments on a bus, and a server has to put up with.
 ON_THE_BUS = (Event.LOSE, Event.REPEAT, Event.LATE)
+UPLOADS = (Service.UPLOAD, Service.BLOCK_UPLOAD)
 FRAMES = {**STIMULI, **SUB_BLOCK_STIMULI}
 
 
@@ -70,7 +71,10 @@ class _Client:
         self._client = BlockClient(ResponseChecks(lambda violation: None))
 
     def perform(self, transfer: Transfer) -> None:
-        """Perform one transfer as far as it goes."""
+        """Perform one transfer as far as it goes; write first what an upload is to read."""
+        if transfer.service in UPLOADS and transfer.size and transfer.target in self._ground.rooms:
+            value = Transfer(Service.DOWNLOAD, transfer.target, transfer.size, transfer.content)
+            self.perform(value)
         steps = self._steps(transfer)
         step = next(steps)
         responses: deque[bytes] = deque()

@@ -39,8 +39,8 @@ def segmented_transfers(ground: Ground) -> Conversations:
 
 def block_transfers(ground: Ground) -> Conversations:
     """Draw block transfers with losses, repetitions, delays and partial acknowledgements."""
-    events = (Event.LOSE, Event.REPEAT, Event.LATE)
-    return _conversations(_transfers(ground, BLOCKS, _disturbances(events)), most=2)
+    events = (Event.LOSE, Event.LOSE, Event.REPEAT, Event.LATE)
+    return _conversations(_transfers(ground, BLOCKS, _disturbances(events, most=8)), most=2)
 
 
 def sequences(ground: Ground) -> Conversations:
@@ -51,8 +51,8 @@ def sequences(ground: Ground) -> Conversations:
 def interrupted(ground: Ground) -> Conversations:
     """Draw transfers that end before their end, and others behind them."""
     events = (Event.ABORT, Event.LEAVE, Event.INSERT)
-    one = _transfers(ground, (*PLAIN, *BLOCKS), _disturbances(events, most=1))
-    return _conversations(one, most=4)
+    one = _transfers(ground, (*PLAIN, *BLOCKS), _disturbances(events, least=1, most=1))
+    return _conversations(one, most=5)
 
 
 def soup(ground: Ground) -> Conversations:
@@ -68,15 +68,17 @@ def _conversations(
     return st.lists(transfers, min_size=least, max_size=most).map(tuple)
 
 
-def _disturbances(events: Sequence[Event], *, most: int = 4) -> Disturbances:
+def _disturbances(events: Sequence[Event], *, least: int = 0, most: int = 4) -> Disturbances:
     one = st.one_of([_disturbance(event) for event in events])
     # One event of a kind at a request: a frame that is sent eight times is a flood.
-    once = st.lists(one, max_size=most, unique_by=lambda found: (found.at, found.event))
+    once = st.lists(
+        one, min_size=least, max_size=most, unique_by=lambda found: (found.at, found.event)
+    )
     return once.map(tuple)
 
 
 def _disturbance(event: Event) -> st.SearchStrategy[Disturbance]:
-    at = st.integers(0, 6) | st.integers(0, LAST_AT)
+    at = st.integers(0, 4) | st.integers(0, 12) | st.integers(0, LAST_AT)
     match event:
         case Event.ALTER:
             # Byte 0 says most; bytes 1 and 2 are counters, or the CRC.

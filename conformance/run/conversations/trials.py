@@ -51,8 +51,9 @@ class Trials:
         """
         if self.ended:
             return None
-        self._session.show(())
         try:
+            self._ground.restore(self._sdo)
+            self._session.show(())
             converse(conversation, self._ground, self._sdo)
         except Violation as violation:
             failure = Failure(conversation, violation, self._session.frames)
