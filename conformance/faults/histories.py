@@ -64,9 +64,9 @@ class CountOfSomeSizes(Server):
         return end
 
 
-@fault("block-download-third-gap", DefectClass.LOST_SEGMENTS, "random.")
-class ThirdGap(Server):
-    """Acknowledges one segment too many at the third gap of a block download."""
+@fault("block-download-second-gap", DefectClass.LOST_SEGMENTS, "random.")
+class SecondGap(Server):
+    """Acknowledges one segment too many at the second gap of a block download."""
 
     gaps = 0
 
@@ -82,7 +82,7 @@ class ThirdGap(Server):
             response = responses[0]
             if isinstance(response, BlockAck) and response.sequence < request.sequence:
                 self.gaps += 1
-                if self.gaps == 3:
+                if self.gaps == 2:
                     return [replace(response, sequence=response.sequence + 1)]
         return responses
 
@@ -119,16 +119,14 @@ class ToggleAfterTwoAborts(Server):
 
     def on_abort(self, request: Abort) -> list[Response]:
         """Count aborted transfers."""
-        self.aborted = self.aborted + 1 if isinstance(self.transfer, Download | Upload) else 0
+        self.aborted += isinstance(self.transfer, Download | Upload)
         return super().on_abort(request)
 
     def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
         """Begin with what was left behind."""
         responses = super().on_upload_initiate(request)
         if isinstance(self.transfer, Upload):
-            self.transfer.toggle = int(self.aborted >= 2)
-        else:
-            self.aborted = 0
+            self.transfer.toggle, self.aborted = int(self.aborted >= 2), 0
         return responses
 
 
@@ -137,12 +135,6 @@ class AckKept(Server):
     """Acknowledges in a block download what the client did in the block upload it aborted."""
 
     kept: int | None = None
-
-    def react(self, request: Request) -> list[Response]:
-        """Keep the number until something else than a block download begins."""
-        if isinstance(request, DownloadInitiate | UploadInitiate | BlockUploadInitiate):
-            self.kept = None
-        return super().react(request)
 
     def on_abort(self, request: Abort) -> list[Response]:
         """Leave the number behind."""
@@ -171,12 +163,13 @@ class BufferFromBeforeBlockUpload(Server):
     def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
         """Remember the download that this one ends."""
         transfer = self.transfer
-        self.abandoned = bytes(transfer.data) if isinstance(transfer, Download) else b""
+        if isinstance(transfer, Download | BlockDownload):
+            self.abandoned = bytes(transfer.data)
         return super().on_block_upload_initiate(request)
 
     def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
         """Leave it behind."""
-        self.left = self.abandoned
+        self.left, self.abandoned = self.abandoned, b""
         return super().on_block_end_response(request)
 
     def store(self, entry: Entry, data: bytes) -> None:

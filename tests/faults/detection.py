@@ -25,6 +25,8 @@ from conformance.run.verdict import Verdict
 
 # A faulty server may keep silent a hundred times; a right one never does.
 TIMEOUT_OF_FAULTS = "0.25"
+# A fault that takes a history to see is given more of them than a run tries by default.
+EXAMPLES_OF_FAULTS = 400
 # A fault is run against the cases of the service that it is about, which tell most of it; these
 # few against all.
 AGAINST_ALL = ("answers-twice", "download-not-stored", "upload-drops-last-byte", "answers-late")
@@ -102,6 +104,8 @@ def run_deviation(deviation: Deviation) -> Run:
     arguments = []
     if deviation.is_fault:
         arguments.append(f"--response-timeout={TIMEOUT_OF_FAULTS}")
+        if deviation.caught_by.startswith("random."):
+            arguments.append(f"--examples={EXAMPLES_OF_FAULTS}")
         if deviation.name not in AGAINST_ALL:
             file = FILES[deviation.caught_by.partition(".")[0]]
             arguments += ["-k", f"{file} or test_whole_run"]

@@ -33,6 +33,8 @@ WRONG = {
     "--object=20010": f"'20010' {NO_OBJECT}",
     "--object=": f"'' {NO_OBJECT}",
     "--seed=x": "invalid int value: 'x'",
+    "--examples=x": "'x' is no number of examples",
+    "--examples=-1": "'-1' is no number of examples",
     "--can-bitrate=fast": "invalid int value: 'fast'",
     "--can-interface=socketcam": "python-can has no interface called 'socketcam'",
     "--fault=answers-late": "--fault=answers-late goes with --self-test.",

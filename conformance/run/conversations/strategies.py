@@ -25,9 +25,10 @@ BLOCK_SIZES = (127, 1, 2, 3, 4, 7, 126)
 DOWNLOADS = (Service.DOWNLOAD, Service.EXPEDITED, Service.BLOCK_DOWNLOAD)
 PLAIN = (Service.UPLOAD, Service.DOWNLOAD, Service.EXPEDITED)
 BLOCKS = (Service.BLOCK_UPLOAD, Service.BLOCK_DOWNLOAD)
+TOGGLE = 0x10
 SINGLE_BITS = tuple(1 << bit for bit in range(8))
 # Differences that make one more, one less or a limit of a counter.
-MASKS = (*SINGLE_BITS, 3, 6, 0x7F, 0x0E, 0xE0, 0xFF)
+MASKS = (TOGGLE, *SINGLE_BITS, 3, 6, 0x7F, 0x0E, 0xE0, 0xFF)
 LAST_AT = 140
 UNDISTURBED: Disturbances = st.just(())
 
@@ -57,8 +58,9 @@ def interrupted(ground: Ground) -> Conversations:
 
 def soup(ground: Ground) -> Conversations:
     """Draw transfers whose frames are altered, or joined by others, in any way."""
-    events = (Event.ALTER, Event.INSERT, Event.REPEAT, Event.CUT, Event.LATE, Event.LOSE)
-    one = _transfers(ground, (*PLAIN, *BLOCKS), _disturbances(events))
+    likely = (Event.ALTER, Event.ALTER, Event.INSERT, Event.REPEAT)
+    events = (*likely, Event.CUT, Event.LATE, Event.LOSE)
+    one = _transfers(ground, (*PLAIN, *BLOCKS), _disturbances(events, least=1))
     return _conversations(one, most=3)
 
 
@@ -82,7 +84,7 @@ def _disturbance(event: Event) -> st.SearchStrategy[Disturbance]:
     match event:
         case Event.ALTER:
             # Byte 0 says most; bytes 1 and 2 are counters, or the CRC.
-            byte = st.sampled_from((0, 0, 1, 2, 3, 4, 5, 6, 7))
+            byte = st.sampled_from((0, 0, 0, 0, 1, 1, 2, 2, 3, 4, 5, 6, 7))
             masks = st.sampled_from(MASKS) | st.integers(1, 255)
             return st.builds(Disturbance, at, st.just(event), byte, masks)
         case Event.CUT:
