@@ -1,6 +1,6 @@
 """Faulty servers that are right in every single transfer: it takes a history to see the fault.
 
-Neither scripts nor the matrix get them there; random conversations do.
+Random conversations get them there.
 """
 
 from dataclasses import replace
@@ -11,7 +11,6 @@ from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
     BlockEnd,
-    BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
     DownloadInitiate,
@@ -21,7 +20,6 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Entry, ObjectDictionary
 from conformance.sdo.segmented_server import SEGMENT_LENGTH, Download, Upload
 from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
@@ -125,8 +123,8 @@ class ToggleAfterTwoAborts(Server):
     def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
         """Begin with what was left behind."""
         responses = super().on_upload_initiate(request)
-        if isinstance(self.transfer, Upload):
-            self.transfer.toggle, self.aborted = int(self.aborted >= 2), 0
+        if isinstance(self.transfer, Upload) and self.aborted >= 2:
+            self.transfer.toggle, self.aborted = 1, 0
         return responses
 
 
@@ -148,31 +146,3 @@ class AckKept(Server):
         ack = super().acknowledge(transfer)
         kept, self.kept = self.kept, None
         return ack if kept is None else replace(ack, sequence=kept)
-
-
-@fault("download-buffer-from-before-block-upload", LEAK, "random.")
-class BufferFromBeforeBlockUpload(Server):
-    """Puts what a download left behind before the next one, if a block upload came between."""
-
-    def __init__(self, objects: ObjectDictionary) -> None:
-        """Start with nothing left."""
-        super().__init__(objects)
-        self.abandoned = b""
-        self.left = b""
-
-    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
-        """Remember the download that this one ends."""
-        transfer = self.transfer
-        if isinstance(transfer, Download | BlockDownload):
-            self.abandoned = bytes(transfer.data)
-        return super().on_block_upload_initiate(request)
-
-    def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
-        """Leave it behind."""
-        self.left, self.abandoned = self.abandoned, b""
-        return super().on_block_end_response(request)
-
-    def store(self, entry: Entry, data: bytes) -> None:
-        """Use it up."""
-        left, self.left = self.left, b""
-        super().store(entry, data if entry.longest < len(left + data) else left + data)

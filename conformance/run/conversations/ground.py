@@ -8,7 +8,7 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from conformance.device.device import DEVICE_TYPE, Device, NotTestable
+from conformance.device.device import IDENTITY_COUNT, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import WritePolicy, written_by
 from conformance.run.conversations.transfers import Transfer
@@ -137,7 +137,8 @@ def survey(sdo: Dialogue) -> Ground:
         device.node_id,
         next(iter(rooms)),
         sdo.missing_object(),
-        sdo.missing_sub_index(DEVICE_TYPE.index),
+        # Of a simple object many servers serve any sub-index: other cases say so.
+        sdo.missing_sub_index(IDENTITY_COUNT.index),
     )
     first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
     return Ground(device, targets, rooms, first, dict(device.values))
