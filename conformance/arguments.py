@@ -11,6 +11,8 @@ from conformance.device.objects import ObjectNameError, parse_object
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 
+DEFAULT_EXAMPLES = 20
+
 
 def add_options(parser: pytest.Parser) -> None:
     """Declare the options. ``--strict`` is pytest's own; the suite listens to it."""
@@ -155,8 +157,21 @@ def add_options(parser: pytest.Parser) -> None:
         metavar="N",
         type=int,
         default=DEFAULT_SEED,
-        help="decides on the bytes that cases write (%(default)s)",
+        help="decides on the bytes that cases write, and on random conversations (%(default)s)",
     )
+    group.addoption(
+        "--examples",
+        metavar="N",
+        type=_count,
+        default=DEFAULT_EXAMPLES,
+        help="random conversations that each case random.* tries (%(default)s); 0 for none",
+    )
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise ArgumentTypeError(f"{text!r} is no number of examples: write 0, 100 or the like")
+    return int(text)
 
 
 def _node_ids(text: str) -> list[int]:

@@ -7,6 +7,8 @@ import pytest
 
 from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
+from conformance.run.conversations.search import Plan, Search
+from conformance.run.conversations.store import FailingStore
 from conformance.run.dialogue import Dialogue
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
@@ -41,6 +43,19 @@ def sdo(request: pytest.FixtureRequest, device_session: DeviceSession) -> Iterat
     yield run.sdo
     if RESULT not in request.node.stash:
         run.conclude(None)  # another fixture failed: what was written is put back all the same
+
+
+@pytest.fixture
+def conversations(
+    request: pytest.FixtureRequest, device_session: DeviceSession, sdo: Dialogue
+) -> Search:
+    """Random conversations with the device, as many as --examples says."""
+    del sdo  # it begins the case
+    case, run = case_of(request.node), request.node.stash[CASE_RUN]
+    options = request.config.stash[STATE].options
+    folder = options.report_dir / "failing"
+    store = FailingStore.of(folder, case.node_id, case.case_id)
+    return Search(device_session, run, Plan(options.examples, options.run.seed), store)
 
 
 @pytest.fixture

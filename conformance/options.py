@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from conformance.arguments import DEFAULT_EXAMPLES
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
 from conformance.device.deny import PERMISSIONS
@@ -43,6 +44,7 @@ class Options:
     answer_delay: float
     deviations: tuple[Deviation, ...] = ()
     draft: Path | None = None
+    examples: int = DEFAULT_EXAMPLES
 
 
 def read_options(config: pytest.Config) -> Options | None:
@@ -97,6 +99,7 @@ def read_options(config: pytest.Config) -> Options | None:
         config.getoption("answer_delay"),
         deviations,
         _path(config, "write_deviations"),
+        config.getoption("examples"),
     )
 
 

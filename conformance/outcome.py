@@ -74,6 +74,7 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
         ("actual", result.actual),
         ("afterwards", result.afterwards.value),
         ("latency-ms", f"{result.latency * 1000:.3f}"),
+        *([("examples", result.progress)] if result.progress else []),
         *(("note", note) for note in result.notes),
         ("trace", "\n".join(result.trace)),
     ]

@@ -67,6 +67,7 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
         for result in results
         if result.verdict is Verdict.KNOWN_DEVIATION
     ]
+    lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
     missing = {
         result.actual: result.case_id
         for result in results

@@ -60,16 +60,22 @@ class Lockstep:
         elif captured.frame.can_id == self._sdo.channel.response_id:
             self._findings += self.oracle.response(captured.frame)
 
-    def send(self, frame: CanFrame) -> None:
-        """Send any frame, and take the answers that have to come."""
+    def send(self, frame: CanFrame) -> list[bytes]:
+        """Send any frame, take the answers that have to come, and return their data bytes."""
+        answers = []
         if frame == CanFrame(self._sdo.channel.request_id, frame.data):
             self._sdo.send(frame.data)  # which knows whether it is a segment of a block
         else:
             self._sdo.send_frame(frame)
         while self.oracle.awaited is Awaited.ANSWER:
-            if self._sdo.next_frame() is None:
+            answer = self._sdo.next_frame()
+            if answer is None:
                 self._findings += self.oracle.settled()
             self.check()
+            if answer is not None:
+                self._sdo.tracker.response(answer.data)
+                answers.append(answer.data)
+        return answers
 
     def settle(self, mux: Multiplexer) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes."""

@@ -137,6 +137,17 @@ class DeviceSession:
         """Return how many frames the running case has seen."""
         return len(self._frames)
 
+    @property
+    def frames(self) -> list[Captured]:
+        """The frames of the running case that were kept."""
+        return self._frames.kept()
+
+    def show(self, frames: Sequence[Captured]) -> None:
+        """Let the running case have exchanged these frames, and no others so far."""
+        self._frames.clear()
+        for captured in frames:
+            self._frames.add(captured)
+
     def trace(self, own: int, channels: Sequence[ChannelIds]) -> list[str]:
         """Return the decoded frames of the case; behind the first ``own`` it was over."""
         return trace_lines(self._frames.kept(), channels, own=own, gap=self._frames.gap())

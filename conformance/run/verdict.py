@@ -46,7 +46,8 @@ class CaseResult:
     longest ``latency`` of an answer, and what was ``waited`` for answers that did not come.
     ``trace`` holds the decoded frames, a line each, ``reproduce`` the commands that send the
     requests again. ``reason`` is why a known deviation may be one, ``output`` what a device that
-    was lost has written last.
+    was lost has written last; ``progress`` says how many of its examples a random case has
+    tried.
     """
 
     case_id: str
@@ -69,6 +70,7 @@ class CaseResult:
     waited: float = 0.0
     reason: str = ""
     output: list[str] = field(default_factory=list)
+    progress: str = ""
 
     @property
     def broken_rule_id(self) -> str:

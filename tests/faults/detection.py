@@ -31,6 +31,8 @@ from conformance.run.verdict import Verdict
 
 # A faulty server may keep silent a hundred times; a right one never does.
 TIMEOUT_OF_FAULTS = "0.25"
+# A fault that takes a history to see is given more of them than a run tries by default.
+EXAMPLES_OF_FAULTS = 400
 # What is judged at the end of a run needs cases before it.
 AGAINST_ALL = ("answers-twice", "download-not-stored", "upload-drops-last-byte", "answers-late")
 FILES = {
@@ -51,6 +53,7 @@ FILES = {
     "independence": "test_channel_independence",
     "nmt": "test_nmt",
     "od": "test_object_dictionary",
+    "random": "test_random",
 }
 GENERATED = ("test_matrix", "test_random")
 # Long enough for a loaded machine to keep to, short enough to be waited for fifty times.
@@ -137,6 +140,8 @@ def run_deviation(deviation: Deviation, *, quick: bool) -> Run:
         arguments += scripts()
     if deviation.is_fault:
         arguments.append(f"--response-timeout={TIMEOUT_OF_FAULTS}")
+        if deviation.caught_by.startswith("random."):
+            arguments.append(f"--examples={EXAMPLES_OF_FAULTS}")
     # Cases on time-outs look at the clock, which stands still on a simulated bus.
     return run_cases(deviation.name, *arguments, simulated=not timing_of(deviation))
 

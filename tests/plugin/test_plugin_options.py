@@ -48,6 +48,8 @@ WRONG = {
     "--answer-delay=0.1": "--answer-delay goes with --self-test.",
     "--process=": "an empty text is no command",
     "--seed=x": "invalid int value: 'x'",
+    "--examples=x": "'x' is no number of examples",
+    "--examples=-1": "'-1' is no number of examples",
     "--can-bitrate=fast": "invalid int value: 'fast'",
     "--can-interface=socketcam": "python-can has no interface called 'socketcam'",
     "--fault=answers-late": "--fault=answers-late goes with --self-test.",

@@ -285,6 +285,8 @@ def _take(branch: Branch, frame: bytes) -> Iterable[Branch]:
     branches = [after.choosing(*branch.freedoms) for after in branch.due.take(frame)]
     for request in branch.backlog:
         branches = [later for after in branches for later in _catch_up(after, request)]
+        if len(branches) > MOST_BRANCHES:
+            return [quiet(LOST, branch.memory.in_doubt(), branch.row)]
     return branches
 
 

@@ -1,0 +1,160 @@
+"""What random conversations may be about: the objects of a device, and what is put into them.
+
+A careless device may take any frame for the beginning of a download. Whatever is sent therefore
+names, where a download initiate has its multiplexer, an object that may be written.
+"""
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from conformance.device.device import IDENTITY_COUNT, Device, NotTestable
+from conformance.device.objects import KnownObject
+from conformance.device.safety import WritePolicy, written_by
+from conformance.run.conversations.transfers import Transfer
+from conformance.run.dialogue import Dialogue
+from conformance.run.lockstep import knowledge_of
+from conformance.run.matrix.stimuli import Targets
+from conformance.run.steps import NO_ROOM, PRINTABLE
+from conformance.sdo.client import SEGMENT_LENGTH
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import DownloadInitiate, decode_request
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.objects import Access, DataType
+from conformance.sdo.oracle import Knowledge
+from conformance.sdo.rules import NOT_REFUSED, Violation
+
+# Segment 32 of a sub-block begins like a download initiate: up to there any text may stand in it.
+MOST_TEXT = 31 * SEGMENT_LENGTH
+# Room for more segments than a sub-block has, and than a byte can count.
+ROOMS = (1799, 897, MOST_TEXT, 64, 20)
+
+
+@dataclass(slots=True)
+class Ground:
+    """The objects of a device that transfers may be about.
+
+    ``rooms`` has the bytes that each string or domain surely takes, ``first`` what it holds when a
+    conversation begins. ``values`` has what objects hold as far as the last conversation told.
+    """
+
+    device: Device
+    targets: Targets
+    rooms: dict[Multiplexer, int]
+    first: dict[Multiplexer, bytes]
+    values: dict[Multiplexer, bytes] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> list[Multiplexer]:
+        """The writable objects whose values have one length."""
+        return [
+            known.mux
+            for known in self.device.objects
+            if known.access is Access.RW
+            and known.length is not None
+            and known.mux in self.device.values
+        ]
+
+    @property
+    def readable(self) -> list[Multiplexer]:
+        """What can be read, and what the device does not have."""
+        return [*self.device.values, self.targets.missing, self.targets.missing_sub_index]
+
+    def known(self, mux: Multiplexer) -> KnownObject | None:
+        """Return what is known of an object."""
+        return next((known for known in self.device.objects if known.mux == mux), None)
+
+    def data(self, transfer: Transfer) -> bytes:
+        """Return what a download writes; to a number its value with the lowest bit as it may be."""
+        if transfer.target not in self.rooms:
+            value = self.device.values[transfer.target]
+            return bytes([value[0] ^ (transfer.content & 1)]) + value[1:]
+        chosen = random.Random(f"{transfer.content}/{transfer.size}")
+        if transfer.size <= MOST_TEXT:
+            return bytes(chosen.choices(PRINTABLE, k=transfer.size))
+        head = mux_bytes(transfer.target)
+        rest = SEGMENT_LENGTH - len(head)
+        segments = -(-transfer.size // SEGMENT_LENGTH)
+        pieces = (head + bytes(chosen.choices(PRINTABLE, k=rest)) for _ in range(segments))
+        return b"".join(pieces)[: transfer.size]
+
+    def knowledge(self) -> Knowledge:
+        """Return what the oracle may take for granted before the next conversation."""
+        knowledge = knowledge_of(self.device, self.rooms)
+        changed = {
+            mux: replace(facts, value=self.values.get(mux))
+            for mux, facts in knowledge.objects.items()
+            if facts.access is not None and facts.access.writable
+        }
+        return Knowledge({**knowledge.objects, **changed})
+
+    def restore(self, sdo: Dialogue) -> None:
+        """Write what strings and domains are to hold at first, where they do not."""
+        for mux, value in self.first.items():
+            if self.values.get(mux) != value:
+                sdo.download(mux, value)
+                self.values[mux] = value
+        sdo.fence()
+
+    def remember(self, values: Mapping[Multiplexer, frozenset[bytes] | None]) -> None:
+        """Keep what objects hold for sure; of the others forget it."""
+        for mux, possible in values.items():
+            self.values.pop(mux, None)
+            if possible is not None and len(possible) == 1:
+                self.values[mux] = next(iter(possible))
+
+    def harmless(self, data: bytes) -> bytes:
+        """Return a request that, whatever a device takes it for, writes where it may."""
+        return harmless(data, self.device.policy, self.targets.own)
+
+
+def harmless(data: bytes, policy: WritePolicy, own: Multiplexer) -> bytes:
+    """Put ``own`` where a download initiate would name an object that must not be written."""
+    target = written_by(decode_request(data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")))
+    if target is None or policy.permits(target):
+        return data
+    return data[:1] + mux_bytes(own) + data[4:]
+
+
+def mux_bytes(mux: Multiplexer) -> bytes:
+    """Return a multiplexer as it stands in a request."""
+    return DownloadInitiate(mux).encode()[1:4]
+
+
+def survey(sdo: Dialogue) -> Ground:
+    """Find out what a device offers; raises NotTestable without a string or domain."""
+    device = sdo.device
+    device.variable()
+    rooms = {
+        known.mux: room
+        for known in device.objects
+        if known.varies and known.access is Access.RW and known.mux in device.values
+        if (room := _room(sdo, known))
+    }
+    if not rooms:
+        raise NotTestable(f"needs a string or domain of {ROOMS[-1]} bytes: name one")
+    targets = Targets(
+        device.node_id,
+        next(iter(rooms)),
+        sdo.missing_object(),
+        # Of a simple object many servers serve any sub-index: other cases say so.
+        sdo.missing_sub_index(IDENTITY_COUNT.index),
+    )
+    first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
+    return Ground(device, targets, rooms, first, dict(device.values))
+
+
+def _room(sdo: Dialogue, known: KnownObject) -> int:
+    """Return the bytes that a string or domain surely takes, 0 where they are few."""
+    text = known.data_type is DataType.VISIBLE_STRING
+    for room in ROOMS[2:] if text else ROOMS:
+        abort = sdo.try_download(known, sdo.payload(room), segmented=True)
+        if abort is None:
+            return room
+        if abort.code not in NO_ROOM:
+            raise Violation(
+                NOT_REFUSED,
+                expected=f"a download of {room} bytes to {known}, or too few bytes of room",
+                actual=describe_response(abort.encode()),
+            )
+    return 0

@@ -1,0 +1,36 @@
+"""Conversations that failed a device: kept from one run to the next, and tried first."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from conformance.run.conversations.transfers import Conversation, from_lines, to_lines
+
+
+@dataclass(frozen=True, slots=True)
+class FailingStore:
+    """The last failing conversation of one case on one device; a file of JSON lines."""
+
+    path: Path
+
+    @classmethod
+    def of(cls, folder: Path, node_id: int, case_id: str) -> "FailingStore":
+        """Return the store of a case; ``folder`` is that of all runs."""
+        return cls(folder / f"node-{node_id}" / f"{case_id}.jsonl")
+
+    def load(self) -> Conversation | None:
+        """Return the conversation; None where there is none, or none that can be read."""
+        try:
+            lines = self.path.read_text(encoding="utf-8").splitlines()
+            return from_lines(lines) or None
+        except (OSError, ValueError, TypeError, KeyError):
+            # What an older version has written, or somebody has changed, is no longer of use.
+            return None
+
+    def save(self, conversation: Conversation) -> None:
+        """Keep a conversation instead of the one before."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        self.path.write_text("\n".join(to_lines(conversation)) + "\n", encoding="utf-8")
+
+    def remove(self) -> None:
+        """Forget the conversation: it passes."""
+        self.path.unlink(missing_ok=True)

@@ -1,0 +1,77 @@
+"""One conversation after another on one device, each from an idle server."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from conformance.bus.errors import BenchError
+from conformance.bus.link import Captured
+from conformance.run.afterwards import leave
+from conformance.run.conversations.ground import Ground
+from conformance.run.conversations.perform import converse
+from conformance.run.conversations.transfers import Conversation
+from conformance.run.dialogue import Dialogue
+from conformance.run.session import DeviceSession
+from conformance.run.verdict import Afterwards
+from conformance.sdo.rules import Rule, Violation
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A conversation that failed, what was wrong, and its frames up to there."""
+
+    conversation: Conversation
+    violation: Violation
+    frames: Sequence[Captured]
+
+    @property
+    def rule(self) -> Rule:
+        """The rule that was broken."""
+        return self.violation.rule
+
+
+class Trials:
+    """Tries conversations. Of what is exchanged, the session keeps the last one only.
+
+    When the device or the bench is lost, ``ended`` says so, and nothing is sent any more;
+    ``bench_error`` is what is wrong with the bench.
+    """
+
+    def __init__(self, session: DeviceSession, sdo: Dialogue, ground: Ground) -> None:
+        """Take an idle device that was surveyed."""
+        self.ended = False
+        self.bench_error: BenchError | None = None
+        self._session = session
+        self._sdo = sdo
+        self._ground = ground
+
+    def attempt(self, conversation: Conversation, like: Rule | None = None) -> Failure | None:
+        """Perform a conversation; return how it failed, if it did.
+
+        ``like`` is the rule that it has to break; None stands for any.
+        """
+        if self.ended:
+            return None
+        try:
+            self._ground.restore(self._sdo)
+            self._session.show(())
+            converse(conversation, self._ground, self._sdo)
+        except Violation as violation:
+            failure = Failure(conversation, violation, self._session.frames)
+            self._recover()
+            return failure if like in (None, failure.rule) else None
+        except BenchError as error:
+            self.bench_error, self.ended = error, True
+        finally:
+            self._keep_one_of_each()
+        return None
+
+    def _recover(self) -> None:
+        try:
+            self.ended = leave(self._sdo, failed=True).afterwards is Afterwards.LOST
+        except BenchError as error:
+            self.bench_error, self.ended = error, True
+
+    def _keep_one_of_each(self) -> None:
+        """Keep one breach of each rule that does not fail a device: there are many examples."""
+        one_each = {found.rule: found for found in reversed(self._sdo.minor)}
+        self._sdo.minor[:] = one_each.values()

@@ -1,0 +1,167 @@
+"""Random conversations: what they send, how they are kept, and what is left of a failure."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from run_bench import NODE_ID
+
+from conformance.bus.channel import Channel
+from conformance.bus.link import Captured, Direction, Link
+from conformance.device.device import Device
+from conformance.device.safety import WritePolicy, written_by
+from conformance.faults.device import REFERENCE_OBJECTS
+from conformance.faults.hosting import simulated_bus
+from conformance.run.conversations import strategies
+from conformance.run.conversations.ground import harmless
+from conformance.run.conversations.search import Draw, Plan, Search
+from conformance.run.conversations.store import FailingStore
+from conformance.run.conversations.transfers import (
+    Conversation,
+    Disturbance,
+    Event,
+    Service,
+    Transfer,
+    from_lines,
+    to_lines,
+)
+from conformance.run.discovery import discover
+from conformance.run.session import CaseRun, DeviceSession
+from conformance.sdo.frames import decode_request
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Level, Rule, Violation
+
+RULE = Rule("random.test", "7.2.4", Level.MUST, "What the case is about.")
+TEXT = Multiplexer(0x2010)
+DRAWS = (
+    strategies.segmented_transfers,
+    strategies.block_transfers,
+    strategies.sequences,
+    strategies.interrupted,
+    strategies.soup,
+)
+
+
+class Searched:
+    """One device, simulated, on which searches are made; ``sent`` is all that it got."""
+
+    def __init__(self, server: str | None, folder: Path) -> None:
+        link = Link(simulated_bus([NODE_ID], server), "simulated")
+        writable = [known.mux for known in REFERENCE_OBJECTS if known.access.writable]
+        device = Device(NODE_ID, list(REFERENCE_OBJECTS), policy=WritePolicy(writable))
+        channel = Channel(link, NODE_ID, 0.05)
+        discover(channel, device)
+        self.sent: list[str] = []
+        link.listen(self._keep)
+        self.session = DeviceSession(channel, device, seed=1, cansend_channel="can0")
+        self.store = FailingStore.of(folder, NODE_ID, RULE.id)
+
+    def _keep(self, captured: Captured) -> None:
+        if captured.direction is Direction.SENT:
+            self.sent.append(str(captured.frame))
+
+    def search(self, draw: Draw, plan: Plan) -> CaseRun:
+        run = self.session.begin(RULE.id, "random", RULE)
+        Search(self.session, run, plan, self.store).run(draw)
+        return run
+
+
+@pytest.fixture
+def reference(tmp_path: Path) -> Searched:
+    return Searched(None, tmp_path)
+
+
+@pytest.mark.parametrize("draw", DRAWS)
+def test_the_reference_server_passes(reference: Searched, draw: Draw) -> None:
+    run = reference.search(draw, Plan(40, seed=7))
+    assert run.result.progress.startswith("40 of 40 examples in ")
+    assert not reference.store.path.exists()
+
+
+@pytest.mark.parametrize("draw", DRAWS)
+def test_only_what_may_be_written_is_named(reference: Searched, draw: Draw) -> None:
+    """Whatever the device takes a frame for."""
+    reference.search(draw, Plan(40, seed=8))
+    policy = reference.session.device.policy
+    for text in reference.sent:
+        can_id, _, data = text.partition("#")
+        if can_id == f"{0x600 + NODE_ID:03X}" and "R" not in data:
+            target = written_by(decode_request(bytes.fromhex(data).ljust(8, b"\0")))
+            assert target is None or policy.permits(target), text
+
+
+@given(st.binary(max_size=8))
+def test_harmless(data: bytes) -> None:
+    policy = WritePolicy([TEXT])
+    sent = harmless(data, policy, TEXT)
+    target = written_by(decode_request(sent.ljust(8, b"\0")))
+    assert target is None or policy.permits(target)
+    assert sent[:1] == data[:1]
+
+
+@pytest.mark.parametrize("draw", DRAWS)
+def test_the_same_seed_sends_the_same_frames(tmp_path: Path, draw: Draw) -> None:
+    sent = []
+    for seed in (1, 1, 2):
+        device = Searched(None, tmp_path)
+        device.search(draw, Plan(10, seed))
+        sent.append(device.sent)
+    assert sent[0] == sent[1] != sent[2]
+
+
+@pytest.mark.parametrize(
+    ("server", "draw", "most"),
+    [
+        ("third-segmented-upload-late", strategies.segmented_transfers, 40),
+        ("upload-toggle-ignored", strategies.soup, 30),
+        ("download-not-stored", strategies.segmented_transfers, 30),
+    ],
+)
+def test_a_failure_is_shrunk_kept_and_tried_first(
+    tmp_path: Path, server: str, draw: Draw, most: int
+) -> None:
+    device = Searched(server, tmp_path)
+    with pytest.raises(Violation) as first:
+        device.search(draw, Plan(200, seed=1))
+    assert len(device.session.frames) <= most
+    kept = device.store.load()
+    again = Searched(server, tmp_path)
+    with pytest.raises(Violation) as second:
+        again.search(draw, Plan(200, seed=99))
+    assert second.value.rule == first.value.rule
+    assert again.store.load() == kept
+    repaired = Searched(None, tmp_path)
+    repaired.search(draw, Plan(1, seed=1))
+    assert not repaired.store.path.exists()
+
+
+def test_the_time_is_bounded(reference: Searched) -> None:
+    run = reference.search(strategies.soup, Plan(1000, seed=1, search_seconds=0.0))
+    assert run.result.progress.startswith("0 of 1000 examples")
+    assert run.sdo.notes == [f"{run.result.progress}, which is as long as it may take"]
+
+
+DISTURBED: Conversation = (
+    Transfer(Service.BLOCK_UPLOAD, TEXT, 14, block_sizes=(1, 2), withheld=(1,)),
+    Transfer(
+        Service.DOWNLOAD,
+        Multiplexer(0x2011, 3),
+        disturbances=(
+            Disturbance(2, Event.ALTER, 1, 0x80),
+            Disturbance(0, Event.INSERT, label="40h"),
+        ),
+    ),
+)
+
+
+def test_a_conversation_survives_as_text() -> None:
+    assert from_lines(to_lines(DISTURBED)) == DISTURBED
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[1]", "no json", '{"service": "nothing"}'])
+def test_what_cannot_be_read_is_no_conversation(tmp_path: Path, text: str) -> None:
+    store = FailingStore(tmp_path / "a.jsonl")
+    assert store.load() is None
+    store.path.write_text(text)
+    assert store.load() is None
