@@ -60,8 +60,9 @@ NOT_NOW = (
     AbortCode.LOCAL_CONTROL,
     AbortCode.DEVICE_STATE,
 )
-# Indices that CiA 301 and the common profiles leave free, and sub-indices that few objects reach.
-MISSING_INDICES = (0x1FFF, 0x0F00, 0x5FF7, 0xBFF7)
+# Indices that CiA 301 and the common profiles leave free and that no permission guards, and
+# sub-indices that few objects reach.
+MISSING_INDICES = (0x0F00, 0x5FF7, 0xBFF7)
 MISSING_SUB_INDICES = (0xFE, 0xFD, 0x7F)
 
 

@@ -45,7 +45,7 @@ def outcomes(pytester: pytest.Pytester, *arguments: str) -> dict[str, int]:
 
 
 def test_a_description_suffices(pytester: pytest.Pytester) -> None:
-    found = outcomes(pytester, described(pytester), "-k", "od.write-back[ or download.stored")
+    found = outcomes(pytester, described(pytester), "-k", "od.write-back[2 or download.stored")
     ids = case_ids(the_report(pytester) / "junit.xml")
     assert "od.write-back[2110h:04]" in ids
     # 2001h is never written: neither its own case nor that of a number of 1 byte uses it.
@@ -106,8 +106,8 @@ WRONG = {
     "--eds=typo.eds --node-id=5": "typo.eds, line 3: [1000] has no AccessType, but 'AccesType'.",
     "--device=typo.toml": "typo.toml, line 2: there is no key 'nodeid'. Did you mean 'node-id'?",
     "--device=denied.toml": (
-        "1017h:00 was named, but a permission is needed to write the heartbeat times: "
-        "[permissions] heartbeat-parameters = true in device.toml."
+        "1017h:00 was named, but a permission is needed to write the heartbeat time: "
+        "--allow=nmt, or [permissions] nmt = true in device.toml."
     ),
     "--device=nameless.toml": "does not say which node it is: add --node-id=N",
     "--eds=drive.eds": "--eds=drive.eds does not say which node it is: add --node-id=N",

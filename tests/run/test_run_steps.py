@@ -38,7 +38,7 @@ from conformance.sdo.rules import (
 )
 
 NAME = Multiplexer(0x1008)
-MISSING = Multiplexer(0x1FFF)
+MISSING = Multiplexer(0x0F00)
 VENDOR = Multiplexer(0x1018, 1)
 
 
@@ -243,7 +243,7 @@ def test_a_long_object_without_leave_to_write() -> None:
 def test_missing_entries_may_be_probed(bench: Workbench) -> None:
     sdo = bench.dialogue()
     missing = sdo.missing_object()
-    assert not bench.device.policy.permits(Multiplexer(0x0F00))
+    assert not bench.device.policy.permits(Multiplexer(0x5FF7))
     assert bench.device.policy.permits(missing)
     sub_index = sdo.missing_sub_index(0x2004)
     assert (missing, sub_index) == (MISSING, Multiplexer(0x2004, 0xFE))
@@ -258,7 +258,7 @@ def test_what_exists_is_not_missing(access: Access) -> None:
     entries[Multiplexer(0x2004, 0xFE)] = Entry(b"\1", DataType.UNSIGNED8, access)
     with discovered(recording(entries=entries)) as opened:
         sdo = opened.dialogue()
-        assert sdo.missing_object() == Multiplexer(0x0F00)
+        assert sdo.missing_object() == Multiplexer(0x5FF7)
         assert sdo.missing_sub_index(0x2004) == Multiplexer(0x2004, 0xFD)
         assert not opened.device.policy.permits(MISSING)
         assert not opened.device.policy.permits(Multiplexer(0x2004, 0xFE))
