@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
-from conformance.bus.link import Captured
+from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device, NotTestable
 from conformance.run.afterwards import Restorer, leave
 from conformance.run.dialogue import Dialogue
@@ -73,6 +73,7 @@ class DeviceSession:
         self._cansend_channel = cansend_channel
         self._frames = Recording(channel.ids)
         self._in_case = False
+        self._asked_by_others = False
         self._last_case = "the beginning of the run"
         channel.link.listen(self._capture)
         channel.on_boot_up = self._count_boot_up
@@ -81,6 +82,9 @@ class DeviceSession:
         # What goes to and fro while another device is tested is none of this one's.
         if self._in_case:
             self._frames.add(captured)
+        elif captured.direction is Direction.SENT:
+            own = self.channel.ids.request
+            self._asked_by_others |= captured.frame.can_id == own.can_id
 
     def _count_boot_up(self) -> None:
         self.device.boot_ups += 1
@@ -104,8 +108,14 @@ class DeviceSession:
         return CaseRun(self, sdo, result)
 
     def collect_late(self) -> None:
-        """Take responses that nobody asked for; they belong to the case that was last."""
+        """Take responses that nobody asked for; they belong to the case that was last.
+
+        A case on another device may have asked this one: what came then is no late answer.
+        """
+        asked, self._asked_by_others = self._asked_by_others, False
         while (frame := self.channel.receive(0)) is not None:
+            if asked:
+                continue
             actual = f"{describe_response(frame.data)} ({frame})"
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
             self.whole_run.late.append(Incident(self._last_case, late))
