@@ -17,8 +17,8 @@ from conformance.device.known_deviations import Deviation, read_deviations
 from conformance.device.listing import Listing
 from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
-from conformance.faults.catalogue import UnknownServer, find_deviation, lacking
-from conformance.faults.listing import reference_listing, reference_permits
+from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
+from conformance.faults.listing import listing_of, permits_for
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
 from conformance.workers import Share, share_of
 
@@ -170,15 +170,15 @@ def _listings(
     if path is not None:
         return {node_id: read_eds(path, node_id) for node_id in node_ids}
     if self_test and not config.getoption("conformance_objects"):
-        without = lacking(config.getoption("fault"))
-        return {node_id: reference_listing(node_id, without) for node_id in node_ids}
+        server = config.getoption("fault")
+        return {node_id: listing_of(described_node(server, node_id)) for node_id in node_ids}
     return {}
 
 
 def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
     named = list(config.getoption("conformance_objects"))
     if self_test and not named:
-        return reference_permits(lacking(config.getoption("fault")))
+        return permits_for(described_node(config.getoption("fault"), SELF_TEST_NODE))
     permissions = description.permissions | frozenset(config.getoption("conformance_permissions"))
     if self_test:
         permissions = PERMISSIONS  # the device is our own

@@ -120,16 +120,6 @@ def find_deviation(name: str | None) -> Deviation | None:
     )
 
 
-def lacking(name: str | None) -> frozenset[Multiplexer]:
-    """Return the entries of the built-in device that a variant lacks, in its EDS as well.
-
-    Raises UnknownServer.
-    """
-    deviation = find_deviation(name)
-    found: frozenset[Multiplexer] = getattr(deviation.kind if deviation else None, "lacking", NONE)
-    return found
-
-
 def build_node(
     name: str | None,
     node_id: int,
@@ -142,8 +132,18 @@ def build_node(
     It is the built-in device, or the one that ``listing`` describes. ``server_timeout`` is the
     time in seconds after which it gives up a silent client, None for never. Raises UnknownServer.
     """
-    objects = described_device(listing) if listing else reference_device(node_id, lacking(name))
     deviation = find_deviation(name)
+    lacking: frozenset[Multiplexer] = getattr(deviation and deviation.kind, "lacking", NONE)
+    objects = described_device(listing) if listing else reference_device(node_id, lacking)
     if deviation is not None:
         return deviation.build(node_id, objects, server_timeout=server_timeout)
     return assemble(Node, Server, node_id, objects, server_timeout)
+
+
+def described_node(name: str | None, node_id: int) -> Node:
+    """Return the node that an EDS of the built-in device describes.
+
+    That is an unusual one as it is, and what a faulty one ought to be. Raises UnknownServer.
+    """
+    deviation = find_deviation(name)
+    return build_node(None if deviation is None or deviation.is_fault else name, node_id)

@@ -1,7 +1,7 @@
 """The EDS of the built-in device, written from its object dictionary, and what it permits."""
 
 from collections import defaultdict
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 from conformance.device.deny import PERMISSIONS
@@ -10,32 +10,30 @@ from conformance.device.listing import Listing, ObjectType
 from conformance.device.permits import Permits
 from conformance.device.values import decode_number, is_number
 from conformance.faults.device import REFERENCE_OBJECTS
-from conformance.faults.dictionary import ERRORS, GAPPY, reference_device
-from conformance.faults.registry import assemble
+from conformance.faults.dictionary import ERRORS, GAPPY
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry
-from conformance.sdo.server import Server
 
 # 1200h:01 and :02 hold COB-IDs, which every node has others of.
 _FORMULAS = {Multiplexer(0x1200, 1): "$NODEID+0x600", Multiplexer(0x1200, 2): "$NODEID+0x580"}
 _TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22}
 
 
-def reference_listing(node_id: int, lacking: Container[Multiplexer] = ()) -> Listing:
-    """Return what the EDS of the built-in device lists, all but what it is to lack."""
-    return parse_eds(Path("reference.eds"), reference_eds(node_id, lacking), node_id)
+def listing_of(node: Node) -> Listing:
+    """Return what the EDS of a built-in device lists."""
+    return parse_eds(Path("reference.eds"), eds_of(node), node.node_id)
 
 
-def reference_permits(lacking: Container[Multiplexer] = ()) -> Permits:
-    """Return what its user would permit: everything that is there."""
-    named = tuple(known for known in REFERENCE_OBJECTS if known.mux not in lacking)
+def permits_for(node: Node) -> Permits:
+    """Return what the user of a built-in device would permit: everything that is there."""
+    there = {mux for mux, _ in node.objects.items()}
+    named = tuple(known for known in REFERENCE_OBJECTS if known.mux in there)
     return Permits(named, all_rw=True, permissions=PERMISSIONS, at_defaults=True)
 
 
-def reference_eds(node_id: int, lacking: Container[Multiplexer] = ()) -> str:
-    """Return the EDS of the built-in device."""
-    node = assemble(Node, Server, node_id, reference_device(node_id, lacking), None)
+def eds_of(node: Node) -> str:
+    """Return the EDS of a built-in device that has just been built."""
     return "\n".join(_lines(dict(node.objects.items())))
 
 

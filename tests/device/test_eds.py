@@ -8,7 +8,7 @@ from conformance.device.eds import read_eds
 from conformance.device.listing import Listing, ObjectType
 from conformance.device.objects import KnownObject
 from conformance.faults.catalogue import build_node
-from conformance.faults.listing import reference_listing
+from conformance.faults.listing import listing_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
@@ -150,7 +150,7 @@ def test_what_a_dcf_configures() -> None:
 
 
 def test_the_eds_of_the_built_in_device_lists_what_it_has() -> None:
-    listing = reference_listing(NODE_ID)
+    listing = listing_of(build_node(None, NODE_ID))
     entries = dict(build_node(None, NODE_ID).objects.items())
     assert {known.mux for known in listing.entries} == set(entries)
     for known in listing.entries:

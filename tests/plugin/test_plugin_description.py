@@ -6,7 +6,7 @@ import pytest
 from plugin_runs import NODE_ID, case_ids, hosted, reference, reports, run, self_test, the_report
 
 from conformance.faults.catalogue import build_node
-from conformance.faults.listing import reference_eds
+from conformance.faults.listing import eds_of
 from conformance.run.official_steps import OFFICIAL_STEPS, table
 
 pytest_plugins = ["pytester"]
@@ -26,7 +26,7 @@ FILES = Path(__file__).parents[1] / "device" / "files"
 def described(pytester: pytest.Pytester, writable: str = '"all-rw"', more: str = "") -> str:
     """Write the description of the reference server, and its EDS into a folder beside it."""
     folder = pytester.mkdir("files")
-    (folder / "ref.eds").write_text(reference_eds(NODE_ID), encoding="utf-8")
+    (folder / "ref.eds").write_text(eds_of(build_node(None, NODE_ID)), encoding="utf-8")
     (pytester.path / "ref.toml").write_text(DEVICE.format(writable=writable) + more, "utf-8")
     return "--device=ref.toml"
 
@@ -76,7 +76,7 @@ def test_options_override_it(pytester: pytest.Pytester) -> None:
 def test_without_permission_nothing_is_written(pytester: pytest.Pytester) -> None:
     """An EDS allows nothing by itself; what would be tested is told in one line."""
     eds = pytester.path / "ref.eds"
-    eds.write_text(reference_eds(NODE_ID), encoding="utf-8")
+    eds.write_text(eds_of(build_node(None, NODE_ID)), encoding="utf-8")
     with reference() as options:
         result = run(pytester, *options, f"--eds={eds}", "-k", "od.write-back or od.read-only")
     assert result.ret == pytest.ExitCode.OK
@@ -173,7 +173,9 @@ def test_each_device_has_its_own_cases(pytester: pytest.Pytester, name: str) -> 
 
 def test_a_dcf_is_compared_with_the_configuration(pytester: pytest.Pytester) -> None:
     """It stands for a value that was not written to this device: a SHOULD."""
-    text = reference_eds(NODE_ID) + "\n[2140]\nParameterName=x\nDataType=7\nAccessType=rw\n"
+    text = (
+        eds_of(build_node(None, NODE_ID)) + "\n[2140]\nParameterName=x\nDataType=7\nAccessType=rw\n"
+    )
     dcf = pytester.path / "ref.dcf"
     dcf.write_text(text.replace("[2001]", "[2001]\nParameterValue=0x12"), encoding="utf-8")
     assert outcomes(
