@@ -79,7 +79,7 @@ def asked_to_write(server: Recording) -> set[Multiplexer]:
     return {mux for mux in map(written_by, requests) if mux in server.entries}
 
 
-# Of the matrix the states in which most of its stimuli write; the others send nothing else.
+# Of the matrix two states, where most of its frames can be taken for a download.
 ONCE = "not test_matrix or matrix.idle or matrix.block-download-between"
 
 
@@ -99,10 +99,6 @@ UNUSUAL = (
     "sizes-checked-at-the-end",
     "text-ends-in-zero",
     "strings-of-20-bytes",
-    "no-block-transfer",
-    "block-upload-never-switches",
-    "block-sizes-checked-at-the-end",
-    "new-initiate-refused",
 )
 # What these have to show does not need the matrix, nor transfers of 600 frames and more.
 SHORT = "not test_matrix and not 409 and not 177 and not 88 and not 89 and not wraps"
