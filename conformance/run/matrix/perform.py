@@ -6,7 +6,9 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.lockstep import Lockstep, knowledge_of
 from conformance.run.matrix.states import SIZE, STATES
 from conformance.run.matrix.stimuli import Stimulus, Targets
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
+from conformance.sdo.rules import Violation
 
 
 def perform(
@@ -17,12 +19,13 @@ def perform(
     ``known`` is a writable string. The oracle follows from the first frame on. Raises Violation,
     NotTestable and Unimplemented.
     """
-    targets = Targets(
-        device.node_id,
-        known.mux,
-        sdo.missing_object(),
-        sdo.missing_sub_index(DEVICE_TYPE.index),
-    )
+    missing = sdo.missing_object()
+    try:
+        missing_sub_index = sdo.missing_sub_index(DEVICE_TYPE.index)
+    except Violation:
+        # That this device serves any sub-index is for other cases to say.
+        missing_sub_index = Multiplexer(missing.index, 1)
+    targets = Targets(device.node_id, known.mux, missing, missing_sub_index)
     oracle = Oracle(knowledge_of(device, {known.mux: SIZE}), device.node_id)
     lockstep = Lockstep(sdo, oracle)
     with lockstep.following():
