@@ -74,6 +74,11 @@ COMMON = (
 CANOPEN = (
     *COMMON,
     Finding(
+        "I34",
+        "A6h, which is no sub-command of a block initiate, is answered with an ordinary upload.",
+        each("specifier.sub-command", "A6h"),
+    ),
+    Finding(
         "I31",
         "A block upload with pst = 0 is answered with an ordinary upload.",
         (
@@ -200,6 +205,11 @@ CANOPEN = (
 
 DURAND = (
     *COMMON,
+    Finding(
+        "B13",
+        "A block segment of fewer than 8 bytes counts as a whole one: what was not sent is stored.",
+        each("frame.short-block-segment", "1", "4"),
+    ),
     Finding(
         "7.2.4.3.17, D10, D11, D12",
         "The abort of a running download names 0000h:00 instead of the object being written; "

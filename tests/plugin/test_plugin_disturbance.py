@@ -21,7 +21,7 @@ WRITABLE = (
 OTHER = 9
 # Transfers of many segments show nothing more here, and cost most of the time.
 LARGE = ("409", "177", "88", "89", "672", "448", "490", "126", "127", "wraps")
-SHORT = " and ".join(f"not {size}" for size in LARGE)
+SHORT = " and ".join(f"not {word}" for word in ("test_matrix", "test_random", *LARGE))
 TRAFFIC = (
     CanFrame(0x080, b""),  # SYNC
     CanFrame(0x080 + NODE_ID, bytes.fromhex("0010010000000000")),  # EMCY, of the device as well
@@ -100,7 +100,7 @@ def test_foreign_traffic(pytester: pytest.Pytester) -> None:
     crowd = Crowd()
     assert verdicts(pytester, device(), crowd, chosen=SHORT) == quiet
     assert len(quiet) > 400
-    assert {verdict for verdict, _ in quiet.values()} <= {"pass", "info"}
+    assert {verdict for verdict, _ in quiet.values()} <= {"pass", "info", "not testable"}
     assert crowd.sent > 10_000
 
 

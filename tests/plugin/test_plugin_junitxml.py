@@ -5,8 +5,6 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 from plugin_runs import parsed, reference, run, self_test, the_report
 
-from conformance.run.evidence import ASIDE
-
 pytest_plugins = ["pytester"]
 
 MIXED = "upload.identity or abort.frame or extended-ignored or test_expedited_download and stored"
@@ -53,7 +51,7 @@ def test_a_case_that_passed(pytester: pytest.Pytester) -> None:
     case = junit(pytester, "-k", "upload.device-type")["upload.device-type"]
     assert [element.tag for element in case] == ["properties"]
     found = properties(case)
-    trace = found.pop("trace").splitlines()
+    assert found.pop("trace") == "", "what merely passed needs no evidence"
     assert float(found.pop("latency-ms")) > 0
     assert found == {
         "id": "upload.device-type",
@@ -67,10 +65,6 @@ def test_a_case_that_passed(pytester: pytest.Pytester) -> None:
         "actual": "",
         "afterwards": "idle",
     }
-    words = "upload initiate 1000h:00"
-    assert trace[0] == f"      0.0 ms > 605#4000100000000000 {words}"
-    assert trace[2] == ASIDE
-    assert len(trace) == 5
 
 
 def test_a_case_that_failed(pytester: pytest.Pytester) -> None:

@@ -29,7 +29,7 @@ nothing is written.
 
 SUMMARY = """\
 ================================= conformance ==================================
-3 pass, 1 non-strict, 3 not testable
+6 pass, 1 non-strict, 3 not testable
 non-strict: frame.extended-ignored: upload initiate response 1018h:01, expedited, 4 bytes: \
 00 00 00 00 [43 18 10 01 00 00 00 00]
 not testable (1 cases): needs a writable number of 2 bytes: name one with its type, \

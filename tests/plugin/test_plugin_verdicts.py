@@ -41,7 +41,7 @@ def test_strict_leaves_a_device_that_is_right_alone(pytester: pytest.Pytester) -
     """It is pytest's own option, which is strict about other things as well."""
     result = self_test(pytester, "--strict", "-k", "abort.frame or specifier.block-upload")
     assert result.ret == pytest.ExitCode.OK
-    assert counts(result) == {"passed": 3}
+    assert counts(result) == {"passed": 6}
 
 
 def test_a_fault_that_breaks_a_must_fails_without_strict(pytester: pytest.Pytester) -> None:
@@ -54,7 +54,7 @@ def test_what_is_not_implemented_is_skipped_with_the_refusal(pytester: pytest.Py
     without = "--fault=no-block-transfer"
     result = self_test(pytester, without, "-k", "specifier.block-upload", "-rs")
     assert result.ret == pytest.ExitCode.OK
-    assert counts(result) == {"skipped": 2}
+    assert counts(result) == {"skipped": 5}
     result.stdout.fnmatch_lines(
         [
             "2 unimplemented",

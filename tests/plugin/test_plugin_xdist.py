@@ -66,7 +66,7 @@ def test_three_devices_on_two_workers(pytester: pytest.Pytester) -> None:
     at_once, described, told = cases(pytester), properties(pytester), rows(result)
     log = log_lines(pytester)
     assert [line[1:18] for line in log] == sorted(line[1:18] for line in log)
-    asked = {match[1] for line in log if (match := re.search(r" (6\w\w)#\S* T$", line))}
+    asked = {match[1] for line in log if (match := re.search(r" (60\w)#\S* T$", line))}
     assert asked == {"605", "609", "60C"}
     the_report(pytester).rename(pytester.path / "at once")
     in_turn = self_test(pytester, *THREE)

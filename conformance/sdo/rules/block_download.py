@@ -162,7 +162,7 @@ BLOCK_DOWNLOAD_RULES = (
             AbortCode.NOT_TRANSFERABLE,
         ),
         open="the moment: the initiate, or instead of an A2h or of the A1h",
-        untestable="which object cannot be written when, no description can say",
+        untestable="Which object cannot be written when, no description can say.",
     ),
     Rule(
         "block-download.empty",
