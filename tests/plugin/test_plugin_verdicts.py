@@ -57,7 +57,7 @@ def test_what_is_not_implemented_is_skipped_with_the_refusal(pytester: pytest.Py
     assert counts(result) == {"skipped": 5}
     result.stdout.fnmatch_lines(
         [
-            "2 unimplemented",
+            "5 unimplemented",
             "SKIPPED [[]2[]] *test_specifiers.py:*: unimplemented: abort 1000h:00, 05040001h *",
         ]
     )
