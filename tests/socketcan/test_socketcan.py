@@ -30,8 +30,8 @@ OBJECTS = named(REFERENCE_OBJECTS)
 DURAND_OBJECTS = named(
     known for known in REFERENCE_OBJECTS if known.data_type is not DataType.UNSIGNED24
 )
-# The kernel is emulated and slow: only some files are collected, and of the transfers that differ in
-# their size only, one in segments and one with a full sub-block are run.
+# The kernel is emulated and slow: only some files are collected, and of the transfers that differ
+# in their size only, one in segments and one with a full sub-block are run.
 FILES = [
     str(path)
     for path in case_files()
