@@ -96,7 +96,6 @@ def test_a_whole_run(pytester: pytest.Pytester) -> None:
 
 UNUSUAL = (
     "short-frames-served",
-    "sizes-checked-at-the-end",
     "text-ends-in-zero",
     "strings-of-20-bytes",
 )
