@@ -164,7 +164,7 @@ class Running:
             state.judged_late_answers.add(result.node_id)
         if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
-        end_with(result, error, strict=state.options.strict)
+        end_with(result, run.bench_error or error, strict=state.options.strict)
         return outcome
 
     def _look_after(self, session: DeviceSession, result: CaseResult, run: CaseRun) -> None:

@@ -180,12 +180,14 @@ class CaseRun:
         self.result = result
         self._session = session
         self._boot_ups = session.device.boot_ups
+        self.bench_error: BenchError | None = None
         self._begin = time.monotonic()
 
     def conclude(self, error: BaseException | None) -> CaseResult:
         """Judge what happened, leave the server idle and the values as they were.
 
-        ``error`` is what ended the case. A bench error makes the verdict; nothing excuses it.
+        ``error`` is what ended the case. A bench error makes the verdict; nothing excuses it. One
+        that was met only here is kept as ``bench_error``.
         """
         result = self.result
         own_frames = self._session.frames_so_far()
@@ -194,6 +196,7 @@ class CaseRun:
             self._leave()
         except BenchError as bench_error:
             if not isinstance(error, BenchError):
+                self.bench_error = bench_error
                 self._judge(bench_error)
         # The wait for answers that did not come is the price of a silent device.
         result.waited = self.sdo.waited

@@ -103,6 +103,20 @@ def test_what_ended_the_case_makes_the_verdict(
     assert (result.verdict, result.actual) == (verdict, actual)
 
 
+def test_a_bus_that_goes_while_the_device_is_looked_at_is_told(
+    bench: Workbench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever runs the cases has to know the kind of the error: no other case need be tried."""
+    run = begin(bench.session())
+
+    def gone(frame: CanFrame) -> None:
+        raise InterfaceLost("can0 failed")
+
+    monkeypatch.setattr(run.sdo.channel.link, "send", gone)
+    assert run.conclude(None).verdict is Verdict.BENCH_ERROR
+    assert isinstance(run.bench_error, InterfaceLost)
+
+
 def test_the_rule_that_was_broken_is_named(bench: Workbench) -> None:
     """It need not be the rule that the case is about."""
     result = concluded(bench, violation(ANSWERED))
