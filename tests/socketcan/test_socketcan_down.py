@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from conformance.collection import CASES
 from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.running import ExitCode
 
@@ -28,7 +29,8 @@ def server(errors: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
-    with start_suite(tmp_path / "reports", *named(REFERENCE_OBJECTS)) as process:
+    cases = str(CASES / "test_segmented_upload.py")
+    with start_suite(tmp_path / "reports", *named(REFERENCE_OBJECTS), cases) as process:
         begun = next(line for line in lines(process) if "PASSED" in line)
         set_interface("down")
         rest, _ = process.communicate(timeout=LIMIT)
