@@ -2,8 +2,8 @@
 
 import time
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import can
 from can.interfaces.socketcan import SocketcanBus
@@ -39,8 +39,7 @@ class Direction(StrEnum):
     RECEIVED = "received"
 
 
-@dataclass(frozen=True, slots=True)
-class Captured:
+class Captured(NamedTuple):
     """A frame with the time at which this process sent or received it, in seconds since 1970."""
 
     timestamp: float

@@ -1,10 +1,9 @@
 """A CAN frame as a value, whatever bus it came from."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class CanFrame:
+class CanFrame(NamedTuple):
     """One CAN frame.
 
     ``can_id`` has 11 bits, or 29 when ``extended``. ``length`` is the data length code; a remote

@@ -95,6 +95,8 @@ class Node:
     @property
     def wake_at(self) -> float | None:
         """When ``advance`` has to be called at the latest; None as long as nothing is due."""
+        if self.server_timeout is None:
+            return self._heartbeat_due
         due = [channel.deadline for channel in self.channels if channel.deadline is not None]
         if self._heartbeat_due is not None:
             due.append(self._heartbeat_due)
@@ -190,7 +192,8 @@ class Node:
         if self.server_timeout is not None:
             running = channel.server.transfer is not None
             channel.deadline = self.now + self.server_timeout if running else None
-        self._set_heartbeat()
+        if frames:  # what is written is always answered
+            self._set_heartbeat()
         return frames
 
     def channel_of(self, frame: CanFrame) -> ServerChannel | None:

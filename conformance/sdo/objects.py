@@ -167,11 +167,11 @@ class ObjectDictionary:
 
     def find(self, mux: Multiplexer) -> Entry:
         """Return the entry, or refuse: no such object, or no such sub-index of it."""
-        if mux.index not in self._indices:
-            raise Refusal(AbortCode.OBJECT_MISSING)
-        if mux not in self._entries:
-            raise Refusal(AbortCode.SUB_INDEX_MISSING)
-        return self._entries[mux]
+        entry = self._entries.get(mux)
+        if entry is None:
+            known = mux.index in self._indices
+            raise Refusal(AbortCode.SUB_INDEX_MISSING if known else AbortCode.OBJECT_MISSING)
+        return entry
 
     def readable(self, mux: Multiplexer) -> Entry:
         """Return the entry to read from, or refuse."""

@@ -37,6 +37,7 @@ class BlockDownload:
 
     ``broken`` says that a segment was lost: what follows in this sub-block is discarded.
     ``ended`` says that the last segment was acknowledged and the end frame is due.
+    ``limit`` is the most bytes that may come, fillers of the last segment included.
     """
 
     mux: Multiplexer
@@ -48,12 +49,11 @@ class BlockDownload:
     broken: bool = False
     ended: bool = False
     data: bytearray = field(default_factory=bytearray)
+    limit: int = field(init=False)
 
-    @property
-    def limit(self) -> int:
-        """The most bytes that may come, fillers of the last segment included."""
+    def __post_init__(self) -> None:
         size = self.entry.longest if self.size is None else self.size
-        return max(-(-size // SEGMENT_LENGTH), 1) * SEGMENT_LENGTH
+        self.limit = max(-(-size // SEGMENT_LENGTH), 1) * SEGMENT_LENGTH
 
 
 @dataclass(slots=True)
