@@ -6,8 +6,9 @@ Fails when a fault is not caught by a case whose id says why, when an unusual se
 when a case fails against no faulty server at all: a case like that proves nothing.
 
 With ``--quick`` a fault meets only the cases whose ids say why, unless these are random ones, and
-an unusual server the scripts that are about the like. Without it both meet all cases, the matrix
-and the random ones as well, which takes a while.
+an unusual server the scripts that are about the like. Without it an unusual server meets all cases,
+the matrix and the random ones as well. A faulty one meets them too, until a script, the matrix and
+a random conversation have each caught it; from then on only cases that no server has failed yet.
 """
 
 import argparse
@@ -17,14 +18,13 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterator, Sequence, Set
+from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, field
-from functools import partial
 
 import pytest
 
-from conformance.collection import CASES, case_files
+from conformance.collection import CASES, CaseFunction, case_files
 from conformance.faults import server_timeouts
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.registry import Deviation
@@ -34,6 +34,8 @@ from conformance.run.verdict import Verdict
 TIMEOUT_OF_FAULTS = "0.25"
 # A fault that takes a history to see is given more of them than a run tries by default.
 EXAMPLES_OF_FAULTS = 400
+# So many servers are begun before the first of them is done, lest a slow one holds up the others.
+AHEAD = 4
 # What is judged at the end of a run needs cases before it.
 AGAINST_ALL = ("answers-twice", "download-not-stored", "upload-drops-last-byte", "answers-late")
 FILES = {
@@ -97,8 +99,45 @@ class _Collector:
             self._run.verdicts[values["case_id"]] = Verdict(values["verdict"])
 
 
-def run_cases(name: str | None, *arguments: str, simulated: bool = True) -> Run:
-    """Run the cases against a server in this process; for None the reference server."""
+class Sieve:
+    """A pytest plugin that leaves out the cases that could say nothing new of a faulty server.
+
+    ``proven`` are the cases, by ``subject_of``, that have failed a faulty server before.
+    """
+
+    def __init__(self, deviation: Deviation, run: Run, proven: frozenset[str]) -> None:
+        """Take the verdicts of ``run`` as they come."""
+        self._deviation = deviation
+        self._run = run
+        self._proven = proven
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
+        """Leave a case out by calling it done."""
+        assert isinstance(item, CaseFunction)
+        return None if self.wants(item.case_id) else True
+
+    def wants(self, case_id: str) -> bool:
+        """Say whether a case may tell what is not known yet."""
+        failed = self._run.failed(strict=self._deviation.soft)
+        if case_id.startswith(self._deviation.caught_by):
+            return not any(case.startswith(self._deviation.caught_by) for case in failed)
+        if subject_of(case_id) not in self._proven:
+            return True
+        return not any(kind_of(case) == kind_of(case_id) for case in failed)
+
+
+def run_cases(
+    name: str | None,
+    *arguments: str,
+    simulated: bool = True,
+    sieve: tuple[Deviation, frozenset[str]] | None = None,
+) -> Run:
+    """Run the cases against a server in this process; for None the reference server.
+
+    With a ``sieve``, the fault and the cases that are proven already, only those are run that
+    may say something new.
+    """
     run = Run(name or "reference server")
     begin = time.monotonic()
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as out:
@@ -109,10 +148,13 @@ def run_cases(name: str | None, *arguments: str, simulated: bool = True) -> Run:
             *([f"--fault={name}"] if name else []),
             *arguments,
         ]
+        plugins: list[object] = [_Collector(run)]
+        if sieve is not None:
+            plugins.append(Sieve(sieve[0], run, sieve[1]))
         here = os.getcwd()
         os.chdir(folder)  # neither the options nor the tests of the checkout
         try:
-            run.exit_code = int(pytest.main(command, plugins=[_Collector(run)]))
+            run.exit_code = int(pytest.main(command, plugins=plugins))
         finally:
             os.chdir(here)
     run.seconds = time.monotonic() - begin
@@ -144,7 +186,9 @@ def about_more_than_transfers(deviation: Deviation) -> bool:
     return module.startswith(("dictionary", "channel", "nmt"))
 
 
-def run_deviation(deviation: Deviation, *, quick: bool) -> Run:
+def run_deviation(
+    deviation: Deviation, proven: frozenset[str] = frozenset(), *, quick: bool
+) -> Run:
     """Run the cases against a faulty or an unusual server."""
     arguments = timing_of(deviation)
     if arguments and not deviation.is_fault:
@@ -161,7 +205,9 @@ def run_deviation(deviation: Deviation, *, quick: bool) -> Run:
         if deviation.caught_by.startswith("random."):
             arguments.append(f"--examples={EXAMPLES_OF_FAULTS}")
     # Cases on time-outs look at the clock, which stands still on a simulated bus.
-    return run_cases(deviation.name, *arguments, simulated=not timing_of(deviation))
+    sieve = (deviation, proven) if deviation.is_fault and not quick else None
+    simulated = not timing_of(deviation)
+    return run_cases(deviation.name, *arguments, simulated=simulated, sieve=sieve)
 
 
 def problem_with(deviation: Deviation, run: Run) -> str:
@@ -183,26 +229,43 @@ def kind_of(case_id: str) -> str:
     return stem if stem in ("matrix", "random") else "scripts"
 
 
+def subject_of(case_id: str) -> str:
+    """Return what has to be proven able to fail: a case, or a state of the matrix."""
+    return case_id.partition("[")[0] if kind_of(case_id) == "matrix" else case_id
+
+
 def row(deviation: Deviation, run: Run) -> str:
-    """Return the line of a server: how many cases of each kind failed it, and the first of each."""
+    """Return the line of a server: how it was caught, and the first case of each kind to do so."""
     failed = run.failed(strict=deviation.soft and deviation.is_fault)
     result = problem_with(deviation, run) or "ok"
     first = next((case for case in failed if case.startswith(deviation.caught_by)), "-")
     columns = [f"{deviation.name:46} {run.seconds:6.1f} s  {result:4} {first:56}"]
     for kind in ("scripts", "matrix", "random"):
-        found = [case for case in failed if kind_of(case) == kind]
-        columns.append(f"{kind} {len(found):4} {found[0] if found else '-'}")
-    return " | ".join(columns)
+        found = next((case for case in failed if kind_of(case) == kind), "-")
+        columns.append(f"{kind} {found:50}")
+    return " | ".join(columns).rstrip()
 
 
-def idle_cases(runs: Sequence[Run], clean: Run) -> list[str]:
+def idle_cases(proven: Set[str], clean: Run) -> list[str]:
     """Return the ids of the cases that no server failed; of the matrix, states without any."""
+    return [case for case in dict.fromkeys(map(subject_of, clean.verdicts)) if case not in proven]
 
-    def name(case_id: str) -> str:
-        return case_id.partition("[")[0] if kind_of(case_id) == "matrix" else case_id
 
-    caught = {name(case_id) for run in runs for case_id in run.failed(strict=True)}
-    return [case for case in dict.fromkeys(map(name, clean.verdicts)) if case not in caught]
+def run_all(
+    deviations: Sequence[Deviation], proven: set[str], *, workers: int, quick: bool
+) -> Iterator[tuple[Deviation, Run]]:
+    """Run the cases against so many servers at a time; add to ``proven`` which of them can fail."""
+    waiting = list(reversed(deviations))
+    running: dict[str, Future[Run]] = {}
+    with ProcessPoolExecutor(workers) as pool:
+        for deviation in deviations:
+            while waiting and len(running) <= workers:
+                following = waiting.pop()
+                running[following.name] = pool.submit(run_deviation, following, proven, quick=quick)
+            run = running.pop(deviation.name).result()
+            if deviation.is_fault:
+                proven |= {subject_of(case) for case in run.failed(strict=True)}
+            yield deviation, run
 
 
 def main() -> int:
@@ -218,26 +281,19 @@ def main() -> int:
         if deviation.name in options.names
         or not (options.names or (options.quick and deviation.caught_by.startswith("random.")))
     ]
-    runs = []
-    with ProcessPoolExecutor(options.workers) as pool:
-        judge = partial(run_deviation, quick=options.quick)
-        for deviation, run in zip(deviations, pool.map(judge, deviations), strict=True):
-            runs.append(run)
-            print(row(deviation, run), flush=True)
-    problems = [
-        f"{deviation.name}: {problem}"
-        for deviation, run in zip(deviations, runs, strict=True)
-        if (problem := problem_with(deviation, run))
-    ]
+    problems = []
+    proven: set[str] = set()
+    judged = run_all(deviations, proven, workers=options.workers, quick=options.quick)
+    for deviation, run in judged:
+        print(row(deviation, run), flush=True)
+        if problem := problem_with(deviation, run):
+            problems.append(f"{deviation.name}: {problem}")
     clean = run_cases(None)
     timed = run_cases(None, SERVER_TIMEOUT, *files_of("server-timeout"), simulated=False)
     clean.verdicts |= timed.verdicts
     problems += [f"the reference server fails {case_id}" for case_id in clean.failed(strict=True)]
     if not options.names and not options.quick:
-        faulty = [
-            run for deviation, run in zip(deviations, runs, strict=True) if deviation.is_fault
-        ]
-        problems += [f"no faulty server fails {case}" for case in idle_cases(faulty, clean)]
+        problems += [f"no faulty server fails {case}" for case in idle_cases(proven, clean)]
     faults = sum(deviation.is_fault for deviation in deviations)
     print(
         f"{faults} faults, {len(deviations) - faults} unusual servers, "

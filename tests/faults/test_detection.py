@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from detection import Run, files_of, idle_cases, problem_with, run_cases, scripts
+from detection import Run, Sieve, files_of, idle_cases, problem_with, run_cases, scripts
 
 from conformance.faults.catalogue import build_node, faults, find_deviation, unusual
 from conformance.faults.registry import Deviation
@@ -59,7 +59,22 @@ def test_an_unusual_server_must_not_fail() -> None:
 
 def test_a_case_that_no_server_fails_is_named() -> None:
     clean = Run("clean", verdicts={"a": Verdict.PASS, "b": Verdict.PASS})
-    assert idle_cases([Run("faulty", verdicts={"a": Verdict.FAIL})], clean) == ["b"]
+    assert idle_cases(frozenset({"a"}), clean) == ["b"]
+
+
+def test_what_can_say_nothing_new_of_a_faulty_server_is_left_out() -> None:
+    fault = known("upload-toggle-ignored")
+    named, script, field = fault.caught_by, "abort.repeated", "matrix.idle[40h]"
+    run = Run(fault.name)
+    sieve = Sieve(fault, run, frozenset({"abort.repeated", "matrix.idle"}))
+    assert all(map(sieve.wants, (named, script, field)))
+    run.verdicts["upload.size[1]"] = Verdict.FAIL
+    assert not sieve.wants(script), "a script has caught it already"
+    assert sieve.wants("abort.unproven"), "no server has failed this case yet"
+    assert sieve.wants(field), "the matrix has not caught it yet"
+    assert sieve.wants(named), "the case that says why has not caught it yet"
+    run.verdicts[named] = Verdict.FAIL
+    assert not sieve.wants(named)
 
 
 @pytest.mark.parametrize("name", [None, "upload-toggle-ignored", "block-download-gap-aborted"])
