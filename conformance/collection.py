@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from conformance.device.listing import Listing
+from conformance.outcome import CaseFailed
 from conformance.run.case import CaseInfo, case_info
 
 _BESIDE = Path(__file__).parent / "cases"
@@ -36,6 +37,12 @@ class CaseFunction(pytest.Function):
         """Say where the case is. The blank keeps -v from writing ``::`` for the dot of an id."""
         path, line, _ = super().reportinfo()
         return Path(path), line, f"{self.name} "
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Leave out the traceback of a breach: it takes long, and the evidence takes its place."""
+        if isinstance(excinfo.value, CaseFailed):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo)
 
     def __repr__(self) -> str:
         rule = self.case.rule

@@ -259,9 +259,11 @@ def run_all(
     running: dict[str, Future[Run]] = {}
     with ProcessPoolExecutor(workers) as pool:
         for deviation in deviations:
-            while waiting and len(running) <= workers:
+            while waiting and len(running) < AHEAD * workers:
                 following = waiting.pop()
-                running[following.name] = pool.submit(run_deviation, following, proven, quick=quick)
+                running[following.name] = pool.submit(
+                    run_deviation, following, frozenset(proven), quick=quick
+                )
             run = running.pop(deviation.name).result()
             if deviation.is_fault:
                 proven |= {subject_of(case) for case in run.failed(strict=True)}
