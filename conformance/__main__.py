@@ -6,6 +6,7 @@ import signal
 import sys
 from collections.abc import Iterator, Sequence
 from itertools import chain
+from operator import itemgetter
 from pathlib import Path
 from types import FrameType
 
@@ -21,7 +22,6 @@ from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.judging import Finding, LogJudge, Seen
 from conformance.rule_listing import rule_lines
-from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
@@ -141,15 +141,16 @@ def _frames(path: str) -> Iterator[Seen]:
         begin: float | None = None
         for number, message in enumerate(reader, start=1):
             begin = message.timestamp if begin is None else begin
-            yield Seen(number, message.timestamp - begin, to_frame(message))
+            bus = str(message.channel)
+            yield Seen(number, message.timestamp - begin, bus, to_frame(message))
 
 
 def _show(options: argparse.Namespace) -> int:
-    decoders: dict[int, Decoder] = {}
+    decoders: dict[tuple[str, int], Decoder] = {}
     for seen in _frames(options.log):
-        line = _decoded(seen.frame, decoders, options.node_id)
+        line = _decoded(seen, decoders, options.node_id)
         if line is not None:
-            print(f"{seen.time * 1000:10.1f} ms {seen.frame!s:<20} {line}")
+            print(f"{seen.time * 1000:10.1f} ms {seen.bus} {seen.frame!s:<20} {line}")
     return DONE
 
 
@@ -161,9 +162,11 @@ def _judge(options: argparse.Namespace) -> int:
         if options.node_id in (None, finding.node_id):
             failures += finding.is_failure
             print(_found(finding))
-    for node_id, channel in sorted(judge.channels.items()):
+    for (bus, node_id), channel in sorted(judge.channels.items(), key=itemgetter(0)):
         if options.node_id in (None, node_id):
-            print(f"node {node_id}: {channel.requests} requests, {channel.responses} responses")
+            print(
+                f"{bus}, node {node_id}: {channel.requests} requests, {channel.responses} responses"
+            )
             for line in channel.oracle.profile.lines():
                 print(f"    {line}")
     print(f"{failures} not allowed" if failures else "all responses allowed")
@@ -173,20 +176,21 @@ def _judge(options: argparse.Namespace) -> int:
 def _found(finding: Finding) -> str:
     seen, violation = finding.seen, finding.violation
     return (
-        f"line {seen.number}, {seen.time * 1000:.1f} ms, node {finding.node_id}: "
+        f"line {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}, node {finding.node_id}: "
         f"{violation.rule.id} ({violation.rule.level}) {violation.rule.sentence}\n"
         f"    expected: {violation.expected}\n"
         f"    actual:   {violation.actual} [{seen.frame}]"
     )
 
 
-def _decoded(frame: CanFrame, decoders: dict[int, Decoder], only: int | None) -> str | None:
+def _decoded(seen: Seen, decoders: dict[tuple[str, int], Decoder], only: int | None) -> str | None:
+    frame = seen.frame
     node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
     if function not in (REQUEST_BASE, RESPONSE_BASE) or only not in (None, node_id):
         return None
     if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
         return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
-    decoder = decoders.setdefault(node_id, Decoder())
+    decoder = decoders.setdefault((seen.bus, node_id), Decoder())
     follow = decoder.request if function == REQUEST_BASE else decoder.response
     return f"node {node_id}: {describe(follow(frame.data))}"
 

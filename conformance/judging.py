@@ -19,10 +19,11 @@ SERVER_TIMEOUT = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """A frame of the log: its number, from 1, and its time in seconds."""
+    """A frame of the log: its number, from 1, its time in seconds, and the bus that it is from."""
 
     number: int
     time: float
+    bus: str
     frame: CanFrame
 
 
@@ -52,12 +53,12 @@ class Channel:
 
 @dataclass(slots=True)
 class LogJudge:
-    """Follows all default SDO channels of a log, frame by frame.
+    """Follows all default SDO channels of a log, frame by frame, each by its bus and its node.
 
     Nothing is known of the devices' objects, so the protocol is judged, and no value.
     """
 
-    channels: dict[int, Channel] = field(default_factory=dict)
+    channels: dict[tuple[str, int], Channel] = field(default_factory=dict)
     _now: float = 0.0
 
     def take(self, seen: Seen) -> Iterator[Finding]:
@@ -66,7 +67,7 @@ class LogJudge:
         frame = seen.frame
         node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
         if frame.can_id == NMT or self._is_boot_up(frame):
-            self._restart(None if frame.can_id == NMT else node_id)
+            self._restart(seen.bus, None if frame.can_id == NMT else node_id)
         elif node_id and function == REQUEST_BASE:
             yield from self._request(node_id, seen)
         elif node_id and function == RESPONSE_BASE:
@@ -74,13 +75,13 @@ class LogJudge:
 
     def end(self) -> Iterator[Finding]:
         """Yield which answers have not come though the log goes on for long enough."""
-        for node_id, channel in self.channels.items():
+        for (_, node_id), channel in self.channels.items():
             last = channel.last
             if last is not None and self._now - last.time >= PATIENCE:
                 yield from self._late(node_id, channel, last)
 
     def _request(self, node_id: int, seen: Seen) -> Iterator[Finding]:
-        channel = self._channel(node_id)
+        channel = self._channel(seen.bus, node_id)
         last = channel.last
         if last is not None and seen.time - last.time >= PATIENCE:
             yield from self._late(node_id, channel, last)
@@ -91,7 +92,7 @@ class LogJudge:
         channel.last = seen
 
     def _response(self, node_id: int, seen: Seen) -> Iterator[Finding]:
-        channel = self._channel(node_id)
+        channel = self._channel(seen.bus, node_id)
         oracle, last = channel.oracle, channel.last
         pause = last is not None and seen.time - last.time >= SERVER_TIMEOUT
         if pause and oracle.awaited is Awaited.NOTHING:
@@ -105,18 +106,18 @@ class LogJudge:
         for violation in channel.oracle.settled():
             yield Finding(node_id, last, violation)
 
-    def _channel(self, node_id: int) -> Channel:
-        if node_id not in self.channels:
+    def _channel(self, bus: str, node_id: int) -> Channel:
+        if (bus, node_id) not in self.channels:
             oracle = Oracle(node_id=node_id)
             # The log may begin in the middle of a transfer.
             oracle.lose()
-            self.channels[node_id] = Channel(oracle)
-        return self.channels[node_id]
+            self.channels[bus, node_id] = Channel(oracle)
+        return self.channels[bus, node_id]
 
-    def _restart(self, node_id: int | None) -> None:
+    def _restart(self, bus: str, node_id: int | None) -> None:
         """After a boot-up or an NMT command it is open where a server is."""
-        for found, channel in self.channels.items():
-            if node_id in (None, found):
+        for (near, found), channel in self.channels.items():
+            if bus == near and node_id in (None, found):
                 channel.oracle.lose()
 
     def _is_boot_up(self, frame: CanFrame) -> bool:

@@ -32,7 +32,13 @@ def pytest_configure(config: pytest.Config) -> None:
     config.stash[STATE] = state
     controller = None
     if is_controller(config):
-        controller = Controller(config, options.node_ids, state.report_dir, state.findings)
+        controller = Controller(
+            config,
+            options.node_ids,
+            state.report_dir,
+            state.findings,
+            divisible=options.self_test,
+        )
         config.pluginmanager.register(controller, "conformance-controller")
     if not options.share.worker:
         config.pluginmanager.register(Closing(state, controller), "conformance-closing")
@@ -92,9 +98,11 @@ def pytest_pycollect_makeitem(
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Order the cases; a worker keeps those that are left to it."""
     state = config.stash.get(STATE, None)
-    if state is not None and state.options.share.worker:
-        items[:] = [item for item in items if is_left_to(state.options, item)]
     items[:] = ordered(items)
+    if state is not None and state.options.share.worker:
+        items[:] = [
+            item for place, item in enumerate(items) if is_left_to(state.options, item, place)
+        ]
 
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)

@@ -79,14 +79,15 @@ def uses_device(item: pytest.Item) -> bool:
     return "device_session" in getattr(item, "fixturenames", ())
 
 
-def is_left_to(options: Options, item: pytest.Item) -> bool:
-    """Say whether a worker of several has to run a test."""
+def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:
+    """Say whether a worker of several has to run a test, by its place among those collected."""
     share = options.share
     if not uses_device(item):
         return share.plain_tests
     node_id = case_of(item).node_id
     strange = node_id not in options.node_ids
-    return node_id in share.node_ids or (strange and share.plain_tests)
+    mine = node_id in share.node_ids and share.has_case(place)
+    return mine or (strange and share.plain_tests)
 
 
 def case_of(item: pytest.Item) -> ItemCase:

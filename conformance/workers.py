@@ -4,10 +4,13 @@ Devices are dealt out to the workers before anything is collected, and a worker 
 of its devices alone: they stay in order, and sixteen devices cost a worker no more than one. In
 the words of pytest-xdist that is ``--dist=each``. The controller talks to no device; it is handed
 the results and the findings of the workers and writes the one report.
+
+In a self-test each worker has a server and a bus of its own. So workers that outnumber the devices
+share one: each tests its own server for a part of the cases.
 """
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -28,12 +31,36 @@ class Worker(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Share:
-    """What a process has to do: which devices, and whether tests that need none as well."""
+    """What a process has to do: which devices, and whether tests that need none as well.
+
+    Of the cases it is each ``parts``-th one, from ``part`` on, which counts from 0.
+    """
 
     node_ids: list[int]
+    part: int = 0
+    parts: int = 1
     plain_tests: bool = True
     worker: str = ""
     report_dir: Path | None = None
+
+    def has_case(self, position: int) -> bool:
+        """Say whether it is its turn to run a case, by the position among those of its devices."""
+        return position % self.parts == self.part
+
+
+def shares_of(node_ids: list[int], workers: int, *, divisible: bool) -> list[Share]:
+    """Deal out devices to so many workers; where there are fewer devices, parts of their cases.
+
+    Devices that are not ``divisible`` leave workers over instead.
+    """
+    if len(node_ids) >= workers or not divisible:
+        return [Share(node_ids[first::workers]) for first in range(workers)]
+    return [
+        Share([node_id], part, parts)
+        for first, node_id in enumerate(node_ids)
+        for parts in [len(range(first, workers, len(node_ids)))]
+        for part in range(parts)
+    ]
 
 
 def is_controller(config: pytest.Config) -> bool:
@@ -50,9 +77,7 @@ def share_of(config: pytest.Config, node_ids: list[int]) -> Share:
     handed = getattr(config, "workerinput", {}).get(KEY)
     if handed is None:
         return Share(node_ids)
-    return Share(
-        handed["node_ids"], handed["plain_tests"], handed["worker"], Path(handed["report_dir"])
-    )
+    return Share(**{**handed, "report_dir": Path(handed["report_dir"])})
 
 
 def belongs_here(captured: Captured, share: Share, neighbours: frozenset[int]) -> bool:
@@ -80,15 +105,19 @@ class Controller:
         node_ids: list[int],
         report_dir: Path,
         findings: Findings,
+        *,
+        divisible: bool,
     ) -> None:
         """Choose how the devices are dealt out; ``findings`` is where those of all workers go.
 
-        ``finished`` names the workers that have ended.
+        ``divisible`` says that several workers may test one device. ``finished`` names the workers
+        that have ended.
         """
         self._node_ids = node_ids
         self._report_dir = report_dir
         self._findings = findings
-        self._shares: list[list[int]] = []
+        self._shares: list[Share] = []
+        self._divisible = divisible
         self._configured = False
         self._session: pytest.Session | None = None
         self._collected = 0
@@ -96,25 +125,24 @@ class Controller:
         config.option.dist = "each"
         # What a device does after its worker was lost is not known: no other takes over.
         config.option.maxworkerrestart = "0"
-        if config.getoption("numprocesses", default=None):
-            # One device is left to one worker.
+        if config.getoption("numprocesses", default=None) and not divisible:
             config.option.tx = config.option.tx[: len(node_ids)]
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_setupnodes(self, specs: list[object]) -> None:
         """Deal out the devices."""
-        self._shares = [self._node_ids[first :: len(specs)] for first in range(len(specs))]
+        self._shares = shares_of(self._node_ids, len(specs), divisible=self._divisible)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_configure_node(self, node: Worker) -> None:
         """Tell a worker what it has to do."""
         given = node.workerinput
-        given[KEY] = {
-            "node_ids": self._shares.pop(0),
-            "plain_tests": not self._configured,
-            "worker": given["workerid"],
-            "report_dir": str(self._report_dir),
-        }
+        share = replace(
+            self._shares.pop(0),
+            plain_tests=not self._configured,
+            worker=given["workerid"],
+        )
+        given[KEY] = {**asdict(share), "report_dir": str(self._report_dir)}
         self._configured = True
 
     @pytest.hookimpl(optionalhook=True)

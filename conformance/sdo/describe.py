@@ -44,6 +44,10 @@ def describe(message: Message | Unknown) -> str:
     return "; ".join([words, *reserved])
 
 
+def _bytes(count: int) -> str:
+    return "1 byte" if count == 1 else f"{count} bytes"
+
+
 def describe_response(frame: bytes) -> str:
     """Return a server's frame in words, with its bytes."""
     return f"{describe(decode_response(frame))} [{hex_bytes(frame)}]"
@@ -77,9 +81,9 @@ def _(message: UploadInitiateResponse) -> str:
 def _initiate(message: DownloadInitiate | UploadInitiateResponse) -> str:
     unused = f", n={message.unused}" if message.unused else ""
     if message.expedited:
-        count = f"{4 - message.unused} bytes" if message.sized else f"size not indicated{unused}"
+        count = _bytes(4 - message.unused) if message.sized else f"size not indicated{unused}"
         return f"expedited, {count}: {hex_bytes(message.data)}"
-    size = "size not indicated" if message.size is None else f"{message.size} bytes"
+    size = "size not indicated" if message.size is None else _bytes(message.size)
     return f"segmented, {size}{unused}"
 
 
@@ -95,7 +99,7 @@ def _(message: UploadSegmentResponse) -> str:
 
 def _segment(message: DownloadSegment | UploadSegmentResponse) -> str:
     last = ", last" if message.last else ""
-    return f"t={message.toggle}{last}, {len(message.data)} bytes: {hex_bytes(message.data)}"
+    return f"t={message.toggle}{last}, {_bytes(len(message.data))}: {hex_bytes(message.data)}"
 
 
 @_words.register
@@ -124,7 +128,7 @@ def _(message: BlockUploadInitiateResponse) -> str:
 
 
 def _block_initiate(message: BlockDownloadInitiate | BlockUploadInitiateResponse) -> str:
-    size = "size not indicated" if message.size is None else f"{message.size} bytes"
+    size = "size not indicated" if message.size is None else _bytes(message.size)
     return f"{size}, {_crc_support(message.crc_supported)}"
 
 
@@ -174,7 +178,7 @@ def _(message: BlockUploadStart) -> str:
 @_words.register
 def _(message: Unknown) -> str:
     if len(message.frame) != FRAME_LENGTH:
-        return f"{len(message.frame)} bytes instead of 8: {hex_bytes(message.frame)}"
+        return f"{_bytes(len(message.frame))} instead of 8: {hex_bytes(message.frame)}"
     return f"command specifier {message.frame[0]:02X}h, which is not defined"
 
 

@@ -56,7 +56,7 @@ def test_line_and_time_are_those_of_the_response(
     )  # fmt: skip
     status, text = judged(log, capsys)
     assert status == NOT_ALLOWED
-    assert text.startswith("line 4, 4.5 ms, node 5: response.multiplexer (MUST)")
+    assert text.startswith("line 4, 4.5 ms, can0, node 5: response.multiplexer (MUST)")
 
 
 def test_an_answer_that_never_comes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,7 +64,7 @@ def test_an_answer_that_never_comes(tmp_path: Path, capsys: pytest.CaptureFixtur
     log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}", f"0.500 {aborted}")
     status, text = judged(log, capsys)
     assert status == NOT_ALLOWED
-    assert text.startswith("line 2, 1.0 ms, node 5: response.not-refused (MUST)")
+    assert text.startswith("line 2, 1.0 ms, can0, node 5: response.not-refused (MUST)")
     # A log that ends behind a request says nothing of its answer.
     log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}")
     assert judged(log, capsys)[0] == DONE
@@ -111,3 +111,28 @@ def test_after_a_reboot_nothing_old_is_expected(
         "0.200 705#00", "0.900 605#6000000000000000",
     )  # fmt: skip
     assert judged(log, capsys)[0] == DONE
+
+
+def test_nodes_of_two_buses_are_told_apart(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Both are node 5: one is read in segments while the other answers something else."""
+    aborted, asked = "605#8008100000000408", "605#4008100000000000"
+    log = written(
+        tmp_path, f"0.000 {aborted}", f"0.001 {asked}", "0.002 585#4108100009000000",
+        "0.004 605#6000000000000000", "0.006 585#0054696E79204E6F",
+    )  # fmt: skip
+    one = log.read_text(encoding="utf-8")
+    other = written(
+        tmp_path, f"0.003 {aborted}", f"0.0035 {asked}", "0.005 585#4F08100041000000",
+    )  # fmt: skip
+    lines = one + other.read_text(encoding="utf-8").replace("can0", "can1")
+    log.write_text("".join(sorted(lines.splitlines(keepends=True))), encoding="utf-8")
+    status, text = judged(log, capsys)
+    assert status == DONE, text
+    assert "can0, node 5: 3 requests, 2 responses" in text
+    assert "can1, node 5: 2 requests, 1 responses" in text
+    main(["decode", str(log)])
+    shown = capsys.readouterr().out.splitlines()
+    assert [line for line in shown if "can1 585#" in line and line.endswith("1 byte: 41")]
+    assert [line for line in shown if "can0 585#0054" in line and "upload segment" in line]

@@ -15,14 +15,14 @@ nothing is written.
   afterwards: idle
   frames (> sent, < received):
  T ms > 605#4001200000000000 upload initiate 2001h:00
- T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 bytes: 11
+ T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 byte: 11
  T ms > 605#2B01200011000000 download initiate 2001h:00, expedited, 2 bytes: 11 00
  T ms < 585#6001200000000000 download initiate response 2001h:00
             -- the case ends here; is the server idle, are the values as before? --
  T ms > 605#4000100000000000 upload initiate 1000h:00
  T ms < 585#4300100091010F00 upload initiate response 1000h:00, expedited, 4 bytes: 91 01 0F 00
  T ms > 605#4001200000000000 upload initiate 2001h:00
- T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 bytes: 11
+ T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 byte: 11
   to repeat what was sent:
     cansend can0 605#4001200000000000
     cansend can0 605#2B01200011000000"""

@@ -7,6 +7,7 @@ import pytest
 from plugin_runs import QUICK, parsed, reports, self_test, the_report
 
 from conformance.running import ExitCode
+from conformance.workers import shares_of
 
 pytest_plugins = ["pytester"]
 
@@ -131,14 +132,42 @@ OWN = """
 
 @pytest.mark.parametrize("nodes", ["5", "5,9"], ids=["one-device", "two"])
 def test_tests_of_the_users_own(pytester: pytest.Pytester, nodes: str) -> None:
-    """Each is run once, where its device is: two workers would take each other for a client."""
+    """Each is run once; in a self-test with fewer devices than workers they share the tests."""
     pytester.makepyfile(test_mine=OWN)
     chosen = ("test_mine.py", "-k", "not 9" if nodes == "5" else "test")
     result = run_workers(pytester, "--self-test", f"--node-id={nodes}", *chosen, "-n", "2", "-v")
     assert result.ret == pytest.ExitCode.OK
     ran = re.findall(r"^\[(gw\d)\].*::(\S+)", result.stdout.str(), re.MULTILINE)
     assert len(ran) == len({name for _, name in ran}) == (8 if nodes == "5" else 9)
-    assert {worker for worker, name in ran if name.startswith("test_mine")} == {"gw0"}
+    sharing = {"gw0", "gw1"} if nodes == "5" else {"gw0"}
+    assert {worker for worker, name in ran if name.startswith("test_mine")} == sharing
+    assert {worker for worker, name in ran if name == "test_without_a_device"} == {"gw0"}
+
+
+def test_a_self_test_is_shared(pytester: pytest.Pytester) -> None:
+    """Each worker has a server of its own, so they need not leave a device to one of them."""
+    result = run_workers(pytester, "--self-test", WRONG, *CHOSEN, "-n", "2", "-v")
+    ran = defaultdict(set)
+    for worker, name in re.findall(r"^\[(gw\d)\].*::(\S+)", result.stdout.str(), re.MULTILINE):
+        ran[worker].add(name)
+    assert set(ran) == {"gw0", "gw1"}
+    assert not ran["gw0"] & ran["gw1"]
+    at_once, described, told = cases(pytester), properties(pytester), rows(result)
+    assert len({line.split()[1] for line in log_lines(pytester)}) == 2, "each bus has its name"
+    the_report(pytester).rename(pytester.path / "at once")
+    in_turn = self_test(pytester, WRONG, *CHOSEN)
+    assert sorted(at_once) == sorted(cases(pytester))
+    assert described == properties(pytester)
+    assert told == rows(in_turn)
+
+
+def test_a_device_is_never_shared() -> None:
+    """Two workers on one bus would take each other for a second client."""
+    for workers in range(1, 5):
+        shares = shares_of([5, 9], workers, divisible=False)
+        assert sorted(node_id for share in shares for node_id in share.node_ids) == [5, 9]
+        assert all(share.parts == 1 for share in shares)
+    assert len(shares_of([5, 9], 5, divisible=True)) == 5
 
 
 def test_nothing_selected(pytester: pytest.Pytester) -> None:

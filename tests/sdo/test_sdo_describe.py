@@ -33,7 +33,7 @@ ODD_REQUESTS = [
     ("80 00 10 00 03 00 01 06", "abort 1000h:00, 06010003h (not an abort code of CiA 301)"),
 ]
 ODD_RESPONSES = [
-    ("4F 00 20 00 01 00 00 00", "upload initiate response 2000h:00, expedited, 1 bytes: 01"),
+    ("4F 00 20 00 01 00 00 00", "upload initiate response 2000h:00, expedited, 1 byte: 01"),
     ("40 00 20 00 00 00 00 00", "upload initiate response 2000h:00, segmented, size not indicated"),
     (
         "A0 00 20 00 15 00 00 00",
