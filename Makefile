@@ -22,9 +22,11 @@ test: $(VENV)/installed-for-tests
 detection: $(VENV)/installed-for-tests
 	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
 
-# How fast transfers go, beside canopen's client and beside python-can alone.
+# How fast transfers and the self-test go, beside canopen's client and beside python-can alone.
 bench: $(VENV)/installed-for-tests
 	$(BIN)/python tests/bench.py
+	$(BIN)/python tests/bench_self_test.py
+	$(BIN)/python tests/bench_self_test.py --answer-delay=0.002
 
 # The lower ends of the version ranges in pyproject.toml.
 oldest: $(OLDEST)/installed
