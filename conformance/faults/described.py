@@ -3,10 +3,10 @@
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.values import encode_number, is_number
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 
-ERROR_LIST = 0x1003
 IDENTITY = 0x1018
 WITHOUT_VALUE = b"none"
 
