@@ -26,7 +26,6 @@ from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
-SUFFIXES = (".eds", ".dcf")
 MOST_COMPACT = 0xFE
 # The objects that describe types of the device, and none at all: no server reads them.
 _NO_OBJECTS = (0x00, 0x05, 0x06)
@@ -39,8 +38,6 @@ def read_eds(path: Path, node_id: int) -> Listing:
 
     Raises FileError.
     """
-    if path.suffix.lower() not in SUFFIXES:
-        raise FileError(path, None, "the name of the file has to end in .eds or .dcf.")
     return parse_eds(path, read_eds_text(path), node_id)
 
 

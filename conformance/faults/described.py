@@ -27,7 +27,7 @@ def _entry(known: KnownObject, listing: Listing) -> Entry:
 
 
 def _value(known: KnownObject, listing: Listing) -> bytes:
-    value = known.default if known.configured is None else known.configured
+    value = known.stated
     if known.mux.index == IDENTITY and known.mux.sub_index in listing.identity:
         return listing.identity[known.mux.sub_index].to_bytes(4, "little")
     if value is not None:
