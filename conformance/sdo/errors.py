@@ -15,6 +15,7 @@ ERROR_REGISTER = Multiplexer(0x1001)
 ERROR_LIST = 0x1003
 # Codes below say that there is no error any more.
 FIRST_ERROR = 0x0100
+NO_ERROR = bytes(2)
 GENERIC = 0x01
 # Kinds of error codes, first and last, and the bit of the error register that each of them sets.
 KINDS = (
@@ -33,7 +34,7 @@ class ErrorCode(Entry):
     @classmethod
     def none(cls) -> "ErrorCode":
         """Return an UNSIGNED16 that says that there is no error."""
-        return cls(bytes(2), DataType.UNSIGNED16)
+        return cls(NO_ERROR, DataType.UNSIGNED16)
 
 
 def error_list(places: int) -> dict[Multiplexer, Entry]:
@@ -72,40 +73,39 @@ class Errors:
         """Add 1001h to the objects; the others are used where they are there."""
         self.register = Entry(bytes(1), DataType.UNSIGNED8, Access.RO)
         objects.add({ERROR_REGISTER: self.register})
-        self._code = next((entry for entry in objects if isinstance(entry, ErrorCode)), None)
+        codes = (entry for entry in objects if isinstance(entry, ErrorCode))
+        self._code = next(codes, ErrorCode.none())
         listed = sorted((mux, entry) for mux, entry in objects.items() if mux.index == ERROR_LIST)
-        self._list = [entry for _, entry in listed]
-        self._told = 0
+        self._count, *self._places = [entry for _, entry in listed] or [Entry(bytes(1))]
+        self._told = NO_ERROR
+        self._shown = b""
 
     def forget(self) -> None:
         """Tell anew of an error that is still there."""
-        self._told = 0
+        self._told = NO_ERROR
 
     def update(self) -> int | None:
         """Bring the objects up to date; return the error code if it has to be told, else None."""
-        code = 0 if self._code is None else int.from_bytes(self._code.value, "little")
-        is_news = code != self._told
-        if is_news:
-            self._told = code
-            self.register.value = bytes((register_of(code),))
-            if code >= FIRST_ERROR:
-                self._keep(code.to_bytes(4, "little"))
-        self._show_list()
-        return code if is_news else None
+        news = None
+        if self._code.value != self._told:
+            self._told = self._code.value
+            news = int.from_bytes(self._told, "little")
+            self.register.value = bytes((register_of(news),))
+            if news >= FIRST_ERROR:
+                self._keep(self._told + bytes(2))
+        if self._count.value != self._shown:
+            self._show_list()
+        return news
 
     def _keep(self, error: bytes) -> None:
         """Put an error at the head of the list; the oldest falls off a full one."""
-        if not self._list:
-            return
-        count, *places = self._list
-        errors = [error, *(place.value for place in places[: count.value[0]])]
-        for place, value in zip(places, errors, strict=False):
+        errors = [error, *(place.value for place in self._places[: self._count.value[0]])]
+        for place, value in zip(self._places, errors, strict=False):
             place.value = value
-        count.value = bytes((min(len(errors), len(places)),))
+        self._count.value = bytes((min(len(errors), len(self._places)),))
 
     def _show_list(self) -> None:
         """Let those places be read that hold an error, as the count says."""
-        if self._list:
-            count, *places = self._list
-            for number, place in enumerate(places, 1):
-                place.has_data = number <= count.value[0]
+        self._shown = self._count.value
+        for number, place in enumerate(self._places, 1):
+            place.has_data = number <= self._shown[0]
