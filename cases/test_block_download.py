@@ -2,6 +2,7 @@
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.run.begun import lose_segment
 from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
@@ -108,44 +109,28 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     The data and the CRC are right in the end, each byte counted once.
     """
     number, position = lost
-    data = sdo.payload(7 * number - 2)
-    sdo.store(variable, sdo.payload(len(data)))
-    chunks = segments_of(data)
-    response = sdo.initiate_block_download(variable, len(data))
-    if response.block_size < number:
-        sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
+    gap = lose_segment(sdo, variable, 7 * number - 2, position)
+    if gap is None:
         return
-    sdo.send_segments(chunks[:position])
-    sdo.send_segments(chunks[position + 1 :], first=position + 2, last=True)
-    sdo.acknowledged(variable, position)
-    sdo.send_segments(chunks[position:], last=True)
+    sdo.send_segments(gap.segments, last=True)
     sdo.acknowledged(variable, number - position)
-    crc = crc16(data) if response.crc_supported else 0
-    sdo.end_block_download(variable, unused=2, crc=crc)
-    sdo.expect_value(variable, data)
+    sdo.end_block_download(variable, unused=2, crc=gap.crc)
+    sdo.expect_value(variable, gap.data)
 
 
 @must("block-download.lost-twice", "B8", "B6", "B7", "8-ackseq")
 def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     """What is sent again may get lost again."""
-    data = sdo.payload(28)
-    sdo.store(variable, sdo.payload(28))
-    chunks = segments_of(data)
-    response = sdo.initiate_block_download(variable, len(data))
-    if response.block_size < 4:
-        sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
+    gap = lose_segment(sdo, variable, 28, 2)
+    if gap is None:
         return
-    sdo.send_segments(chunks[:2])
-    sdo.send_segments(chunks[3:], first=4, last=True)
-    ack = sdo.acknowledged(variable, 2)
-    if ack.block_size >= 2:
-        sdo.send_segments(chunks[3:], first=2, last=True)
+    if gap.block_size >= 2:
+        sdo.send_segments(gap.segments[1:], first=2, last=True)
         sdo.acknowledged(variable, 0)
-    sdo.send_segments(chunks[2:], last=True)
+    sdo.send_segments(gap.segments, last=True)
     sdo.acknowledged(variable, 2)
-    crc = crc16(data) if response.crc_supported else 0
-    sdo.end_block_download(variable, unused=0, crc=crc)
-    sdo.expect_value(variable, data)
+    sdo.end_block_download(variable, unused=0, crc=gap.crc)
+    sdo.expect_value(variable, gap.data)
 
 
 @may("block-download.repeated-segment", "B10")

@@ -27,6 +27,7 @@ from conformance.run.steps import shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.frames import Abort, BlockUploadInitiate, UploadInitiate, decode_response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -111,7 +112,7 @@ def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
 @must("od.error-list", "I37", clause="7.5.2.4", entry=choose.error_places)
 def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     """A place of the error list (1003h) reads as 4 bytes if it holds an error, else not at all."""
-    count = int.from_bytes(sdo.upload(Multiplexer(choose.ERROR_LIST)), "little")
+    count = int.from_bytes(sdo.upload(Multiplexer(ERROR_LIST)), "little")
     sdo.send(UploadInitiate(entry.mux))
     if entry.mux.sub_index > count:
         sdo.expect_abort(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR, of=entry)
@@ -278,7 +279,7 @@ def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
     """
     count = of.entries[0]
     data = sdo.upload(count)
-    fixed = count.access is not Access.RW and of.index != choose.ERROR_LIST
+    fixed = count.access is not Access.RW and of.index != ERROR_LIST
     if len(data) != 1 or data[0] > of.highest or (fixed and data[0] != of.highest):
         least = "" if fixed else "at most "
         raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", shown(data))

@@ -6,6 +6,7 @@ from argparse import ArgumentTypeError
 
 import pytest
 
+from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.deny import PermissionNameError, parse_permission
 from conformance.device.objects import ObjectNameError, parse_object
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
@@ -84,10 +85,11 @@ def add_options(parser: pytest.Parser) -> None:
     )
     group.addoption(
         "--sdo-channel",
-        metavar="REQUEST:RESPONSE",
+        metavar="REQUEST:RESPONSE|FILE:RECORD",
         type=_channel,
         help="test the device on another SDO channel than the default one: its CAN-IDs in "
-        "hexadecimal, as in 640:5C0; more than 3 digits are 29-bit CAN-IDs",
+        "hexadecimal, as in 640:5C0 (more than 3 digits are 29-bit CAN-IDs), or an SDO client "
+        "parameter in the EDS or DCF of its client, as in plc.dcf:1280",
     )
     group.addoption(
         "--allow",
@@ -201,9 +203,9 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _channel(text: str) -> ChannelIds:
+def _channel(text: str) -> ChannelIds | ClientRecord:
     try:
-        return ChannelIds.parse(text)
+        return parse_channel(text)
     except ChannelError as error:
         raise ArgumentTypeError(str(error)) from None
 

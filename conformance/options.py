@@ -9,6 +9,7 @@ import pytest
 from conformance.arguments import DEFAULT_EXAMPLES
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
+from conformance.device.client_channel import ClientRecord, read_client_channel
 from conformance.device.deny import PERMISSIONS
 from conformance.device.description import Description, read_description
 from conformance.device.eds import read_eds
@@ -20,6 +21,7 @@ from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
 from conformance.faults.listing import listing_of, permits_for
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
+from conformance.sdo.cob_id import ChannelIds
 from conformance.workers import Share, share_of
 
 SELF_TEST_NODE = 5
@@ -59,9 +61,6 @@ def read_options(config: pytest.Config) -> Options | None:
     if not self_test and node_ids is None:
         return None
     node_ids = node_ids or [SELF_TEST_NODE]
-    sdo_channel = config.getoption("sdo_channel")
-    if sdo_channel is not None and (self_test or len(node_ids) > 1):
-        raise pytest.UsageError("--sdo-channel goes with one device: --node-id=N.")
     server = config.getoption("fault")
     simulated = bool(config.getoption("simulated"))
     share = share_of(config, node_ids)
@@ -77,7 +76,7 @@ def read_options(config: pytest.Config) -> Options | None:
             or DEFAULT_RESPONSE_TIMEOUT,
             config.getoption("seed"),
             config.getoption("server_timeout") or description.server_timeout,
-            sdo_channel,
+            _sdo_channel(config, node_ids, self_test=self_test),
             _listings(config, description, share.node_ids, self_test=self_test),
             _permits(config, description, self_test=self_test),
             config.getoption("scan"),
@@ -173,6 +172,18 @@ def _listings(
         server = config.getoption("fault")
         return {node_id: listing_of(described_node(server, node_id)) for node_id in node_ids}
     return {}
+
+
+def _sdo_channel(
+    config: pytest.Config, node_ids: list[int], *, self_test: bool
+) -> ChannelIds | None:
+    channel: ChannelIds | ClientRecord | None = config.getoption("sdo_channel")
+    if channel is not None and (self_test or len(node_ids) > 1):
+        raise pytest.UsageError("--sdo-channel goes with one device: --node-id=N.")
+    if isinstance(channel, ClientRecord):
+        path = config.invocation_params.dir / channel.path
+        return read_client_channel(path, channel.index, node_ids[0])
+    return channel
 
 
 def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:

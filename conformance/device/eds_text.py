@@ -13,6 +13,7 @@ from pathlib import Path
 
 from conformance.device.files import FileError, nearest, read_text, shortened
 
+SUFFIXES = (".eds", ".dcf")
 LARGEST = 2 * 1024 * 1024
 ENCODINGS = ("utf-8-sig", "cp1252")
 OBJECT_KEYS = (
@@ -30,11 +31,14 @@ OBJECT_KEYS = (
     "PDOMapping",
 )
 INFO_KEYS = ("VendorNumber", "ProductNumber", "RevisionNumber")
+NODE_ID_KEY = "NodeID"
+# Spelt like that in CiA 306-1.
+COMMISSIONING = "DeviceComissioning"
 LISTS = ("MandatoryObjects", "OptionalObjects", "ManufacturerObjects")
 NEEDED = ("DeviceInfo", "MandatoryObjects")
 # Where a misspelt name would go unnoticed: what else there is says nothing about objects.
-_SECTIONS = (*LISTS, "FileInfo", "DeviceInfo", "DummyUsage", "Comments", "DeviceComissioning")
-_CANONICAL = {name.lower(): name for name in (*OBJECT_KEYS, *INFO_KEYS, *_SECTIONS)}
+_SECTIONS = (*LISTS, "FileInfo", "DeviceInfo", "DummyUsage", "Comments", COMMISSIONING)
+_CANONICAL = {name.lower(): name for name in (*OBJECT_KEYS, *INFO_KEYS, NODE_ID_KEY, *_SECTIONS)}
 _CANONICAL["supportedobjects"] = "SupportedObjects"
 _OBJECT = re.compile(r"([0-9a-f]{4})(?:sub([0-9a-f]{1,3}))?", re.IGNORECASE)
 _COMPANION = re.compile(r"[0-9a-f]{4}(name|value|denotation|objectlinks)", re.IGNORECASE)
@@ -130,6 +134,8 @@ def object_of(name: str) -> tuple[int, int | None] | None:
 
 def read_eds_text(path: Path) -> str:
     """Return the text of a file; raises FileError."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise FileError(path, None, "the name of the file has to end in .eds or .dcf.")
     return read_text(path, limit=LARGEST, encodings=ENCODINGS)
 
 
@@ -149,6 +155,12 @@ def sections_of(path: Path, text: str) -> dict[str, Section]:
             _add(section, line, content)
     _check(path, sections)
     return sections
+
+
+def commissioned_node_id(sections: Mapping[str, Section]) -> int | None:
+    """Return which node a DCF is for; None where the file leaves that open. Raises FileError."""
+    section = sections.get(COMMISSIONING)
+    return section.number(NODE_ID_KEY, 0) if section else None
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:

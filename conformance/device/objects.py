@@ -48,6 +48,11 @@ class KnownObject:
         return self.data_type.length if self.data_type is not None else None
 
     @property
+    def stated(self) -> bytes | None:
+        """The value that a DCF configures, else the default; None where neither is stated."""
+        return self.default if self.configured is None else self.configured
+
+    @property
     def is_steady(self) -> bool:
         """Whether the value stays until the suite writes it; a ro value may be measured."""
         return self.access in (Access.RW, Access.CONST) and not self.floats

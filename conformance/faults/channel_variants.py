@@ -1,16 +1,19 @@
-"""Nodes that are unusual, and right, in their SDO channels and in NMT."""
+"""Nodes that are unusual, and right, in their SDO channels, in NMT and in what else they send."""
 
 from conformance.faults.initiates import initiated
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
+from conformance.sdo.errors import register_of
 from conformance.sdo.frames import Abort
-from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
 from conformance.sdo.node import HEARTBEAT_TIME, Node, ServerChannel
 from conformance.sdo.objects import Refusal
 from conformance.sdo.parameters import ServerParameter
 from conformance.sdo.segmented_server import SegmentedServer
+
+COMMUNICATION_ERROR = 0x8100
 
 
 @variant("no-further-channels")
@@ -173,3 +176,17 @@ class OperationalAtOnce(Node):
         """Go on."""
         frames = super().start()
         return frames + self.follow(NmtCommand.START)
+
+
+@variant("emergencies-within-transfers")
+class EmergenciesWithinTransfers(Node):
+    """Reports an error with each SDO frame that comes, and one before each that it sends."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Put emergencies between the frames, where they may be sent."""
+        frames = super().receive(frame)
+        if frame.can_id == NMT_ID or not self.state.serves_sdo:
+            return frames
+        error = emergency(self.node_id, COMMUNICATION_ERROR, register_of(COMMUNICATION_ERROR))
+        over = emergency(self.node_id, 0, 0)
+        return [error, *(one for answer in frames for one in (error, answer)), over]

@@ -3,10 +3,10 @@
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.values import encode_number, is_number
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 
-ERROR_LIST = 0x1003
 IDENTITY = 0x1018
 WITHOUT_VALUE = b"none"
 
@@ -27,7 +27,7 @@ def _entry(known: KnownObject, listing: Listing) -> Entry:
 
 
 def _value(known: KnownObject, listing: Listing) -> bytes:
-    value = known.default if known.configured is None else known.configured
+    value = known.stated
     if known.mux.index == IDENTITY and known.mux.sub_index in listing.identity:
         return listing.identity[known.mux.sub_index].to_bytes(4, "little")
     if value is not None:

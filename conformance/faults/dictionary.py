@@ -5,17 +5,23 @@ from collections.abc import Container
 
 from conformance.device.values import encode_number
 from conformance.faults.device import UNSIGNED, reference_entries
+from conformance.sdo.errors import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
 
 IDENTITY = 0x1018
-ERRORS, LIMITED, GAPPY, TYPES, MEASURED = 0x1003, 0x2100, 0x2110, 0x2120, 0x2130
+LIMITED, GAPPY, TYPES, MEASURED = 0x2100, 0x2110, 0x2120, 0x2130
+EMERGENCY_ID = Multiplexer(0x1014)
+ERROR_CODE = Multiplexer(0x2140)
+PLACES_FOR_ERRORS = 2
 
 
 def all_entries(node_id: int, lacking: Container[Multiplexer] = ()) -> dict[Multiplexer, Entry]:
     """Return the entries of the built-in device, all but those that it is to lack."""
-    entries = reference_entries(node_id) | _errors() | _limited() | _gappy() | _types()
-    left = {mux: entry for mux, entry in (entries | _measured()).items() if mux not in lacking}
+    entries = reference_entries(node_id) | _limited() | _gappy() | _types() | _measured()
+    entries |= _errors(node_id)
+    left = {mux: entry for mux, entry in entries.items() if mux not in lacking}
     identity = [mux.sub_index for mux in left if mux.index == IDENTITY]
     left[Multiplexer(IDENTITY)].value = bytes([max(identity)])
     return left
@@ -26,14 +32,14 @@ def reference_device(node_id: int, lacking: Container[Multiplexer] = ()) -> Obje
     return ObjectDictionary(all_entries(node_id, lacking))
 
 
-def _errors() -> dict[Multiplexer, Entry]:
-    """Return an error list without errors."""
-    count = Entry(bytes(1), DataType.UNSIGNED8)
-    places = {
-        Multiplexer(ERRORS, sub): Entry(bytes(4), DataType.UNSIGNED32, Access.RO, has_data=False)
-        for sub in (1, 2)
+def _errors(node_id: int) -> dict[Multiplexer, Entry]:
+    """Return what has to do with errors, of which there are none until somebody writes one."""
+    cob_id = (EMERGENCY_BASE + node_id).to_bytes(4, "little")
+    return {
+        **error_list(PLACES_FOR_ERRORS),
+        EMERGENCY_ID: Entry(cob_id, DataType.UNSIGNED32, Access.CONST),
+        ERROR_CODE: ErrorCode.none(),
     }
-    return {Multiplexer(ERRORS): count} | places
 
 
 def _limited() -> dict[Multiplexer, Entry]:

@@ -1,9 +1,10 @@
 """Servers whose object dictionary is not what their EDS says: what they read, lack and count."""
 
 from conformance.device.values import encode_number
-from conformance.faults.dictionary import ERRORS, GAPPY
+from conformance.faults.dictionary import GAPPY
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.frames import (
     BlockUploadInitiate,
     Request,
@@ -134,7 +135,7 @@ class EmptyErrorsRead(_Reads):
 
     def check_readable(self, mux: Multiplexer) -> None:
         """Let them have data."""
-        if mux.index == ERRORS:
+        if mux.index == ERROR_LIST:
             self.objects.find(mux).has_data = True
 
 

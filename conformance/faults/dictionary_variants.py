@@ -1,8 +1,9 @@
 """Servers that are unusual and right in their object dictionary."""
 
-from conformance.faults.dictionary import ERRORS, GAPPY, IDENTITY, all_entries
+from conformance.faults.dictionary import GAPPY, IDENTITY, all_entries
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.frames import DownloadInitiate, Request, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
@@ -32,7 +33,7 @@ class StructureImplemented(Server):
         except Refusal:
             is_domain = entry.data_type is DataType.DOMAIN
             return bytes([0x02 if is_domain else 0x07, entry.data_type, 0, 0])
-        if index in (ERRORS, GAPPY):
+        if index in (ERROR_LIST, GAPPY):
             return bytes([0x08, place.data_type, 0, 0])
         return bytes([0x09, _RECORDS.get(index, 0x40), 0, 0])
 
@@ -58,16 +59,8 @@ class ErrorInList(Server):
     def __init__(self, objects: ObjectDictionary) -> None:
         """Begin with it."""
         super().__init__(objects)
-        objects.find(Multiplexer(ERRORS)).value = b"\x01"
-        objects.find(Multiplexer(ERRORS, 1)).has_data = True
-
-    def store(self, entry: Entry, data: bytes) -> None:
-        """Take no count but 0."""
-        if entry is self.objects.find(Multiplexer(ERRORS)):
-            entry.check_length(len(data))
-            if any(data):
-                raise Refusal(AbortCode.VALUE_INVALID)
-        super().store(entry, data)
+        objects.find(Multiplexer(ERROR_LIST)).value = b"\x01"
+        objects.find(Multiplexer(ERROR_LIST, 1)).has_data = True
 
 
 @variant("no-serial-number")

@@ -10,13 +10,18 @@ from conformance.device.listing import Listing, ObjectType
 from conformance.device.permits import Permits
 from conformance.device.values import decode_number, is_number
 from conformance.faults.device import REFERENCE_OBJECTS
-from conformance.faults.dictionary import ERRORS, GAPPY
+from conformance.faults.dictionary import EMERGENCY_ID, GAPPY
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry
 
-# 1200h:01 and :02 hold COB-IDs, which every node has others of.
-_FORMULAS = {Multiplexer(0x1200, 1): "$NODEID+0x600", Multiplexer(0x1200, 2): "$NODEID+0x580"}
+# COB-IDs, which every node has others of.
+_FORMULAS = {
+    EMERGENCY_ID: "$NODEID+0x80",
+    Multiplexer(0x1200, 1): "$NODEID+0x600",
+    Multiplexer(0x1200, 2): "$NODEID+0x580",
+}
 _TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22}
 
 
@@ -58,7 +63,7 @@ def _lines(entries: dict[Multiplexer, Entry]) -> Iterator[str]:
         if len(subs) == 1:
             yield from _entry_lines(Multiplexer(index), subs[0])
             continue
-        kind = ObjectType.ARRAY if index in (ERRORS, GAPPY) else ObjectType.RECORD
+        kind = ObjectType.ARRAY if index in (ERROR_LIST, GAPPY) else ObjectType.RECORD
         type_code = subs[1].data_type if kind is ObjectType.ARRAY else _TYPE_CODES.get(index)
         yield f"ParameterName=Object {index:04X}"
         yield f"ObjectType={kind:#x}"

@@ -56,6 +56,39 @@ def begin_block_download(sdo: Dialogue, text: KnownObject, segments: int, size: 
     return data
 
 
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A block download of which a segment was lost and the gap acknowledged: what is still to come.
+
+    The ``segments`` from the lost one on are due again, in sub-blocks of ``block_size``; ``crc`` is
+    what the end frame has to say.
+    """
+
+    data: bytes
+    segments: list[bytes]
+    block_size: int
+    crc: int
+
+
+def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) -> Gap | None:
+    """Send a block download in one sub-block, all but the segment at a position, counted from 0.
+
+    It is not the last. None where the server takes too few segments at once for a gap.
+    """
+    data = sdo.payload(size)
+    sdo.store(known, sdo.payload(size))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(known, size)
+    if response.block_size < len(chunks):
+        sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
+        return None
+    sdo.send_segments(chunks[:position])
+    sdo.send_segments(chunks[position + 1 :], first=position + 2, last=True)
+    ack = sdo.acknowledged(known, position)
+    crc = crc16(data) if response.crc_supported else 0
+    return Gap(data, chunks[position:], ack.block_size, crc)
+
+
 def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
     """Start an upload in sub-blocks of two segments, and take none, the first, or all of them.
 

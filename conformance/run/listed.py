@@ -12,10 +12,10 @@ from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject, Listin
 from conformance.device.objects import KnownObject
 from conformance.device.values import beyond as beyond_limit
 from conformance.device.values import is_number
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
-ERROR_LIST = 0x1003
 FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
 # What is written there is a command, and what is read says whether it is understood.
 COMMANDS = (0x1010, 0x1011)

@@ -48,5 +48,6 @@ LONG_SIZES = (255, 256, 257, 888, 889, 890, 4095, 4096, 4097)
 # C6h, the last of 672 with E0h, which are other requests elsewhere; 127 segments hold 889 bytes.
 BLOCK_SIZES = (*SHORT_SIZES, 448, 490, 672, 888, 889, 890, 1777, 4096)
 EDGE_SIZES = (1, 4, 5, 7, 8, 13, 14, 15, 20, 21, 22, 255, 256, 889, 890, 4096)
-# Where a counter of 16 bits has wrapped; one size, because it takes long.
+# Where a counter of 16 bits has wrapped; one size, because it takes long. Its last segment holds 2
+# bytes: a server that counts segments and not bytes would show.
 BEYOND_16_BITS = 65_536

@@ -114,7 +114,8 @@ class ChannelIds:
         request, colon, response = text.strip().partition(":")
         if not colon:
             raise ChannelError(
-                f"{text!r} is no SDO channel: write REQUEST:RESPONSE in hexadecimal, as in 640:5C0"
+                f"{text!r} is no SDO channel: write REQUEST:RESPONSE in hexadecimal, as in "
+                "640:5C0, or FILE:RECORD of the client, as in plc.dcf:1280"
             )
         ids = cls(_parse_can_id(request), _parse_can_id(response))
         ids.check()
@@ -149,13 +150,17 @@ class ClientParameter:
         """Take the values of the record by sub-index: 01h request, 02h response, 03h node-ID."""
         return cls(CobId.from_bytes(values[1]), CobId.from_bytes(values[2]), values[3][0])
 
-    @property
-    def channel(self) -> ChannelIds:
-        """The channel; raises ChannelError where the record is not valid."""
+    def channel_to(self, node_id: int) -> ChannelIds:
+        """Return the channel to the server of a node.
+
+        Raises ChannelError where the record is not valid, or leads to another node.
+        """
         ids = ChannelIds(self.request, self.response)
         ids.check()
         if not 1 <= self.server <= HIGHEST_NODE_ID:
             raise ChannelError(f"{self.server} is no node-ID: they go from 1 to {HIGHEST_NODE_ID}")
+        if self.server != node_id:
+            raise ChannelError(f"its server is node {self.server}, not node {node_id}")
         return ids
 
 

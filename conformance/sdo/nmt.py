@@ -77,7 +77,7 @@ def error_control(node_id: int, state: NmtState) -> CanFrame:
 
 
 def emergency(node_id: int, code: int, register: int) -> CanFrame:
-    """Return an emergency message: error code (0: error reset) and error register (7.2.7)."""
+    """Return an emergency message: error code (0: error reset) and error register (7.2.7.1)."""
     data = code.to_bytes(2, "little") + bytes((register,)) + bytes(5)
     return CanFrame(EMERGENCY_BASE + node_id, data)
 

@@ -7,6 +7,7 @@ Without I/O and without a clock: ``advance`` is told what time it is, in seconds
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds, CobId
+from conformance.sdo.errors import Errors, register_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import (
     ALL_NODES,
@@ -18,11 +19,10 @@ from conformance.sdo.nmt import (
     emergency,
     error_control,
 )
-from conformance.sdo.objects import Access, DataType, Entry, Refusal
+from conformance.sdo.objects import DataType, Entry, Refusal
 from conformance.sdo.parameters import ServerParameter
 from conformance.sdo.segmented_server import SegmentedServer
 
-ERROR_REGISTER = Multiplexer(0x1001)
 HEARTBEAT_TIME = Multiplexer(0x1017)
 COMMUNICATION_AREA = range(0x1000, 0x2000)
 
@@ -49,7 +49,8 @@ class Node:
     """A node with the default SDO channel, 600h and 580h plus node-ID, and further ones.
 
     All servers work on the objects of the first. The node adds the objects that are its own:
-    1001h, 1017h, 1200h, and 1201h, 1202h, … for each further channel.
+    1001h, 1017h, 1200h, and 1201h, 1202h, … for each further channel. Where an ``ErrorCode`` is
+    among the objects, an emergency follows each change of it.
     """
 
     def __init__(
@@ -72,9 +73,8 @@ class Node:
         self.channels = [ServerChannel(server, ServerParameter.default(ids))]
         for number, other in enumerate(further, 1):
             self.channels.append(ServerChannel(other, self.further_record(number)))
-        self.error_register = Entry(bytes(1), DataType.UNSIGNED8, Access.RO)
+        self.errors = Errors(self.objects)
         self.heartbeat_time = Entry(bytes(2), DataType.UNSIGNED16)
-        self.objects.add({ERROR_REGISTER: self.error_register})
         self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
         for channel in self.channels:
             self.objects.add(channel.record.by_multiplexer())
@@ -143,7 +143,8 @@ class Node:
         self._heartbeat_period = 0.0
         self._heartbeat_due = None
         self._set_heartbeat()
-        return [boot_up]
+        self.errors.forget()
+        return [boot_up, *self.emergencies()]
 
     def on_nmt(self, frame: CanFrame) -> list[CanFrame]:
         """Follow a command to this node, or to all."""
@@ -170,12 +171,10 @@ class Node:
             if in_area or not communication_only:
                 entry.value = value
 
-    def emergency(self, code: int, register: int) -> list[CanFrame]:
-        """Report an error, or with code 0 that there is none any more; return what to send."""
-        self.error_register.value = bytes((register,))
-        if not self.state.serves_sdo:
-            return []  # emergencies too are for Pre-operational and Operational only
-        return [emergency(self.node_id, code, register)]
+    def emergencies(self) -> list[CanFrame]:
+        """Tell of an error of the application, or that there is none any more, but only once."""
+        code = self.errors.update()
+        return [] if code is None else [emergency(self.node_id, code, register_of(code))]
 
     # SDO
 
@@ -192,9 +191,10 @@ class Node:
         if self.server_timeout is not None:
             running = channel.server.transfer is not None
             channel.deadline = self.now + self.server_timeout if running else None
-        if frames:  # what is written is always answered
-            self._set_heartbeat()
-        return frames
+        if not frames:  # what is written is always answered
+            return frames
+        self._set_heartbeat()
+        return frames + self.emergencies()
 
     def channel_of(self, frame: CanFrame) -> ServerChannel | None:
         """Return the channel on which a frame is a request."""

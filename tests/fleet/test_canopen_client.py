@@ -195,6 +195,26 @@ def test_block_upload(sdo: SdoClient, domain: Entry, size: int) -> None:
         assert opened.read() == domain.value
 
 
+# The most that 16 bits count, in a last segment of one byte; and more, in a full one.
+BEYOND_16_BITS = (65_535, 70_000)
+
+
+@pytest.mark.parametrize("size", BEYOND_16_BITS)
+def test_long_values_in_segments(sdo: SdoClient, domain: Entry, size: int) -> None:
+    sdo.download(DOMAIN.index, 0, payload(size))
+    assert domain.value == payload(size)
+    assert sdo.upload(DOMAIN.index, 0) == payload(size)
+
+
+@pytest.mark.parametrize("size", BEYOND_16_BITS)
+def test_long_values_in_blocks(sdo: SdoClient, domain: Entry, size: int) -> None:
+    with stream(sdo, DOMAIN, "wb", size=size, block_transfer=True) as opened:
+        opened.write(payload(size))
+    assert domain.value == payload(size)
+    with stream(sdo, DOMAIN, "rb", block_transfer=True) as opened:
+        assert opened.read() == payload(size)
+
+
 def test_client_abort_ends_a_download(sdo: SdoClient, text: Entry) -> None:
     text.value = b"as before"
     stream(sdo, TEXT, "wb", buffering=0, size=20).write(b"1234567")

@@ -174,12 +174,12 @@ def test_each_device_has_its_own_cases(pytester: pytest.Pytester, name: str) -> 
 def test_a_dcf_is_compared_with_the_configuration(pytester: pytest.Pytester) -> None:
     """It stands for a value that was not written to this device: a SHOULD."""
     text = (
-        eds_of(build_node(None, NODE_ID)) + "\n[2140]\nParameterName=x\nDataType=7\nAccessType=rw\n"
+        eds_of(build_node(None, NODE_ID)) + "\n[2150]\nParameterName=x\nDataType=7\nAccessType=rw\n"
     )
     dcf = pytester.path / "ref.dcf"
     dcf.write_text(text.replace("[2001]", "[2001]\nParameterValue=0x12"), encoding="utf-8")
     assert outcomes(
-        pytester, "--node-id=5", f"--eds={dcf}", "-k", "od.configured or od.read[2140h:00]"
+        pytester, "--node-id=5", f"--eds={dcf}", "-k", "od.configured or od.read[2150h:00]"
     ) == {"non": 1, "failed": 1}  # pytester reads "non-strict" so
 
 
@@ -208,7 +208,7 @@ def test_scan(pytester: pytest.Pytester) -> None:
     )
     lacking = self_test(pytester, *part, "--fault=listed-objects-missing")
     assert lacking.ret == pytest.ExitCode.TESTS_FAILED
-    lacking.stdout.fnmatch_lines(["*actual: none at 2001h, 2002h, *, 2131h"])
+    lacking.stdout.fnmatch_lines(["*actual: none at 2001h, 2002h, *, 2140h"])
     self_test(pytester, *part).assert_outcomes(
         passed=1, deselected=lacking.parseoutcomes()["deselected"]
     )

@@ -1,5 +1,8 @@
 """Nothing of NMT or 12xxh without permission, and runs on another channel than the default one."""
 
+import shutil
+from pathlib import Path
+
 import pytest
 from plugin_runs import NODE_ID, hosted, run, the_report
 
@@ -9,6 +12,7 @@ from conformance.sdo.node import Node
 
 pytest_plugins = ["pytester"]
 
+PLC = Path(__file__).parents[1] / "device" / "files" / "plc.dcf"
 NETWORK = "test_channel or test_nmt"
 
 
@@ -87,13 +91,23 @@ def test_both_permissions(pytester: pytest.Pytester) -> None:
     assert watched.node.heartbeat_time.value == bytes(2)
 
 
+SHORT_IDS, LONG_IDS = ("40060000", "C0050000"), ("050BFF38", "050CFF38")
+
+
 @pytest.mark.parametrize(
-    ("option", "values"),
-    [("640:5C0", ("40060000", "C0050000")), ("18FF0B05:18FF0C05", ("050BFF38", "050CFF38"))],
-    ids=["11-bit", "29-bit"],
+    ("option", "request_id", "values"),
+    [
+        ("640:5C0", "640", SHORT_IDS),
+        ("18FF0B05:18FF0C05", "18FF0B05", LONG_IDS),
+        ("plc.dcf:1280", "640", SHORT_IDS),
+        ("plc.dcf:1283", "18FF0B05", LONG_IDS),
+    ],
 )
-def test_another_channel(pytester: pytest.Pytester, option: str, values: tuple[str, str]) -> None:
+def test_another_channel(
+    pytester: pytest.Pytester, option: str, request_id: str, values: tuple[str, str]
+) -> None:
     """The whole of the cases on a channel that was configured before; it stays as it is."""
+    shutil.copy(PLC, pytester.path)
     node = build_node(None, NODE_ID)
     for sub_index, value in enumerate(values, 1):
         node.channels[1].record.entries[sub_index].value = bytes.fromhex(value)
@@ -109,4 +123,4 @@ def test_another_channel(pytester: pytest.Pytester, option: str, values: tuple[s
     assert node.channels[1].record.is_valid
     assert not node.channels[2].record.is_valid
     log = (the_report(pytester) / "bus.log").read_text()
-    assert f" {option.partition(':')[0]}#4000100000000000" in log
+    assert f" {request_id}#4000100000000000" in log

@@ -1,31 +1,17 @@
-"""Hypothesis strategies: every message of both directions, with all that its fields can hold."""
+"""Hypothesis strategies: every message of both directions, with all that its fields can hold.
 
-from collections.abc import Callable
+Which messages there are and how wide their fields are is taken from the messages themselves.
+"""
+
+from collections.abc import Iterable, Iterator
+from typing import get_type_hints
 
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from conformance.sdo.frames import (
-    Abort,
-    BlockAck,
-    BlockDownloadInitiate,
-    BlockDownloadInitiateResponse,
-    BlockEnd,
-    BlockEndResponse,
-    BlockSegment,
-    BlockUploadInitiate,
-    BlockUploadInitiateResponse,
-    BlockUploadStart,
-    DownloadInitiate,
-    DownloadInitiateResponse,
-    DownloadSegment,
-    DownloadSegmentResponse,
-    UploadInitiate,
-    UploadInitiateResponse,
-    UploadSegment,
-    UploadSegmentResponse,
-)
+from conformance.sdo import frames
+from conformance.sdo.frames import Abort, BlockSegment
 from conformance.sdo.layout import Message, Multiplexer
 
 # A busy machine is no failure.
@@ -45,58 +31,30 @@ def raw(length: int) -> SearchStrategy[bytes]:
     return st.binary(min_size=length, max_size=length)
 
 
-FLAG = st.booleans()
 MUX = st.builds(Multiplexer, bits(16), bits(8))
-ABORT = st.builds(Abort, MUX, bits(32), bits(5))
-ACK = st.builds(BlockAck, bits(8), bits(8), bits(3), raw(5))
-END = st.builds(BlockEnd, bits(3), bits(16), bits(1), raw(5))
-END_RESPONSE = st.builds(BlockEndResponse, bits(3), raw(7))
 
 
-def initiate(kind: Callable[..., Message]) -> SearchStrategy[Message]:
-    return st.builds(kind, MUX, FLAG, FLAG, bits(2), raw(4), bits(1))
+def fields_of(kind: type[Message]) -> Iterator[tuple[str, SearchStrategy[object]]]:
+    """Yield the fields of a message, each with whatever fits into its place."""
+    types = get_type_hints(kind)
+    for name, mask in kind.LAYOUT.bits.items():
+        yield name, st.booleans() if types[name] is bool else bits(mask.bit_count())
+    for name, (start, stop) in kind.LAYOUT.body.items():
+        if types[name] is Multiplexer:
+            yield name, MUX
+        else:
+            yield name, raw(stop - start) if types[name] is bytes else bits(8 * (stop - start))
 
 
-def segment(kind: Callable[..., Message]) -> SearchStrategy[Message]:
-    return st.builds(kind, raw(7), bits(1), bits(3), FLAG)
+def all_of(kinds: Iterable[type[Message]]) -> Strategies:
+    return {kind: st.builds(kind, **dict(fields_of(kind))) for kind in kinds}
 
 
-def block_initiate(kind: Callable[..., Message]) -> SearchStrategy[Message]:
-    return st.builds(kind, MUX, FLAG, FLAG, raw(4), bits(2))
-
-
-REQUESTS: Strategies = {
-    DownloadInitiate: initiate(DownloadInitiate),
-    DownloadSegment: segment(DownloadSegment),
-    UploadInitiate: st.builds(UploadInitiate, MUX, bits(5), raw(4)),
-    UploadSegment: st.builds(UploadSegment, bits(1), bits(4), raw(7)),
-    Abort: ABORT,
-    BlockDownloadInitiate: block_initiate(BlockDownloadInitiate),
-    BlockEnd: END,
-    BlockUploadInitiate: st.builds(
-        BlockUploadInitiate, MUX, bits(8), bits(8), FLAG, bits(2), raw(2)
-    ),
-    BlockUploadStart: st.builds(BlockUploadStart, bits(3), raw(7)),
-    BlockAck: ACK,
-    BlockEndResponse: END_RESPONSE,
-}
-RESPONSES: Strategies = {
-    DownloadInitiateResponse: st.builds(DownloadInitiateResponse, MUX, bits(5), raw(4)),
-    DownloadSegmentResponse: st.builds(DownloadSegmentResponse, bits(1), bits(4), raw(7)),
-    UploadInitiateResponse: initiate(UploadInitiateResponse),
-    UploadSegmentResponse: segment(UploadSegmentResponse),
-    Abort: ABORT,
-    BlockDownloadInitiateResponse: st.builds(
-        BlockDownloadInitiateResponse, MUX, bits(8), FLAG, bits(2), raw(3)
-    ),
-    BlockAck: ACK,
-    BlockEndResponse: END_RESPONSE,
-    BlockUploadInitiateResponse: block_initiate(BlockUploadInitiateResponse),
-    BlockEnd: END,
-}
+REQUESTS = all_of(frames.REQUESTS)
+RESPONSES = all_of(frames.RESPONSES)
 # Sequence number 0 marked as last would be 80h, which is an abort; an abort has no bits to spare.
 SEGMENTS: Strategies = {
-    BlockSegment: st.builds(BlockSegment, bits(7), raw(7), FLAG).filter(
+    BlockSegment: st.builds(BlockSegment, bits(7), raw(7), st.booleans()).filter(
         lambda segment: segment.sequence > 0 or not segment.last
     ),
     Abort: st.builds(Abort, MUX, bits(32)),

@@ -198,7 +198,7 @@ def test_client(vector_id: str) -> None:
 # Client and server, with what lies between them
 
 NAME = Multiplexer(0x2000)
-SIZES = [*range(23), 888, 889, 890, 1778, 65536]
+SIZES = [*range(23), 888, 889, 890, 1778, 65_535, 65_536, 70_000]
 
 
 def converse(transfer: Generator[Step, bytes, Any], server: Server) -> Any:

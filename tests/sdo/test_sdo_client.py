@@ -1,6 +1,7 @@
 """The reference client: what it sends, and that it sees what is wrong with a response."""
 
 import itertools
+from random import Random
 
 import pytest
 from hypothesis import given
@@ -201,6 +202,14 @@ def test_what_is_downloaded_can_be_uploaded(data: bytes, segmented: bool, sized:
     expedited = not segmented and 1 <= len(data) <= 4
     transfer = Client().download(MUX, data, segmented=not expedited, sized=sized or expedited)
     assert served(transfer, server.receive) is None
+    assert served(Client().upload(MUX), server.receive).data == data
+
+
+@pytest.mark.parametrize("size", [65_535, 65_536, 70_000])
+def test_more_than_16_bits_count_in_segments(size: int) -> None:
+    data = Random(size).randbytes(size)
+    server = Server(ObjectDictionary({MUX: Entry(b"old", DataType.DOMAIN)}))
+    served(Client().download(MUX, data, segmented=True), server.receive)
     assert served(Client().upload(MUX), server.receive).data == data
 
 

@@ -64,6 +64,7 @@ def test_channels_on_the_command_line(text: str, ids: ChannelIds) -> None:
     ("text", "reason"),
     [
         ("640", "write REQUEST:RESPONSE"),
+        ("1280", "or FILE:RECORD of the client, as in plc.dcf:1280"),
         ("640:", "'' is no CAN-ID"),
         ("64x:5C0", "'64x' is no CAN-ID"),
         ("800:5C0", "more than 11 bits"),
@@ -83,7 +84,7 @@ def record(request: int, response: int, node_id: int = 5) -> ClientParameter:
 
 
 def test_the_channel_of_a_client() -> None:
-    assert record(0x640, 0x5C0).channel == ChannelIds(CobId(0x640), CobId(0x5C0))
+    assert record(0x640, 0x5C0).channel_to(5) == ChannelIds(CobId(0x640), CobId(0x5C0))
 
 
 @pytest.mark.parametrize(
@@ -94,8 +95,9 @@ def test_the_channel_of_a_client() -> None:
         (record(0x1640, 0x5C0), "1640h has more than the 11 bits"),
         (record(0x640, 0x5C0, 0), "0 is no node-ID"),
         (record(0x640, 0x5C0, 128), "128 is no node-ID"),
+        (record(0x640, 0x5C0, 6), "its server is node 6, not node 5"),
     ],
 )
 def test_a_client_without_a_channel(parameter: ClientParameter, reason: str) -> None:
     with pytest.raises(ChannelError, match=reason):
-        _ = parameter.channel
+        parameter.channel_to(5)

@@ -111,19 +111,6 @@ def test_power_on_values(specifier: bytes, number: str, heartbeat: str) -> None:
     assert beat.data[4:6].hex() == heartbeat
 
 
-def test_emergency() -> None:
-    node = started()
-    register = CanFrame(0x605, bytes.fromhex("4001100000000000"))
-    assert node.emergency(0x8110, 0x11) == [CanFrame(0x085, bytes.fromhex("1081110000000000"))]
-    assert node.receive(register)[0].data[4] == 0x11
-    assert node.emergency(0, 0) == [CanFrame(0x085, bytes(8))]
-    node.emergency(0x8110, 0x11)
-    node.receive(command(RESET_COMMUNICATION))
-    assert node.receive(register)[0].data[4] == 0
-    node.receive(command(STOP))
-    assert node.emergency(0x8110, 0x11) == []
-
-
 @pytest.mark.parametrize("specifier", list(NmtCommand))
 def test_commands_on_the_wire(specifier: NmtCommand) -> None:
     message = NmtMessage(specifier, 17)
