@@ -1,5 +1,6 @@
 """The idle server, and what all states have in common (CiA 301, 7.2.4.2 and 7.2.4.3.17)."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import singledispatch
@@ -12,6 +13,7 @@ from conformance.sdo.frames import (
     BlockSegment,
     BlockUploadInitiate,
     DownloadInitiate,
+    DownloadSegment,
     Request,
     Unknown,
     UploadInitiate,
@@ -59,10 +61,13 @@ def _(request: Unknown, memory: Memory) -> list[Branch]:
     return [Refusal("I6", looks_like=looks_like).branch(IDLE, IDLE, memory)]
 
 
-class Answering:
-    """What every state does with a request, apart from what is its own: ``on``."""
+class Answering(ABC):
+    """What every state of a server that can be followed does with a request.
 
-    name: ClassVar[str] = ""
+    Its own are ``on``, ``on_abort`` and ``pass_time``.
+    """
+
+    name: ClassVar[str]
 
     def decode(self, frame: bytes) -> Request:
         """Read a request of 8 bytes."""
@@ -75,19 +80,24 @@ class Answering:
         request = self.decode(frame)
         if isinstance(request, Abort):
             return self.on_abort(request, memory)
-        branches = self.on(plain(request), memory)
-        for topic, refusal in oddities(request):
+        odd = tuple(oddities(request))
+        branches = self.on(plain(request) if odd else request, memory)
+        for topic, refusal in odd:
             branches = [branch.choosing(Freedom(topic, "ignored")) for branch in branches]
             branches.append(refusal.branch(self, IDLE, memory, Freedom(topic, "refused")))
         return branches
 
+    @abstractmethod
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Return all that a server may do with a request that has no reserved bits or bytes."""
-        raise NotImplementedError
 
+    @abstractmethod
     def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
         """Return all that a server may do with an abort."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Return all that a server may do when its client is silent for long."""
 
     def on_wrong_length(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Ignore it, refuse it, or serve what has all the bytes that it needs (not defined)."""
@@ -103,10 +113,6 @@ class Answering:
             served = Freedom(topic, "served")
             branches += [branch.choosing(served) for branch in self.on(plain(request), memory)]
         return branches
-
-    def pass_time(self, memory: Memory) -> list[Branch]:
-        """Return all that a server may do when its client is silent for long."""
-        return [quiet(self, memory, "O11")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +130,10 @@ class Idle(Answering):
         if not request.reserved_bits:
             return [quiet(IDLE, memory, "I10")]
         return [quiet(IDLE, memory, "I11"), Refusal("I11").branch(IDLE, IDLE, memory)]
+
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Stay idle."""
+        return [quiet(IDLE, memory, "O11")]
 
 
 IDLE = Idle()
@@ -186,7 +196,7 @@ class Running(Answering):
 
 
 @dataclass(frozen=True, slots=True)
-class Lost(Answering):
+class Lost:
     """Nobody knows where the server is: it has broken the protocol. Anything goes for now."""
 
     name: ClassVar[str] = "lost"
@@ -204,22 +214,28 @@ class Lost(Answering):
                 branches.append(refusal.branch(self, IDLE, memory))
         return branches
 
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Stay lost."""
+        return [quiet(self, memory, "O11")]
+
 
 LOST = Lost()
 
 
 def plain(request: Request) -> Request:
     """Return a request without what a server may ignore: reserved bits and bytes, a vain n."""
-    changes: dict[str, object] = {}
-    if getattr(request, "reserved_bits", 0):
-        changes["reserved_bits"] = 0
-    if any(getattr(request, "reserved", b"")):
-        changes["reserved"] = bytes(len(request.reserved))  # type: ignore[union-attr]
-    if _vain_count(request):
-        changes["unused"] = 0
-    if _reserved_payload(request):
-        changes["payload"] = bytes(4)
-    return replace(request, **changes) if changes else request  # type: ignore[arg-type]
+    match request:
+        case DownloadSegment() | BlockSegment() | Abort() | Unknown():
+            return request
+        case DownloadInitiate():
+            unused = 0 if _vain_count(request) else request.unused
+            payload = bytes(4) if _reserved_bytes(request) else request.payload
+            return replace(request, reserved_bits=0, unused=unused, payload=payload)
+        case BlockDownloadInitiate():
+            payload = bytes(4) if _reserved_bytes(request) else request.payload
+            return replace(request, reserved_bits=0, payload=payload)
+        case _:
+            return replace(request, reserved_bits=0, reserved=bytes(len(request.reserved)))
 
 
 def _vain_count(request: Request) -> bool:
@@ -229,22 +245,32 @@ def _vain_count(request: Request) -> bool:
     return bool(request.unused) and not (request.expedited and request.sized)
 
 
-def _reserved_payload(request: Request) -> bytes:
-    """Return the bytes of an initiate that carry neither data nor a size."""
-    if isinstance(request, DownloadInitiate) and not request.expedited and not request.sized:
-        return request.payload
-    if isinstance(request, BlockDownloadInitiate) and not request.sized:
-        return request.payload
-    return b""
+def _reserved_bits(request: Request) -> int:
+    match request:
+        case DownloadSegment() | BlockSegment() | Unknown():
+            return 0
+        case _:
+            return request.reserved_bits
+
+
+def _reserved_bytes(request: Request) -> bytes:
+    """Return the bytes that carry nothing; in an initiate that is where no size or data are."""
+    match request:
+        case DownloadInitiate(expedited=False, sized=False) | BlockDownloadInitiate(sized=False):
+            return request.payload
+        case DownloadInitiate() | BlockDownloadInitiate():
+            return b""
+        case DownloadSegment() | BlockSegment() | Abort() | Unknown():
+            return b""
+        case _:
+            return request.reserved
 
 
 def oddities(request: Request) -> Iterable[tuple[str, Refusal]]:
     """Yield the refusals that reserved bits and bytes of a request allow."""
-    if isinstance(request, BlockSegment | Unknown):
-        return
-    if getattr(request, "reserved_bits", 0):
+    if _reserved_bits(request):
         yield "reserved bits in a request", Refusal("O2")
-    if any(getattr(request, "reserved", b"")) or any(_reserved_payload(request)):
+    if any(_reserved_bytes(request)):
         tolerated = (*RESERVED_BYTES, *GENERAL)
         yield "reserved bytes in a request", Refusal("O3", (), tolerated=tolerated)
     if _vain_count(request):
