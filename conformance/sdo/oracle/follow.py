@@ -5,6 +5,9 @@ Sans-I/O: frames go in, judgements come out. The caller says what was sent (``re
 that a server may give up (``silence``). Each of the last three returns the breaches found, the
 first of which stops the following unless it is one of shape; the oracle then waits for the next
 initiate or abort of the client to find its way back.
+
+What happens on other channels it is not told: a server that refuses an object because another
+client is at it (row I38) must not be followed on one channel alone.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,12 +23,14 @@ from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, quiet
 from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
+from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
 from conformance.sdo.oracle.states import IDLE, LOST
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
 
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580
+NODE_IDS = range(1, 128)
 ABORT_COMMAND = 0x80
 # So many ways to go on at once mean that nothing can be said any more.
 MOST_BRANCHES = 1000
@@ -55,6 +60,7 @@ class Oracle:
         self._node_id = node_id
         self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), "I1")]
         self._asked = False
+        self._other_asked = False
 
     @property
     def awaited(self) -> Awaited:
@@ -98,8 +104,13 @@ class Oracle:
         A CAN frame that is no request on this channel asks for nothing.
         """
         if isinstance(frame, CanFrame):
-            if not self._is_request(frame):
-                self._asked = True
+            self._other_asked = self._is_for_another(frame)
+            if not self._is_addressed(frame):
+                return
+            if frame.extended or frame.remote:
+                self._go_to(
+                    [to for branch in self._branches for to in hear_no_request(branch, frame)]
+                )
                 return
             frame = frame.data
         self._asked = True
@@ -122,13 +133,13 @@ class Oracle:
             self._recover(data)
         else:
             broken = self._keep_best(fits)
-        self._asked = False
+        self._asked = self._other_asked = False
         return findings + broken
 
     def settled(self) -> list[Violation]:
         """Take that nothing more came, as a fence or a time-out proves; return what is missing."""
         resting = [branch for branch in self._branches if branch.due is None]
-        self._asked = False
+        self._asked = self._other_asked = False
         if resting:
             return self._keep_best(resting)
         due = [branch.due for branch in self._branches if branch.due is not None]
@@ -157,13 +168,16 @@ class Oracle:
         """Take any CAN frame from the bus; return what was wrong with it."""
         if self._node_id is not None and frame.can_id == RESPONSE_BASE + self._node_id:
             return self.response(frame)
-        if self._is_request(frame):
-            self.request(frame)
+        self.request(frame)
         return []
 
-    def _is_request(self, frame: CanFrame) -> bool:
-        addressed = self._node_id is None or frame.can_id == REQUEST_BASE + self._node_id
-        return addressed and not frame.extended and not frame.remote
+    def _is_addressed(self, frame: CanFrame) -> bool:
+        return self._node_id is None or frame.can_id == REQUEST_BASE + self._node_id
+
+    def _is_for_another(self, frame: CanFrame) -> bool:
+        """Say whether a frame is a request to another node."""
+        other = not self._is_addressed(frame) and frame.can_id - REQUEST_BASE in NODE_IDS
+        return other and not frame.extended and not frame.remote
 
     def _shaped(self, frame: bytes | CanFrame) -> tuple[bytes, list[Violation]]:
         """Return 8 data bytes, and what is wrong with the frame as a CAN frame."""
@@ -187,6 +201,8 @@ class Oracle:
 
     def _misfit(self, misfits: list[Misfit], data: bytes) -> list[Violation]:
         if not misfits:
+            if self._other_asked:
+                return [violation(must("1.2-request"), "no answer for another node", data)]
             if self._asked:
                 return [violation(must(self._branches[0].row), "no answer", data)]
             return [violation(UNSOLICITED, "nothing that was not asked for", data)]
@@ -282,7 +298,10 @@ def _take(branch: Branch, frame: bytes) -> Iterable[Branch]:
     """Return how a branch may go on with a response; raises Misfit where it cannot."""
     if branch.due is None:
         return []
-    branches = [after.choosing(*branch.freedoms) for after in branch.due.take(frame)]
+    branches = [
+        after.choosing(*branch.freedoms).noting(*branch.findings)
+        for after in branch.due.take(frame)
+    ]
     for request in branch.backlog:
         branches = [later for after in branches for later in _catch_up(after, request)]
         if len(branches) > MOST_BRANCHES:

@@ -9,14 +9,19 @@ from typing import ClassVar
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
     BlockDownloadInitiate,
+    BlockEnd,
+    BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
+    BlockUploadStart,
     DownloadInitiate,
     DownloadSegment,
     Request,
     Unknown,
     UploadInitiate,
+    UploadSegment,
     decode_request,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
@@ -46,13 +51,28 @@ def begin(request: Request, memory: Memory) -> list[Branch]:
     The services register what begins with them. Any other frame belongs to a transfer, and there
     is none.
     """
-    row = "I9"
+    return _out_of_transfer("I9", memory)
+
+
+def _out_of_transfer(row: str, memory: Memory) -> list[Branch]:
+    topic = "a frame of a transfer when idle"
+    refusal = Refusal(row, tolerated=KNOWN_CODES)
     return [
-        quiet(IDLE, memory, row, Freedom("a frame of a transfer when idle", "ignored")),
-        Refusal(row, tolerated=KNOWN_CODES).branch(
-            IDLE, IDLE, memory, Freedom("a frame of a transfer when idle", "refused")
-        ),
+        quiet(IDLE, memory, row, Freedom(topic, "ignored")),
+        refusal.branch(IDLE, IDLE, memory, Freedom(topic, "refused")),
     ]
+
+
+@begin.register
+def _(request: DownloadSegment, memory: Memory) -> list[Branch]:
+    del request
+    return _out_of_transfer("I7", memory)
+
+
+@begin.register
+def _(request: UploadSegment, memory: Memory) -> list[Branch]:
+    del request
+    return _out_of_transfer("I8", memory)
 
 
 @begin.register
@@ -120,6 +140,15 @@ class Idle(Answering):
     """No transfer runs."""
 
     name: ClassVar[str] = "idle"
+
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Take a block frame with reserved bits for an initiate of no valid sub-command, too."""
+        if len(frame) == FRAME_LENGTH:
+            request = decode_request(frame)
+            inner = BlockAck | BlockEnd | BlockEndResponse | BlockUploadStart
+            if isinstance(request, inner) and request.reserved_bits:
+                return _out_of_transfer("I34", memory)
+        return Answering.receive(self, frame, memory)
 
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Begin what the request begins."""
