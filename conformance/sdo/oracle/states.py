@@ -41,6 +41,7 @@ WRONG_LENGTH: Codes = (
     AbortCode.GENERAL_ERROR,
 )
 TIMED_OUT: Codes = (AbortCode.TIMED_OUT,)
+LARGEST_BLOCK = 127
 RESERVED_BYTES: Codes = (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE)
 
 
@@ -226,22 +227,31 @@ class Running(Answering):
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """Nobody knows where the server is: it has broken the protocol. Anything goes for now."""
+    """Nobody knows where the server is: it has broken the protocol. Anything goes for now.
 
+    ``owed`` answers may still come to what was sent before. They cannot be told from those to
+    later requests, so nothing is certain until as many have come, or the bus has been quiet.
+    ``begun`` says that an initiate was sent last: by its answer the server is found.
+    """
+
+    owed: int = 0
+    begun: bool = False
     name: ClassVar[str] = "lost"
 
     def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Find the way back with an abort of the client, or with a new transfer."""
-        branches = [quiet(self, memory, "O1")]
-        if len(frame) == FRAME_LENGTH:
-            request = decode_request(frame)
-            if isinstance(request, Abort) and not request.reserved_bits:
-                return [quiet(IDLE, memory, "I10")]
-            if isinstance(request, Initiate):
-                refusal = Refusal("O9", KNOWN_CODES)
-                branches += IDLE.receive(frame, memory)
-                branches.append(refusal.branch(self, IDLE, memory))
-        return branches
+        request = decode_request(frame)
+        # Where nothing else is owed, the answer to an initiate is followed as such.
+        owed = self.owed + 1 if self.owed and self.begun else self.owed
+        if isinstance(request, Abort) and not request.reserved_bits:
+            return [quiet(Lost(owed) if owed else IDLE, memory, "I10")]
+        if not isinstance(request, Initiate):
+            return [quiet(Lost(owed + most_answers(frame)), memory, "O1")]
+        return [
+            quiet(Lost(owed, begun=True), memory, "O1"),
+            *IDLE.receive(frame, memory),
+            Refusal("O9", KNOWN_CODES).branch(self, IDLE, memory),
+        ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Stay lost."""
@@ -249,6 +259,12 @@ class Lost:
 
 
 LOST = Lost()
+
+
+def most_answers(frame: bytes) -> int:
+    """Return how many responses a request may bring at the most, whatever state it meets."""
+    sub_block = isinstance(decode_request(frame), BlockUploadStart | BlockAck)
+    return LARGEST_BLOCK if sub_block else 1
 
 
 def plain(request: Request) -> Request:
