@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from conformance.faults.block_acknowledgements import AcknowledgementReader
+from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -15,7 +15,7 @@ LOST = DefectClass.LOST_SEGMENTS
 
 
 @fault("block-upload-unacknowledged-skipped", LOST, "block-upload.acknowledged[first]")
-class Skipped(AcknowledgementReader):
+class Skipped(ReadsAcknowledgements):
     """Goes on behind a sub-block of which some segments are acknowledged."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -25,7 +25,7 @@ class Skipped(AcknowledgementReader):
 
 
 @fault("block-upload-ackseq-0-taken-for-all", LOST, "block-upload.acknowledged[none]")
-class NoneIsAll(AcknowledgementReader):
+class NoneIsAll(ReadsAcknowledgements):
     """Goes on behind a sub-block of which nothing is acknowledged."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -34,7 +34,7 @@ class NoneIsAll(AcknowledgementReader):
 
 
 @fault("block-upload-last-lost-ends", LOST, "block-upload.acknowledged[all-but-last]")
-class LastLostEnds(AcknowledgementReader):
+class LastLostEnds(ReadsAcknowledgements):
     """Sends the end frame though the very last segment is not acknowledged."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -45,7 +45,7 @@ class LastLostEnds(AcknowledgementReader):
 
 
 @fault("block-upload-repeats-whole", LOST, "block-upload.acknowledged[first]")
-class RepeatsWhole(AcknowledgementReader):
+class RepeatsWhole(ReadsAcknowledgements):
     """Repeats the whole sub-block when a segment of it is lost."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -54,7 +54,7 @@ class RepeatsWhole(AcknowledgementReader):
 
 
 @fault("block-upload-repeats-from-ackseq", LOST, "block-upload.acknowledged[first]")
-class RepeatsFromAckseq(AcknowledgementReader):
+class RepeatsFromAckseq(ReadsAcknowledgements):
     """Repeats the last acknowledged segment as well when one behind it is lost."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -107,7 +107,7 @@ class CrcOfRepeated(Server):
 
 
 @fault("block-upload-third-loss-aborted", LOST, "block-upload.acknowledged-repeatedly")
-class ThirdLossAborted(AcknowledgementReader):
+class ThirdLossAborted(ReadsAcknowledgements):
     """Gives a block upload up when segments are lost a third time."""
 
     losses = 0
@@ -126,7 +126,7 @@ class ThirdLossAborted(AcknowledgementReader):
 
 
 @fault("block-upload-ackseq-clipped", LOST, "block-upload.acknowledges-too-many")
-class AckseqClipped(AcknowledgementReader):
+class AckseqClipped(ReadsAcknowledgements):
     """Takes an acknowledgement of more segments than were sent for one of all."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -135,7 +135,7 @@ class AckseqClipped(AcknowledgementReader):
 
 
 @fault("block-upload-ackseq-7-bits", LOST, "block-upload.acknowledges-too-many[128]")
-class AckseqMasked(AcknowledgementReader):
+class AckseqMasked(ReadsAcknowledgements):
     """Takes ackseq 128 for 0."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:

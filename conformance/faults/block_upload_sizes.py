@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from conformance.faults.block_acknowledgements import AcknowledgementReader
+from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockAck, BlockUploadInitiate, Request, Response
@@ -11,7 +11,7 @@ from conformance.sdo.server import LARGEST_BLOCK, BlockUpload, Server
 BLOCK_SIZE = DefectClass.BLOCK_SIZE
 
 
-class _BlockSizes(AcknowledgementReader):
+class _BlockSizes(ReadsAcknowledgements):
     """Reads the block size of an acknowledgement otherwise, where it is one."""
 
     def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
@@ -112,7 +112,7 @@ class SizeCodeWrong(Server):
         return super().refuse(request, AbortCode.VALUE_INVALID if wrong else code)
 
 
-class _AckSizes(AcknowledgementReader):
+class _AckSizes(ReadsAcknowledgements):
     """Makes a block size that is none right in an acknowledgement."""
 
     wrong: tuple[int, ...] = ()
