@@ -8,6 +8,7 @@ from conformance.run.steps import same_value, shown
 from conformance.run.stimuli import BLOCK_SIZES
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.client import Uploaded
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -24,14 +25,9 @@ CRC = "7.2.4.3.16"
 LENGTH = 60
 
 
-def expect_block_upload(
-    sdo: Dialogue,
-    known: KnownObject,
-    due: bytes,
-    **how: object,
-) -> None:
-    """Read an object in blocks and compare it."""
-    found = sdo.block_upload(known, **how).data  # type: ignore[arg-type]
+def expect_data(sdo: Dialogue, known: KnownObject, due: bytes, uploaded: Uploaded) -> None:
+    """Compare what a block upload brought."""
+    found = uploaded.data
     if not same_value(known, found, due):
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
 
@@ -52,7 +48,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block upload delivers the bytes of the object, with the right size and CRC."""
     data = sdo.payload(size)
     sdo.store(variable, data, segmented=True)
-    expect_block_upload(sdo, variable, data)
+    expect_data(sdo, variable, data, sdo.block_upload(variable))
 
 
 @must("block-upload.without-crc", "5-client-without", "5-offered-unasked", size=[1, 7, 20, 890])
@@ -60,7 +56,7 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A client that has no CRC is served, and the CRC field is 0."""
     data = sdo.payload(size)
     sdo.store(variable, data, segmented=True)
-    expect_block_upload(sdo, variable, data, crc=False)
+    expect_data(sdo, variable, data, sdo.block_upload(variable, crc=False))
 
 
 @must(
@@ -77,7 +73,7 @@ def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> No
     for size in (7 * block_size - 1, 7 * block_size, 7 * block_size + 1):
         data = sdo.payload(size)
         sdo.store(variable, data, segmented=True)
-        expect_block_upload(sdo, variable, data, block_size=block_size)
+        expect_data(sdo, variable, data, sdo.block_upload(variable, block_size=block_size))
 
 
 @must("block-upload.block-size-changes", "F5", "2.13-block-size")
@@ -85,9 +81,10 @@ def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for the next sub-block, larger or smaller."""
     data = sdo.payload(210)
     sdo.store(variable, data)
-    expect_block_upload(
-        sdo, variable, data, block_size=1, next_block_size=lambda size: {1: 5, 5: 2}.get(size, 9)
+    uploaded = sdo.block_upload(
+        variable, block_size=1, next_block_size=lambda size: {1: 5, 5: 2}.get(size, 9)
     )
+    expect_data(sdo, variable, data, uploaded)
 
 
 @must("block-upload.same-as-segmented", "F1", "F6")
@@ -106,8 +103,8 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     for size in (50, 7, 30, 3):
         data = sdo.payload(size)
         sdo.store(variable, data)
-        expect_block_upload(sdo, variable, data)
-        expect_block_upload(sdo, variable, data)
+        expect_data(sdo, variable, data, sdo.block_upload(variable))
+        expect_data(sdo, variable, data, sdo.block_upload(variable))
         sdo.expect_value(variable, data)
 
 
@@ -131,7 +128,7 @@ def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
             return taken % received if taken else 0
         return received
 
-    expect_block_upload(sdo, variable, data, acknowledge=acknowledge)
+    expect_data(sdo, variable, data, sdo.block_upload(variable, acknowledge=acknowledge))
 
 
 @must("block-upload.acknowledged-repeatedly", "F7", "F8", "8-numbering")
@@ -144,7 +141,7 @@ def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     def acknowledge(received: int) -> int:
         return min(losses.pop(), received) if losses else received
 
-    expect_block_upload(sdo, variable, data, acknowledge=acknowledge)
+    expect_data(sdo, variable, data, sdo.block_upload(variable, acknowledge=acknowledge))
 
 
 @must("block-upload.block-size-with-retransmission", "F7", "F8", "2.13-block-size")
@@ -161,14 +158,10 @@ def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) ->
     def next_block_size(size: int) -> int:
         return sizes.pop() if sizes else size
 
-    expect_block_upload(
-        sdo,
-        variable,
-        data,
-        block_size=4,
-        acknowledge=acknowledge,
-        next_block_size=next_block_size,
+    uploaded = sdo.block_upload(
+        variable, block_size=4, acknowledge=acknowledge, next_block_size=next_block_size
     )
+    expect_data(sdo, variable, data, uploaded)
 
 
 @must("block-upload.threshold", "I31", "I32", "I30", threshold=[0, 1, 5, 13, 14, 255])
@@ -187,7 +180,7 @@ def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None
             raise sdo.breach("C0h to C6h: a block upload", describe_response(frame))
         sdo.end_transfer()
         return
-    expect_block_upload(sdo, variable, data, threshold=threshold)
+    expect_data(sdo, variable, data, sdo.block_upload(variable, threshold=threshold))
 
 
 @must("block-upload.reserved", "2.13-reserved", clause=INITIATE)

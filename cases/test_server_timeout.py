@@ -11,6 +11,7 @@ from conformance.run.dialogue import PROMPT, Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step
 from conformance.sdo.frames import Abort
+from conformance.sdo.stepping import Ended, advance
 
 SERVICE = "7.2.4.2"
 SIZE = 26
@@ -108,15 +109,12 @@ def test_slow_client(
 ) -> None:
     """The time counts from the last frame: a transfer that takes longer in all is served."""
     transfer = begin(sdo)
-    step = next(transfer)
-    while True:
+    step = advance(transfer)
+    while not isinstance(step, Ended):
         burst = step if isinstance(step, Burst) else Burst((step,))
         for request in burst.requests:
             if not sdo.expect_patience(server_timeout * PROMPT):
                 sdo.info("a sub-block that does not go on is acknowledged")
                 return
             sdo.send(request)
-        try:
-            step = transfer.send(sdo.receive()) if burst.awaited else next(transfer)
-        except StopIteration:
-            return
+        step = advance(transfer, sdo.receive() if burst.awaited else None)

@@ -1,5 +1,6 @@
 """What comes of a run: results are gathered, reports written, the exit status settled."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -61,12 +62,13 @@ class Closing:
             merge_logs(self._logs_of_workers(self._controller), state.bus_log)
         if state.results:
             state.report_dir.mkdir(parents=True, exist_ok=True)
+            properties = run_properties(state.options.run) | findings.properties
+            if findings.unrestored:
+                properties["not-restored"] = "; ".join(findings.unrestored)
             write_junit(
                 state.report_dir / "junit.xml",
                 state.results,
-                run_properties(state.options.run)
-                | findings.properties
-                | ({"not-restored": "; ".join(findings.unrestored)} if findings.unrestored else {}),
+                properties,
                 timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
                 strict=state.options.strict,
             )
@@ -93,20 +95,12 @@ class Closing:
 
     def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
-        state, findings, write = self._state, self._state.findings, terminalreporter.write_line
+        findings, write = self._state.findings, terminalreporter.write_line
         terminalreporter.ensure_newline()
-        if state.results:
+        if self._state.results:
             terminalreporter.section("conformance")
-            for line in device_lines(state.options.node_ids, state.results, findings.not_run):
+            for line in self._summary():
                 write(line)
-            for line in summary_lines(state.results):
-                write(line)
-            unexplained = [known for known in state.options.deviations if not known.is_explained]
-            if unexplained:
-                write(f"{len(unexplained)} known deviations lack a reason: say why they may stay")
-            if state.options.draft is not None:
-                write(f"known deviations were drafted: {state.options.draft}")
-            write(f"reports: {state.report_dir}")
         for unjudged in findings.unjudged:
             write(f"came too late, after {unjudged}", red=True)
         for unrestored in findings.unrestored:
@@ -117,6 +111,17 @@ class Closing:
                 write(error)
         for node_id, cases in findings.not_run.items():
             write(f"not run: {cases} cases of node {node_id}: {findings.out[node_id]}")
+
+    def _summary(self) -> Iterator[str]:
+        state = self._state
+        yield from device_lines(state.options.node_ids, state.results, state.findings.not_run)
+        yield from summary_lines(state.results)
+        unexplained = [known for known in state.options.deviations if not known.is_explained]
+        if unexplained:
+            yield f"{len(unexplained)} known deviations lack a reason: say why they may stay"
+        if state.options.draft is not None:
+            yield f"known deviations were drafted: {state.options.draft}"
+        yield f"reports: {state.report_dir}"
 
 
 def _exit_code(errors: list[BenchError]) -> ExitCode:

@@ -1,6 +1,6 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -75,14 +75,14 @@ def make_items(
     a device is not ``alone`` in the run its node-ID stands in the names.
     """
     info = case_info(function)
-    if info is None:
+    if info is None or not callable(function):
         return None
     return list(_items(collector, function, info, listings, alone))
 
 
 def _items(
     collector: pytest.Collector,
-    function: Any,
+    function: Callable[..., object],
     info: CaseInfo,
     listings: Mapping[int, Listing],
     alone: bool,

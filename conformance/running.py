@@ -205,12 +205,11 @@ class Running:
         if report.skipped and isinstance(item, CaseFunction):
             path, line, _ = item.location
             report.longrepr = (path, (line or 0) + 1, str(error))
-        elif isinstance(error, BenchError):
-            # A broken bench is an error of the set-up, whenever it shows.
-            report.when = "setup"
+        elif isinstance(error, BenchError | CaseFailed):
             report.longrepr = Evidence(result)  # type: ignore[assignment]
-        elif isinstance(error, CaseFailed):
-            report.longrepr = Evidence(result)  # type: ignore[assignment]
+            if isinstance(error, BenchError):
+                # A broken bench is an error of the set-up, whenever it shows.
+                report.when = "setup"
         elif report.failed:
             report.sections.append(("frames on the bus", "\n".join(result.trace)))
         return report

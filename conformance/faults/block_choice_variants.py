@@ -1,5 +1,6 @@
 """Servers that are unusual and right where a block transfer is repeated, restarted or refused."""
 
+from conformance.faults.block_servers import HearsLastRepeated
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -13,42 +14,18 @@ from conformance.sdo.frames import (
     Request,
     Response,
     UploadInitiate,
-    decode_segment,
 )
 from conformance.sdo.objects import Entry, Refusal
 from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 
-class _HearsLastRepeated(Server):
-    """Knows the last segment when it comes again where the end is due."""
-
-    def decode(self, frame: bytes) -> Request:
-        """Take byte 0 with bit 7 set for a last segment, but for 80h and the end itself."""
-        at_end = isinstance(self.transfer, BlockDownload) and self.transfer.ended
-        if at_end and len(frame) == 8 and 0x80 < frame[0] < 0xA0:
-            return decode_segment(frame)
-        return super().decode(frame)
-
-    def on_block_segment(self, request: BlockSegment) -> list[Response]:
-        """React to it."""
-        transfer = self.transfer
-        if isinstance(transfer, BlockDownload) and transfer.ended:
-            return self.on_repeated(transfer, request)
-        return super().on_block_segment(request)
-
-    def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:
-        """Ignore it."""
-        del transfer, request
-        return []
-
-
 @variant("last-segment-repeated-ignored")
-class LastRepeatedIgnored(_HearsLastRepeated):
+class LastRepeatedIgnored(HearsLastRepeated):
     """Ignores a last segment that comes again where the end is due."""
 
 
 @variant("last-segment-repeated-acknowledged")
-class LastRepeatedAcknowledged(_HearsLastRepeated):
+class LastRepeatedAcknowledged(HearsLastRepeated):
     """Acknowledges a last segment again that comes again where the end is due."""
 
     def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:
@@ -57,7 +34,7 @@ class LastRepeatedAcknowledged(_HearsLastRepeated):
 
 
 @variant("last-segment-repeated-refused")
-class LastRepeatedRefused(_HearsLastRepeated):
+class LastRepeatedRefused(HearsLastRepeated):
     """Refuses a last segment that comes again where the end is due."""
 
     def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:

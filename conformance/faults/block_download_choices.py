@@ -1,6 +1,7 @@
 """Servers that are wrong in block downloads where CiA 301 leaves a choice, but not that one."""
 
 from conformance.faults.block_downloads import StoresOtherwise
+from conformance.faults.block_servers import HearsLastRepeated
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -14,7 +15,6 @@ from conformance.sdo.frames import (
     Request,
     Response,
     UploadInitiate,
-    decode_segment,
 )
 from conformance.sdo.objects import Entry, Refusal
 from conformance.sdo.segmented_server import Download
@@ -144,30 +144,21 @@ class TwoErrorsCancelOut(Server):
         return False
 
 
-class _HearsRepeated(Server):
-    """Knows the last segment when it comes again where the end is due."""
-
-    def decode(self, frame: bytes) -> Request:
-        """Take byte 0 with bit 7 set for a last segment, but for 80h and the end itself."""
-        at_end = isinstance(self.transfer, BlockDownload) and self.transfer.ended
-        if at_end and len(frame) == 8 and 0x80 < frame[0] < 0xA0:
-            return decode_segment(frame)
-        return super().decode(frame)
-
-
 @fault("block-download-last-repeated-stored", LOST, "block-download.last-segment-repeated")
-class LastRepeatedStored(_HearsRepeated, StoresOtherwise):
+class LastRepeatedStored(HearsLastRepeated, StoresOtherwise):
     """Stores a last segment that comes again where the end is due a second time."""
 
     repeated = b""
 
     def on_block_segment(self, request: BlockSegment) -> list[Response]:
-        """Append it."""
-        if isinstance(self.transfer, BlockDownload) and self.transfer.ended:
-            self.repeated = request.payload
-            return []
+        """Forget what came in an earlier transfer."""
         self.repeated = b""
         return super().on_block_segment(request)
+
+    def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:
+        """Append it."""
+        self.repeated = request.payload
+        return super().on_repeated(transfer, request)
 
     def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
         """Store what came."""
@@ -175,15 +166,13 @@ class LastRepeatedStored(_HearsRepeated, StoresOtherwise):
 
 
 @fault("block-download-last-repeated-ends", STATE, "block-download.last-segment-repeated")
-class LastRepeatedEnds(_HearsRepeated):
+class LastRepeatedEnds(HearsLastRepeated):
     """Acknowledges a last segment that comes again as the first of another sub-block."""
 
-    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+    def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:
         """Start at 1."""
-        transfer = self.transfer
-        if isinstance(transfer, BlockDownload) and transfer.ended:
-            return [BlockAck(0, transfer.block_size)]
-        return super().on_block_segment(request)
+        del request
+        return [BlockAck(0, transfer.block_size)]
 
 
 @fault(

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.block_downloads import StoresOtherwise
+from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -152,11 +153,10 @@ class SpoilsSegmentedUpload(Server):
 
 
 @fault("block-upload-of-old-value", LEAK, "block-sequence.pairs")
-class OldValue(Server):
+class OldValue(KnowsBlockUploads):
     """Delivers in the block upload behind a block download what was there before."""
 
     old: tuple[Entry, bytes] | None = None
-    in_blocks = False
 
     def on_block_end(self, request: BlockEnd) -> list[Response]:
         """Keep the value."""
@@ -164,14 +164,6 @@ class OldValue(Server):
         if isinstance(transfer, BlockDownload):
             self.old = (transfer.entry, transfer.entry.value)
         return super().on_block_end(request)
-
-    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
-        """Read in blocks."""
-        self.in_blocks = True
-        try:
-            return super().on_block_upload_initiate(request)
-        finally:
-            self.in_blocks = False
 
     def value_to_read(self, entry: Entry) -> bytes:
         """Use it up."""

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -9,7 +10,6 @@ from conformance.sdo.frames import (
     BlockEnd,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
-    Response,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
@@ -127,18 +127,8 @@ class OffsetWraps(Server):
 
 
 @fault("block-upload-text-ends-in-zero", WIDTH, "block-upload.same-as-segmented")
-class TextLongerInBlocks(Server):
+class TextLongerInBlocks(KnowsBlockUploads):
     """Adds a 00h to long strings in block uploads and in no others."""
-
-    in_blocks = False
-
-    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
-        """Read in blocks."""
-        self.in_blocks = True
-        try:
-            return super().on_block_upload_initiate(request)
-        finally:
-            self.in_blocks = False
 
     def value_to_read(self, entry: Entry) -> bytes:
         """Append it."""

@@ -1,5 +1,6 @@
 """Nodes that are wrong in their SDO parameter records, 1200h to 127Fh."""
 
+from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -15,7 +16,6 @@ from conformance.sdo.parameters import (
     RESPONSE,
     ServerParameter,
 )
-from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.server import Server
 
 ACCESS = DefectClass.ACCESS_OR_SIZE
@@ -24,17 +24,11 @@ STATE = DefectClass.STATE
 ROBUST = DefectClass.ROBUSTNESS
 
 
-class _OtherDefault(Node):
+class _OtherDefault(AlteredNode):
     """Changes an entry of its default record."""
 
-    def __init__(
-        self,
-        node_id: int,
-        server: SegmentedServer,
-        *further: SegmentedServer,
-        server_timeout: float | None = None,
-    ) -> None:
-        super().__init__(node_id, server, *further, server_timeout=server_timeout)
+    def alter(self) -> None:
+        """Change what the node has built."""
         self.change(self.channels[0].record.entries)
 
     def change(self, entries: dict[int, Entry]) -> None:

@@ -1,5 +1,6 @@
 """Nodes that are unusual, and right, in their SDO channels, in NMT and in what else they send."""
 
+from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.initiates import initiated
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
@@ -11,39 +12,22 @@ from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
 from conformance.sdo.node import HEARTBEAT_TIME, Node, ServerChannel
 from conformance.sdo.objects import Refusal
 from conformance.sdo.parameters import ServerParameter
-from conformance.sdo.segmented_server import SegmentedServer
 
 COMMUNICATION_ERROR = 0x8100
 
 
 @variant("no-further-channels")
-class NoFurtherChannels(Node):
+class NoFurtherChannels(AlteredNode):
     """Has the default channel only."""
 
-    def __init__(
-        self,
-        node_id: int,
-        server: SegmentedServer,
-        *further: SegmentedServer,
-        server_timeout: float | None = None,
-    ) -> None:
-        """Leave the others away."""
-        super().__init__(node_id, server, server_timeout=server_timeout)
+    most_further = 0
 
 
 @variant("one-further-channel")
-class OneFurtherChannel(Node):
+class OneFurtherChannel(AlteredNode):
     """Has one channel beside the default one."""
 
-    def __init__(
-        self,
-        node_id: int,
-        server: SegmentedServer,
-        *further: SegmentedServer,
-        server_timeout: float | None = None,
-    ) -> None:
-        """Leave the others away."""
-        super().__init__(node_id, server, *further[:1], server_timeout=server_timeout)
+    most_further = 1
 
 
 @variant("channels-with-client-node-id")
@@ -153,18 +137,11 @@ class StoppedWithAbort(Node):
 
 
 @variant("no-heartbeat")
-class NoHeartbeat(Node):
+class NoHeartbeat(AlteredNode):
     """Has no 1017h."""
 
-    def __init__(
-        self,
-        node_id: int,
-        server: SegmentedServer,
-        *further: SegmentedServer,
-        server_timeout: float | None = None,
-    ) -> None:
+    def alter(self) -> None:
         """Take it out of the object dictionary."""
-        super().__init__(node_id, server, *further, server_timeout=server_timeout)
         self.objects.remove(HEARTBEAT_TIME.index)
 
 

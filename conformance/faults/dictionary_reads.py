@@ -1,6 +1,7 @@
 """Servers whose object dictionary is not what their EDS says: what they read, lack and count."""
 
 from conformance.device.values import encode_number
+from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.dictionary import GAPPY
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
@@ -139,22 +140,8 @@ class EmptyErrorsRead(_Reads):
             self.objects.find(mux).has_data = True
 
 
-class _BlockReads(Server):
-    """Knows whether a value is read in blocks."""
-
-    in_blocks = False
-
-    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
-        """Say so while the value is taken."""
-        self.in_blocks = True
-        try:
-            return super().on_block_upload_initiate(request)
-        finally:
-            self.in_blocks = False
-
-
 @fault("block-read-of-other-bytes", DefectClass.LEAK, "od.block-read")
-class BlockReadsOther(_BlockReads):
+class BlockReadsOther(KnowsBlockUploads):
     """Reads other bytes in blocks than in segments."""
 
     def value_to_read(self, entry: Entry) -> bytes:
@@ -163,7 +150,7 @@ class BlockReadsOther(_BlockReads):
 
 
 @fault("protocol-switch-drops-a-byte", DefectClass.LEAK, "od.block-read")
-class SwitchDrops(_BlockReads):
+class SwitchDrops(KnowsBlockUploads):
     """Loses the last byte when a block upload becomes an ordinary one."""
 
     dropping = False

@@ -64,11 +64,9 @@ def _case(result: CaseResult, strict: bool) -> TestCase:
     )
     message = xml_text(result.actual) or result.verdict.value
     match result.verdict:
-        case Verdict.FAIL:
+        case Verdict.FAIL | Verdict.STALE:
             case.add_failure_info(message, text, result.verdict.value)
         case Verdict.NON_STRICT if strict:
-            case.add_failure_info(message, text, result.verdict.value)
-        case Verdict.STALE:
             case.add_failure_info(message, text, result.verdict.value)
         case Verdict.KNOWN_DEVIATION:
             case.add_skipped_info(f"{result.verdict.value}: {xml_text(result.reason)}")

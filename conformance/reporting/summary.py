@@ -68,14 +68,8 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
         if result.verdict is Verdict.KNOWN_DEVIATION
     ]
     lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
-    missing = {
-        result.actual: result.case_id
-        for result in results
-        if result.verdict is Verdict.NOT_TESTABLE
-    }
-    for reason in missing:
-        cases = sum(result.actual == reason for result in results)
-        lines.append(f"not testable ({cases} cases): {reason}")
+    missing = Counter(result.actual for result in results if result.verdict is Verdict.NOT_TESTABLE)
+    lines += [f"not testable ({cases} cases): {reason}" for reason, cases in missing.items()]
     waited = sum(result.waited for result in results)
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE, NotTestable
-from conformance.run.steps import Result, Steps, Target, mux_of
+from conformance.run.steps import Steps, Target, mux_of
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
@@ -25,6 +25,7 @@ from conformance.sdo.frames import (
     decode_response,
 )
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
+from conformance.sdo.stepping import Result, advance
 
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
 
@@ -206,10 +207,7 @@ class BlockSteps(Steps):
         frame = self.receive()
         if isinstance(decode_response(frame), Abort):
             return self.checks.abort(frame, None)
-        try:
-            step = transfer.send(frame)
-        except StopIteration as done:
-            return done.value  # type: ignore[no-any-return]
+        step = advance(transfer, frame)
         with self._served():
             return self._go_on(transfer, step)
 
@@ -251,9 +249,7 @@ class BlockSteps(Steps):
         if isinstance(initiate, BlockUploadInitiate) and not initiate.threshold:
             self._check_not_ordinary(frame)
         try:
-            step = transfer.send(frame)
-        except StopIteration as done:
-            return done.value  # type: ignore[no-any-return]
+            step = advance(transfer, frame)
         except ServerAborted as aborted:
             raise self._why_refused(aborted.abort, initiate, ordinary) from aborted
         with self._served():

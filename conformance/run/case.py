@@ -12,14 +12,14 @@ their clause is that of the first.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from inspect import getdoc
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from conformance.device.listing import Listing
 from conformance.sdo.rules import Level, Rule, rule_of
 
 Function = TypeVar("Function", bound=Callable[..., None])
-Values = Mapping[str, Any] | Sequence[Any]
-OfListing = Callable[[Listing], Mapping[str, Any]]
+Values = Mapping[str, object] | Sequence[object]
+OfListing = Callable[[Listing], Mapping[str, object]]
 ATTRIBUTE = "conformance_case"
 
 
@@ -34,10 +34,10 @@ class CaseInfo:
     rule: Rule
     cites: tuple[Rule, ...] = ()
     argument: str | None = None
-    values: Mapping[str, Any] | OfListing = field(default_factory=dict)
+    values: Mapping[str, object] | OfListing = field(default_factory=dict)
     slow: bool = False
 
-    def variations(self, listing: Listing | None = None) -> list[tuple[str, dict[str, Any]]]:
+    def variations(self, listing: Listing | None = None) -> list[tuple[str, dict[str, object]]]:
         """Return each case's id and arguments; some depend on what is listed of a device."""
         if self.argument is None:
             return [(self.rule.id, {})]

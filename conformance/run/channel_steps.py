@@ -21,6 +21,7 @@ from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
+from conformance.sdo.stepping import Ended, advance
 
 DEFAULT_RECORD = 0x1200
 LAST_RECORD = 0x127F
@@ -242,12 +243,14 @@ def interleave(*running: Running) -> list[object]:
         awaited = {number: running[number][0].ask(step) for number, step in due.items()}
         for number, answer_due in awaited.items():
             sdo, transfer = running[number]
+            step: Step | Ended[object]
             try:
-                due[number] = transfer.send(sdo.receive()) if answer_due else next(transfer)
-            except StopIteration as done:
-                results[number] = done.value
-                del due[number]
+                step = advance(transfer, sdo.receive() if answer_due else None)
             except ServerAborted as aborted:
-                results[number] = aborted.abort
+                step = Ended(aborted.abort)
+            if isinstance(step, Ended):
+                results[number] = step.result
                 del due[number]
+            else:
+                due[number] = step
     return results

@@ -29,7 +29,7 @@ def trace_lines(
     decoders = {ids: ChannelDecoder(ids) for ids in channels}
     begin = frames[0].timestamp if frames else 0.0
     total = len(frames) + (gap.frames if gap else 0)
-    aside_due = own is not None
+    aside_at = total if own is None else own
     lines = []
     for position, captured in enumerate(frames):
         number = position
@@ -39,9 +39,9 @@ def trace_lines(
                 decoders |= gap.decoders
         frame = captured.frame
         words = next(filter(None, (decoder.words(frame) for decoder in decoders.values())), "")
-        if aside_due and own is not None and number >= own:
+        if number >= aside_at:
             lines.append(ASIDE)
-            aside_due = False
+            aside_at = total
         if FIRST_LINES <= number < total - LAST_LINES:
             if position == FIRST_LINES:
                 lines.append(_left_out(total))

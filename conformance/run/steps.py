@@ -8,7 +8,6 @@ import random
 from collections import Counter
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
 
 from conformance.bus.channel import Channel
 from conformance.device.device import Device, NotTestable
@@ -33,8 +32,8 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation
+from conformance.sdo.stepping import Ended, Result, advance
 
-Result = TypeVar("Result")
 MOST_NOTED = 100
 Target = Multiplexer | KnownObject
 PRINTABLE = bytes(range(0x21, 0x7F))
@@ -335,13 +334,13 @@ class Steps(Wire):
     def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
         return self._go_on(transfer, next(transfer))
 
-    def _go_on(self, transfer: Generator[Step, bytes, Result], step: Step) -> Result:
-        while True:
+    def _go_on(
+        self, transfer: Generator[Step, bytes, Result], step: Step | Ended[Result]
+    ) -> Result:
+        while not isinstance(step, Ended):
             awaited = self.ask(step)
-            try:
-                step = transfer.send(self.receive()) if awaited else next(transfer)
-            except StopIteration as done:
-                return done.value  # type: ignore[no-any-return]
+            step = advance(transfer, self.receive() if awaited else None)
+        return step.result
 
     def ask(self, step: Step) -> bool:
         """Send the requests of a step; say whether a response has to come behind them."""

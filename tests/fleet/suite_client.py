@@ -3,7 +3,6 @@
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
@@ -13,8 +12,8 @@ from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.stepping import Ended, Result, advance
 
-Result = TypeVar("Result")
 RESPONSE_TIMEOUT = 5.0
 
 
@@ -63,15 +62,13 @@ class SuiteClient:
         return frame.data
 
     def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
-        step = next(transfer)
-        while True:
+        step = advance(transfer)
+        while not isinstance(step, Ended):
             burst = step if isinstance(step, Burst) else Burst((step,))
             for request in burst.requests:
                 self.channel.send(request)
-            try:
-                step = transfer.send(self._answer(step)) if burst.awaited else next(transfer)
-            except StopIteration as done:
-                return done.value  # type: ignore[no-any-return]
+            step = advance(transfer, self._answer(step) if burst.awaited else None)
+        return step.result
 
     def _answer(self, step: Step) -> bytes:
         frame = self.channel.receive()

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Request
 from conformance.sdo.rules import Violation
 
 Transfer = Generator[Request, bytes, Any]
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +39,9 @@ def drive(transfer: Transfer, responses: Iterable[bytes]) -> Ended:
     return Ended(requests, False)
 
 
-def served(transfer: Transfer, receive: Callable[[bytes], list[bytes]]) -> Any:
+def served(
+    transfer: Generator[Request, bytes, Result], receive: Callable[[bytes], list[bytes]]
+) -> Result:
     """Run a transfer against a server that answers each request once; return the result."""
     request = next(transfer)
     while True:
@@ -46,7 +49,8 @@ def served(transfer: Transfer, receive: Callable[[bytes], list[bytes]]) -> Any:
         try:
             request = transfer.send(response)
         except StopIteration as done:
-            return done.value
+            result: Result = done.value
+            return result
 
 
 def frames(*lines: str) -> list[bytes]:

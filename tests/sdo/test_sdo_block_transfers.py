@@ -29,6 +29,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 from conformance.sdo.rules import Violation
 from conformance.sdo.server import Server
+from conformance.sdo.stepping import Ended, Result, advance
 
 VECTORS = load()
 TINY = b"Tiny Node - Mega Domains !"
@@ -201,19 +202,17 @@ NAME = Multiplexer(0x2000)
 SIZES = [*range(23), 888, 889, 890, 1778, 65_535, 65_536, 70_000]
 
 
-def converse(transfer: Generator[Step, bytes, Any], server: Server) -> Any:
+def converse(transfer: Generator[Step, bytes, Result], server: Server) -> Result:
     """Run a transfer against a server; return its result."""
     answers: list[bytes] = []
-    step = next(transfer)
-    while True:
+    step = advance(transfer)
+    while not isinstance(step, Ended):
         burst = step if isinstance(step, Burst) else Burst((step,))
         for request in burst.requests:
             answers += server.receive(request.encode())
-        try:
-            step = transfer.send(answers.pop(0)) if burst.awaited else next(transfer)
-        except StopIteration as done:
-            assert answers == []
-            return done.value
+        step = advance(transfer, answers.pop(0) if burst.awaited else None)
+    assert answers == []
+    return step.result
 
 
 def server_with(value: bytes) -> tuple[Server, Entry]:

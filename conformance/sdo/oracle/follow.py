@@ -5,6 +5,9 @@ Sans-I/O: frames go in, judgements come out. The caller says what was sent (``re
 that a server may give up (``silence``). Each of the last three returns the breaches found, the
 first of which stops the following unless it is one of shape; the oracle then waits for the next
 initiate or abort of the client to find its way back.
+
+What happens on other channels it is not told: a server that refuses an object because another
+client is at it (row I38) must not be followed on one channel alone.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,12 +23,15 @@ from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, quiet
 from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
+from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
-from conformance.sdo.oracle.states import IDLE, LOST
+from conformance.sdo.oracle.reasons import LARGEST_BLOCK
+from conformance.sdo.oracle.states import IDLE, LOST, Lost, most_answers
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
 
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580
+NODE_IDS = range(1, 128)
 ABORT_COMMAND = 0x80
 # So many ways to go on at once mean that nothing can be said any more.
 MOST_BRANCHES = 1000
@@ -55,6 +61,7 @@ class Oracle:
         self._node_id = node_id
         self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), "I1")]
         self._asked = False
+        self._other_asked = False
 
     @property
     def awaited(self) -> Awaited:
@@ -62,13 +69,12 @@ class Oracle:
         owing = [branch.due is not None for branch in self._branches]
         if all(owing):
             return Awaited.ANSWER
-        lost = any(branch.state is LOST for branch in self._branches)
-        return Awaited.MAYBE if lost or any(owing) else Awaited.NOTHING
+        return Awaited.MAYBE if self.lost or any(owing) else Awaited.NOTHING
 
     @property
     def lost(self) -> bool:
         """Whether the server broke the protocol so that it cannot be followed for now."""
-        return any(branch.state is LOST for branch in self._branches)
+        return any(isinstance(branch.state, Lost) for branch in self._branches)
 
     @property
     def states(self) -> frozenset[str]:
@@ -98,8 +104,13 @@ class Oracle:
         A CAN frame that is no request on this channel asks for nothing.
         """
         if isinstance(frame, CanFrame):
-            if not self._is_request(frame):
-                self._asked = True
+            self._other_asked = self._is_for_another(frame)
+            if not self._is_addressed(frame):
+                return
+            if frame.extended or frame.remote:
+                self._go_to(
+                    [to for branch in self._branches for to in hear_no_request(branch, frame)]
+                )
                 return
             frame = frame.data
         self._asked = True
@@ -115,20 +126,20 @@ class Oracle:
                 fits += _take(branch, data)
             except Misfit as misfit:
                 misfits.append(misfit)
-        if not fits and self.lost and not any(misfit.near for misfit in misfits):
-            fits = [branch for branch in self._branches if branch.state is LOST]
+        near = any(misfit.near for misfit in misfits)
+        fits += [_bearing(branch) for branch in self._branches if _bears(branch, fits, near=near)]
         if not fits:
             broken = self._misfit(misfits, data)
             self._recover(data)
         else:
             broken = self._keep_best(fits)
-        self._asked = False
+        self._asked = self._other_asked = False
         return findings + broken
 
     def settled(self) -> list[Violation]:
         """Take that nothing more came, as a fence or a time-out proves; return what is missing."""
-        resting = [branch for branch in self._branches if branch.due is None]
-        self._asked = False
+        resting = [_rested(branch) for branch in self._branches if branch.due is None]
+        self._asked = self._other_asked = False
         if resting:
             return self._keep_best(resting)
         due = [branch.due for branch in self._branches if branch.due is not None]
@@ -151,19 +162,24 @@ class Oracle:
 
     def lose(self) -> None:
         """Take that nobody knows where the server is: it was reset or stopped, or not watched."""
-        self._go_to([quiet(LOST, self._branches[0].memory.in_doubt(), "O29")])
+        due = any(branch.due is not None for branch in self._branches)
+        lost = Lost(due + self._most_waiting())
+        self._go_to([quiet(lost, self._branches[0].memory.in_doubt(), "O29")])
 
     def observe(self, frame: CanFrame) -> list[Violation]:
         """Take any CAN frame from the bus; return what was wrong with it."""
         if self._node_id is not None and frame.can_id == RESPONSE_BASE + self._node_id:
             return self.response(frame)
-        if self._is_request(frame):
-            self.request(frame)
+        self.request(frame)
         return []
 
-    def _is_request(self, frame: CanFrame) -> bool:
-        addressed = self._node_id is None or frame.can_id == REQUEST_BASE + self._node_id
-        return addressed and not frame.extended and not frame.remote
+    def _is_addressed(self, frame: CanFrame) -> bool:
+        return self._node_id is None or frame.can_id == REQUEST_BASE + self._node_id
+
+    def _is_for_another(self, frame: CanFrame) -> bool:
+        """Say whether a frame is a request to another node."""
+        other = not self._is_addressed(frame) and frame.can_id - REQUEST_BASE in NODE_IDS
+        return other and not frame.extended and not frame.remote
 
     def _shaped(self, frame: bytes | CanFrame) -> tuple[bytes, list[Violation]]:
         """Return 8 data bytes, and what is wrong with the frame as a CAN frame."""
@@ -187,6 +203,8 @@ class Oracle:
 
     def _misfit(self, misfits: list[Misfit], data: bytes) -> list[Violation]:
         if not misfits:
+            if self._other_asked:
+                return [violation(must("1.2-request"), "no answer for another node", data)]
             if self._asked:
                 return [violation(must(self._branches[0].row), "no answer", data)]
             return [violation(UNSOLICITED, "nothing that was not asked for", data)]
@@ -200,11 +218,13 @@ class Oracle:
     def _recover(self, data: bytes) -> None:
         """Think where a server may be that broke the protocol."""
         memory = self._branches[0].memory.in_doubt()
-        if isinstance(decode_response(data), Abort):
-            branches = [quiet(IDLE, memory, "I10")]
-        else:
-            branches = [quiet(LOST, memory, "I10")]
-        self._go_to(branches)
+        waiting = self._most_waiting()
+        aborted = isinstance(decode_response(data), Abort) and not waiting
+        self._go_to([quiet(IDLE if aborted else Lost(waiting), memory, "I10")])
+
+    def _most_waiting(self) -> int:
+        """Return how many responses the requests may bring that wait for the answer before."""
+        return max(_waiting(branch) for branch in self._branches)
 
     def _keep_best(self, branches: list[Branch]) -> list[Violation]:
         """Go on with those that break the fewest rules, and return what the best of them breaks."""
@@ -231,13 +251,47 @@ class Oracle:
                 alike.append(branch)
         merged = list(chain.from_iterable(by_due.values()))
         if len(merged) > MOST_BRANCHES:
-            merged = [quiet(LOST, merged[0].memory.in_doubt(), merged[0].row)]
+            merged = [_given_up(merged)]
         common = frozenset.intersection(*(branch.freedoms for branch in merged))
         self.profile.add(common)
         self._branches = [
             replace(branch, freedoms=branch.freedoms - common) if common else branch
             for branch in merged
         ]
+
+
+def _waiting(branch: Branch) -> int:
+    return sum(most_answers(request) for request in branch.backlog)
+
+
+def _given_up(branches: list[Branch]) -> Branch:
+    """Follow no longer: there are too many ways to go on."""
+    # What is due may be a segment of a sub-block, with all others behind it.
+    owed = LARGEST_BLOCK + max(_waiting(branch) for branch in branches)
+    return quiet(Lost(owed), branches[0].memory.in_doubt(), branches[0].row)
+
+
+def _bears(branch: Branch, fits: list[Branch], *, near: bool) -> bool:
+    """Say whether a server that is lost may have sent a response that fits elsewhere, or nowhere.
+
+    Not where it is the answer due: it has been found then. Nor where it is nearly that.
+    """
+    if branch.due is not None or not isinstance(branch.state, Lost):
+        return False
+    return branch.state.owed > 0 or not (fits or near)
+
+
+def _bearing(branch: Branch) -> Branch:
+    """Return a branch that is lost when one of the answers that it may owe has come."""
+    state = branch.state
+    if isinstance(state, Lost) and state.owed:
+        return replace(branch, state=replace(state, owed=state.owed - 1))
+    return replace(branch, state=LOST)
+
+
+def _rested(branch: Branch) -> Branch:
+    """Return what a branch at rest is when nothing is on its way any more."""
+    return replace(branch, state=LOST) if isinstance(branch.state, Lost) else branch
 
 
 def _same(one: Branch, other: Branch) -> bool:
@@ -282,11 +336,14 @@ def _take(branch: Branch, frame: bytes) -> Iterable[Branch]:
     """Return how a branch may go on with a response; raises Misfit where it cannot."""
     if branch.due is None:
         return []
-    branches = [after.choosing(*branch.freedoms) for after in branch.due.take(frame)]
+    branches = [
+        after.choosing(*branch.freedoms).noting(*branch.findings)
+        for after in branch.due.take(frame)
+    ]
     for request in branch.backlog:
         branches = [later for after in branches for later in _catch_up(after, request)]
         if len(branches) > MOST_BRANCHES:
-            return [quiet(LOST, branch.memory.in_doubt(), branch.row)]
+            return [_given_up([branch])]
     return branches
 
 

@@ -11,6 +11,8 @@ from conformance.sdo.frames import (
     DownloadSegment,
     DownloadSegmentResponse,
     Request,
+    Unknown,
+    UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle.answers import Refusal, answered
@@ -33,6 +35,7 @@ from conformance.sdo.oracle.reasons import (
 from conformance.sdo.oracle.states import IDLE, Running, begin
 
 SHORT = 4
+FOREIGN_ROWS: dict[type, str] = {UploadSegment: "D10", Unknown: "D11"}
 
 
 @begin.register
@@ -108,7 +111,7 @@ class SegmentedDownload(Running):
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Take a segment."""
         if not isinstance(request, DownloadSegment):
-            return self.foreign(memory)
+            return self.foreign(memory, FOREIGN_ROWS.get(type(request), self.foreign_row))
         if request.toggle != self.toggle:
             topic = "toggle error in a download"
             refusal = Refusal("D3", (AbortCode.TOGGLE_NOT_ALTERNATED,), (self.mux,), ())

@@ -7,7 +7,9 @@ from typing import ClassVar
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
+    DownloadSegment,
     Request,
+    Unknown,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
@@ -32,6 +34,7 @@ from conformance.sdo.rules import FILLER, SIZE, TOGGLE, UPLOAD_ENDS
 
 # Empty segments are allowed; a server that sends nothing else never comes to an end.
 MOST_EMPTY_SEGMENTS = 16
+FOREIGN_ROWS: dict[type, str] = {DownloadSegment: "U3", Unknown: "U4"}
 
 
 @begin.register
@@ -122,7 +125,7 @@ class SegmentedUpload(Running):
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Send the next segment."""
         if not isinstance(request, UploadSegment):
-            return self.foreign(memory)
+            return self.foreign(memory, FOREIGN_ROWS.get(type(request), self.foreign_row))
         if request.toggle != self.toggle:
             codes = (AbortCode.TOGGLE_NOT_ALTERNATED,)
             return [Refusal("U2", codes, (self.mux,), ()).branch(self, IDLE, memory)]

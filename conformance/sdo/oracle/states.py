@@ -1,5 +1,6 @@
 """The idle server, and what all states have in common (CiA 301, 7.2.4.2 and 7.2.4.3.17)."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import singledispatch
@@ -8,13 +9,19 @@ from typing import ClassVar
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
     BlockDownloadInitiate,
+    BlockEnd,
+    BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
+    BlockUploadStart,
     DownloadInitiate,
+    DownloadSegment,
     Request,
     Unknown,
     UploadInitiate,
+    UploadSegment,
     decode_request,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
@@ -34,6 +41,7 @@ WRONG_LENGTH: Codes = (
     AbortCode.GENERAL_ERROR,
 )
 TIMED_OUT: Codes = (AbortCode.TIMED_OUT,)
+LARGEST_BLOCK = 127
 RESERVED_BYTES: Codes = (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE)
 
 
@@ -44,13 +52,28 @@ def begin(request: Request, memory: Memory) -> list[Branch]:
     The services register what begins with them. Any other frame belongs to a transfer, and there
     is none.
     """
-    row = "I9"
+    return _out_of_transfer("I9", memory)
+
+
+def _out_of_transfer(row: str, memory: Memory) -> list[Branch]:
+    topic = "a frame of a transfer when idle"
+    refusal = Refusal(row, tolerated=KNOWN_CODES)
     return [
-        quiet(IDLE, memory, row, Freedom("a frame of a transfer when idle", "ignored")),
-        Refusal(row, tolerated=KNOWN_CODES).branch(
-            IDLE, IDLE, memory, Freedom("a frame of a transfer when idle", "refused")
-        ),
+        quiet(IDLE, memory, row, Freedom(topic, "ignored")),
+        refusal.branch(IDLE, IDLE, memory, Freedom(topic, "refused")),
     ]
+
+
+@begin.register
+def _(request: DownloadSegment, memory: Memory) -> list[Branch]:
+    del request
+    return _out_of_transfer("I7", memory)
+
+
+@begin.register
+def _(request: UploadSegment, memory: Memory) -> list[Branch]:
+    del request
+    return _out_of_transfer("I8", memory)
 
 
 @begin.register
@@ -59,10 +82,13 @@ def _(request: Unknown, memory: Memory) -> list[Branch]:
     return [Refusal("I6", looks_like=looks_like).branch(IDLE, IDLE, memory)]
 
 
-class Answering:
-    """What every state does with a request, apart from what is its own: ``on``."""
+class Answering(ABC):
+    """What every state of a server that can be followed does with a request.
 
-    name: ClassVar[str] = ""
+    Its own are ``on``, ``on_abort`` and ``pass_time``.
+    """
+
+    name: ClassVar[str]
 
     def decode(self, frame: bytes) -> Request:
         """Read a request of 8 bytes."""
@@ -75,19 +101,24 @@ class Answering:
         request = self.decode(frame)
         if isinstance(request, Abort):
             return self.on_abort(request, memory)
-        branches = self.on(plain(request), memory)
-        for topic, refusal in oddities(request):
+        odd = tuple(oddities(request))
+        branches = self.on(plain(request) if odd else request, memory)
+        for topic, refusal in odd:
             branches = [branch.choosing(Freedom(topic, "ignored")) for branch in branches]
             branches.append(refusal.branch(self, IDLE, memory, Freedom(topic, "refused")))
         return branches
 
+    @abstractmethod
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Return all that a server may do with a request that has no reserved bits or bytes."""
-        raise NotImplementedError
 
+    @abstractmethod
     def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
         """Return all that a server may do with an abort."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Return all that a server may do when its client is silent for long."""
 
     def on_wrong_length(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Ignore it, refuse it, or serve what has all the bytes that it needs (not defined)."""
@@ -104,16 +135,21 @@ class Answering:
             branches += [branch.choosing(served) for branch in self.on(plain(request), memory)]
         return branches
 
-    def pass_time(self, memory: Memory) -> list[Branch]:
-        """Return all that a server may do when its client is silent for long."""
-        return [quiet(self, memory, "O11")]
-
 
 @dataclass(frozen=True, slots=True)
 class Idle(Answering):
     """No transfer runs."""
 
     name: ClassVar[str] = "idle"
+
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Take a block frame with reserved bits for an initiate of no valid sub-command, too."""
+        if len(frame) == FRAME_LENGTH:
+            request = decode_request(frame)
+            inner = BlockAck | BlockEnd | BlockEndResponse | BlockUploadStart
+            if isinstance(request, inner) and request.reserved_bits:
+                return _out_of_transfer("I34", memory)
+        return Answering.receive(self, frame, memory)
 
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Begin what the request begins."""
@@ -124,6 +160,10 @@ class Idle(Answering):
         if not request.reserved_bits:
             return [quiet(IDLE, memory, "I10")]
         return [quiet(IDLE, memory, "I11"), Refusal("I11").branch(IDLE, IDLE, memory)]
+
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Stay idle."""
+        return [quiet(IDLE, memory, "O11")]
 
 
 IDLE = Idle()
@@ -186,40 +226,61 @@ class Running(Answering):
 
 
 @dataclass(frozen=True, slots=True)
-class Lost(Answering):
-    """Nobody knows where the server is: it has broken the protocol. Anything goes for now."""
+class Lost:
+    """Nobody knows where the server is: it has broken the protocol. Anything goes for now.
 
+    ``owed`` answers may still come to what was sent before. They cannot be told from those to
+    later requests, so nothing is certain until as many have come, or the bus has been quiet.
+    ``begun`` says that an initiate was sent last: by its answer the server is found.
+    """
+
+    owed: int = 0
+    begun: bool = False
     name: ClassVar[str] = "lost"
 
     def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Find the way back with an abort of the client, or with a new transfer."""
-        branches = [quiet(self, memory, "O1")]
-        if len(frame) == FRAME_LENGTH:
-            request = decode_request(frame)
-            if isinstance(request, Abort) and not request.reserved_bits:
-                return [quiet(IDLE, memory, "I10")]
-            if isinstance(request, Initiate):
-                refusal = Refusal("O9", KNOWN_CODES)
-                branches += IDLE.receive(frame, memory)
-                branches.append(refusal.branch(self, IDLE, memory))
-        return branches
+        request = decode_request(frame)
+        # Where nothing else is owed, the answer to an initiate is followed as such.
+        owed = self.owed + 1 if self.owed and self.begun else self.owed
+        if isinstance(request, Abort) and not request.reserved_bits:
+            return [quiet(Lost(owed) if owed else IDLE, memory, "I10")]
+        if not isinstance(request, Initiate):
+            return [quiet(Lost(owed + most_answers(frame)), memory, "O1")]
+        return [
+            quiet(Lost(owed, begun=True), memory, "O1"),
+            *IDLE.receive(frame, memory),
+            Refusal("O9", KNOWN_CODES).branch(self, IDLE, memory),
+        ]
+
+    def pass_time(self, memory: Memory) -> list[Branch]:
+        """Stay lost."""
+        return [quiet(self, memory, "O11")]
 
 
 LOST = Lost()
 
 
+def most_answers(frame: bytes) -> int:
+    """Return how many responses a request may bring at the most, whatever state it meets."""
+    sub_block = isinstance(decode_request(frame), BlockUploadStart | BlockAck)
+    return LARGEST_BLOCK if sub_block else 1
+
+
 def plain(request: Request) -> Request:
     """Return a request without what a server may ignore: reserved bits and bytes, a vain n."""
-    changes: dict[str, object] = {}
-    if getattr(request, "reserved_bits", 0):
-        changes["reserved_bits"] = 0
-    if any(getattr(request, "reserved", b"")):
-        changes["reserved"] = bytes(len(request.reserved))  # type: ignore[union-attr]
-    if _vain_count(request):
-        changes["unused"] = 0
-    if _reserved_payload(request):
-        changes["payload"] = bytes(4)
-    return replace(request, **changes) if changes else request  # type: ignore[arg-type]
+    match request:
+        case DownloadSegment() | BlockSegment() | Abort() | Unknown():
+            return request
+        case DownloadInitiate():
+            unused = 0 if _vain_count(request) else request.unused
+            payload = bytes(4) if _reserved_bytes(request) else request.payload
+            return replace(request, reserved_bits=0, unused=unused, payload=payload)
+        case BlockDownloadInitiate():
+            payload = bytes(4) if _reserved_bytes(request) else request.payload
+            return replace(request, reserved_bits=0, payload=payload)
+        case _:
+            return replace(request, reserved_bits=0, reserved=bytes(len(request.reserved)))
 
 
 def _vain_count(request: Request) -> bool:
@@ -229,22 +290,32 @@ def _vain_count(request: Request) -> bool:
     return bool(request.unused) and not (request.expedited and request.sized)
 
 
-def _reserved_payload(request: Request) -> bytes:
-    """Return the bytes of an initiate that carry neither data nor a size."""
-    if isinstance(request, DownloadInitiate) and not request.expedited and not request.sized:
-        return request.payload
-    if isinstance(request, BlockDownloadInitiate) and not request.sized:
-        return request.payload
-    return b""
+def _reserved_bits(request: Request) -> int:
+    match request:
+        case DownloadSegment() | BlockSegment() | Unknown():
+            return 0
+        case _:
+            return request.reserved_bits
+
+
+def _reserved_bytes(request: Request) -> bytes:
+    """Return the bytes that carry nothing; in an initiate that is where no size or data are."""
+    match request:
+        case DownloadInitiate(expedited=False, sized=False) | BlockDownloadInitiate(sized=False):
+            return request.payload
+        case DownloadInitiate() | BlockDownloadInitiate():
+            return b""
+        case DownloadSegment() | BlockSegment() | Abort() | Unknown():
+            return b""
+        case _:
+            return request.reserved
 
 
 def oddities(request: Request) -> Iterable[tuple[str, Refusal]]:
     """Yield the refusals that reserved bits and bytes of a request allow."""
-    if isinstance(request, BlockSegment | Unknown):
-        return
-    if getattr(request, "reserved_bits", 0):
+    if _reserved_bits(request):
         yield "reserved bits in a request", Refusal("O2")
-    if any(getattr(request, "reserved", b"")) or any(_reserved_payload(request)):
+    if any(_reserved_bytes(request)):
         tolerated = (*RESERVED_BYTES, *GENERAL)
         yield "reserved bytes in a request", Refusal("O3", (), tolerated=tolerated)
     if _vain_count(request):

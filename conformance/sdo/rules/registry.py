@@ -8,6 +8,7 @@ from conformance.sdo.rules.block_details import BLOCK_DETAIL_RULES, CRC_RULES
 from conformance.sdo.rules.block_download import BLOCK_DOWNLOAD_RULES
 from conformance.sdo.rules.block_upload import BLOCK_UPLOAD_RULES
 from conformance.sdo.rules.channels import CHANNEL_RULES
+from conformance.sdo.rules.download_initiates import DOWNLOAD_INITIATE_RULES
 from conformance.sdo.rules.freedoms import FREEDOM_RULES
 from conformance.sdo.rules.idle import IDLE_RULES
 from conformance.sdo.rules.model import Rule
@@ -18,6 +19,7 @@ from conformance.sdo.rules.segmented_upload import SEGMENTED_UPLOAD_RULES
 from conformance.sdo.rules.shape import SHAPE_RULES
 from conformance.sdo.rules.sizes import SIZE_RULES
 from conformance.sdo.rules.timing import TIMING_RULES
+from conformance.sdo.rules.upload_initiates import UPLOAD_INITIATE_RULES
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +38,8 @@ CHAPTERS = (
     Chapter("every response", RESPONSE_RULES),
     Chapter("channels and NMT states", CHANNEL_RULES),
     Chapter("idle server", IDLE_RULES),
+    Chapter("download initiates", DOWNLOAD_INITIATE_RULES),
+    Chapter("upload initiates", UPLOAD_INITIATE_RULES),
     Chapter("segmented download", SEGMENTED_DOWNLOAD_RULES),
     Chapter("segmented upload", SEGMENTED_UPLOAD_RULES),
     Chapter("block download", BLOCK_DOWNLOAD_RULES),

@@ -74,6 +74,8 @@ ALLOWED = {
     "I7 silence": "> 00 00 00 00 00 00 00 00",
     "I7 abort": "> 00 00 00 00 00 00 00 00 \n < 80 00 00 00 01 00 04 05",
     "I10": "> 80 00 10 00 00 00 00 08",
+    "I34 silence": "> A6 08 10 00 7F 00 00 00",
+    "I34 abort": "> C7 10 20 00 0E 00 00 00 \n < 80 10 20 00 01 00 04 05",
     "I12 accepted": "> 41 00 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00",
     "I12 refused": "> 41 00 10 00 00 00 00 00 \n < 80 00 10 00 01 00 04 05",
     "I19": "> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 12 00 07 06",
@@ -131,7 +133,27 @@ NOT_ALLOWED = {
     "I6 silence": ("> E0 00 10 00 00 00 00 00", "specifier.unknown"),
     "I7 served": (
         "> 00 00 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00",
+        "segmented-download.without-initiate",
+    ),
+    "I8 served": (
+        "> 60 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
+        "segmented-upload.without-initiate",
+    ),
+    "I9 served": (
+        "> A2 02 04 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
         "specifier.out-of-block",
+    ),
+    "I34 served as an upload": (
+        "> A6 08 10 00 7F 00 00 00 \n < C6 08 10 00 09 00 00 00",
+        "specifier.sub-command",
+    ),
+    "I34 served as a download": (
+        "> C7 10 20 00 0E 00 00 00 \n < A4 10 20 00 04 00 00 00",
+        "specifier.sub-command",
+    ),
+    "I34 code": (
+        "> A6 08 10 00 7F 00 00 00 \n < 80 08 10 00 02 00 04 05",
+        "specifier.sub-command",
     ),
     "I10 answered": (
         "> 80 00 10 00 00 00 00 08 \n < 80 00 10 00 00 00 00 08",
@@ -144,6 +166,20 @@ NOT_ALLOWED = {
         f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 30 00 00 00 00 00 00 00",
         "segmented-download.toggle",
     ),
+    "D10 ignored": (
+        f"{DOWNLOAD} \n > 60 00 00 00 00 00 00 00",
+        "segmented-download.upload-segment",
+    ),
+    "D11 ignored": (
+        f"{DOWNLOAD} \n > E0 00 00 00 00 00 00 00",
+        "segmented-download.unknown-specifier",
+    ),
+    "D12 ignored": (f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00", "segmented-download.block-frames"),
+    "U3 ignored": (
+        f"{UPLOAD} \n > 00 41 42 43 44 45 46 47",
+        "segmented-upload.download-segment",
+    ),
+    "U4 ignored": (f"{UPLOAD} \n > E0 00 00 00 00 00 00 00", "segmented-upload.unknown-specifier"),
     "D5 confirmed": (
         f"{DOWNLOAD} \n > 01 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00",
         "segmented-download.too-few",

@@ -1,0 +1,65 @@
+"""What servers that deviate in block transfers have in common: they look where others do not."""
+
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockSegment,
+    BlockUploadInitiate,
+    Request,
+    Response,
+    decode_segment,
+)
+from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.server import BlockDownload, BlockUpload, Server
+
+
+class ReadsAcknowledgements(Server):
+    """Reads acknowledgements otherwise."""
+
+    def on_block_ack(self, request: BlockAck) -> list[Response]:
+        """Pass each through ``read`` while segments are on their way."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockUpload) and transfer.sent and not transfer.ended:
+            request = self.read(transfer, request)
+        return super().on_block_ack(request)
+
+    def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
+        """Return what is made of it."""
+        del transfer
+        return request
+
+
+class KnowsBlockUploads(Server):
+    """Knows whether a value is read in blocks."""
+
+    in_blocks = False
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        """Say so while the value is taken."""
+        self.in_blocks = True
+        try:
+            return super().on_block_upload_initiate(request)
+        finally:
+            self.in_blocks = False
+
+
+class HearsLastRepeated(Server):
+    """Knows the last segment when it comes again where the end is due."""
+
+    def decode(self, frame: bytes) -> Request:
+        """Take byte 0 with bit 7 set for a last segment, but for 80h and the end itself."""
+        at_end = isinstance(self.transfer, BlockDownload) and self.transfer.ended
+        if at_end and len(frame) == FRAME_LENGTH and 0x80 < frame[0] < 0xA0:
+            return decode_segment(frame)
+        return super().decode(frame)
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Pass it to ``on_repeated`` there."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload) and transfer.ended:
+            return self.on_repeated(transfer, request)
+        return super().on_block_segment(request)
+
+    def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:
+        """Ignore it."""
+        del transfer, request
+        return []

@@ -1,0 +1,89 @@
+"""Initiates of uploads of all three protocols: reserved fields, block size, protocol switch."""
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.rules.accepted import NOT_VALID
+from conformance.sdo.rules.model import MAY, MUST, Rule
+
+PROTOCOL_SWITCH = "7.2.4.3.5"
+UPLOAD = "7.2.4.3.6"
+BLOCK_UPLOAD = "7.2.4.3.13"
+
+UPLOAD_INITIATE_RULES = (
+    Rule(
+        "upload.request-reserved-bits",
+        UPLOAD,
+        MAY,
+        "Reserved bits of an upload initiate may be ignored or refused.",
+        rows=("I12",),
+        reaction="served, or abort",
+        codes=NOT_VALID,
+        open="served or refused",
+    ),
+    Rule(
+        "block-upload.request-reserved-bits",
+        BLOCK_UPLOAD,
+        MAY,
+        "Bits 4 and 3 of a block upload initiate may be ignored or refused.",
+        rows=("I16",),
+        reaction="served, or abort",
+        codes=NOT_VALID,
+        open="served or refused",
+    ),
+    Rule(
+        "upload.request-reserved-bytes",
+        UPLOAD,
+        MAY,
+        "Bytes 4 to 7 of an upload initiate say nothing and are ignored.",
+        rows=("I17",),
+        reaction="served",
+    ),
+    Rule(
+        "block-upload.invalid-block-size",
+        BLOCK_UPLOAD,
+        MUST,
+        "A block upload in sub-blocks of no segment, or of more than 127, is refused.",
+        rows=("I29",),
+        reaction="abort",
+        codes=(
+            AbortCode.INVALID_BLOCK_SIZE,
+            AbortCode.COMMAND_NOT_VALID,
+            AbortCode.GENERAL_ERROR,
+        ),
+        open="05040001h is for a server without block transfers",
+    ),
+    Rule(
+        "block-upload.switch",
+        PROTOCOL_SWITCH,
+        MAY,
+        "A block upload of at most pst bytes may be answered as an ordinary upload.",
+        rows=("I30", "O23", "8-threshold"),
+        reaction="a block upload, or an upload from its initiate response on",
+        open="whether the server switches",
+    ),
+    Rule(
+        "block-upload.no-switch",
+        PROTOCOL_SWITCH,
+        MUST,
+        "pst = 0 forbids the switch to an ordinary upload.",
+        rows=("I31",),
+        reaction="a block upload",
+    ),
+    Rule(
+        "block-upload.above-threshold",
+        PROTOCOL_SWITCH,
+        MUST,
+        "An object of more than pst bytes is uploaded in blocks, as asked.",
+        rows=("I32",),
+        reaction="a block upload",
+    ),
+    Rule(
+        "block-upload.threshold-without-block-size",
+        PROTOCOL_SWITCH,
+        MAY,
+        "With blksize 0 a server may still switch when pst lets it, or refuse.",
+        rows=("I33",),
+        reaction="an upload, or abort",
+        codes=(AbortCode.INVALID_BLOCK_SIZE,),
+        open="which of the two is looked at first",
+    ),
+)

@@ -1,0 +1,106 @@
+"""Requests that do not wait for answers: what is owed piles up, and is never held against a server.
+
+A server takes what was sent in order, and so the answers come, however late they do. The ways in
+which a burst of requests may be meant grow with each of them, until nothing can be said any more.
+"""
+
+from hypothesis import given, note, settings
+from hypothesis import strategies as st
+from oracle_bench import NODE_ID, known_entries, reference_node
+from oracle_sequences import TEXT, VENDOR_ID, stimuli
+from sdo_strategies import UNHURRIED
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import Abort, UploadInitiate
+from conformance.sdo.oracle import Oracle
+from conformance.sdo.rules import Violation
+
+ABORT = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()
+READ = UploadInitiate(VENDOR_ID).encode()
+# Each of these may be answered by an abort, or by nothing.
+AMBIGUOUS = bytes.fromhex("A100000000000000")
+BURSTS = st.lists(st.sampled_from(stimuli(TEXT)), min_size=1, max_size=10)
+
+
+class Pipeline:
+    """A reference server whose answers come when the client has sent a whole burst."""
+
+    def __init__(self) -> None:
+        self.node = reference_node()
+        self.oracle = Oracle(known_entries(), NODE_ID)
+        self.log: list[str] = []
+
+    def burst(self, requests: list[bytes]) -> list[Violation]:
+        answers = []
+        for request in requests:
+            self.oracle.request(request)
+            self.log.append(f"> {request.hex(' ')}")
+            answers += self.node.receive(CanFrame(0x600 + NODE_ID, request))
+        found = []
+        for answer in answers:
+            broken = self.oracle.response(answer)
+            self.log += [f"< {answer}", *map(str, broken)]
+            found += broken
+        return found
+
+
+@settings(UNHURRIED, max_examples=20)
+@given(st.lists(st.tuples(BURSTS, st.booleans()), min_size=1, max_size=3))
+def test_answers_to_bursts_are_accepted(bursts: list[tuple[list[bytes], bool]]) -> None:
+    pipeline = Pipeline()
+    found = []
+    for burst, pause in bursts:
+        found += pipeline.burst([*burst, ABORT, READ])
+        found += pipeline.oracle.settled() if pause else []
+    note("\n".join(pipeline.log))
+    assert found == []
+
+
+def test_many_ambiguous_requests_are_more_than_can_be_followed() -> None:
+    oracle = Oracle(known_entries(), NODE_ID)
+    followed = 0
+    while not oracle.lost:
+        oracle.request(AMBIGUOUS)
+        followed += 1
+    # Fewer than these nobody sends without a look at the answers.
+    assert followed > 5
+    assert oracle.settled() == []
+
+
+def test_what_could_not_be_followed_is_not_held_against_the_server() -> None:
+    pipeline = Pipeline()
+    assert pipeline.burst([READ] * 20 + [AMBIGUOUS] * 20 + [ABORT] + [READ] * 20) == []
+    assert pipeline.oracle.settled() == []
+
+
+def test_when_all_answers_are_in_the_server_is_judged_again() -> None:
+    pipeline = Pipeline()
+    pipeline.burst([READ] * 20)
+    pipeline.oracle.settled()
+    assert pipeline.burst([READ]) == []
+    assert not pipeline.oracle.lost
+    pipeline.oracle.request(READ)
+    assert pipeline.oracle.response(AMBIGUOUS) != []
+
+
+def test_answers_behind_a_breach_and_an_abort_may_be_to_earlier_requests() -> None:
+    oracle = Oracle(known_entries(), NODE_ID)
+    for request in (READ, READ, READ, ABORT):
+        oracle.request(request)
+    assert oracle.response(bytes(8)) != []
+    answer = bytes.fromhex("4318100100000000")
+    assert [oracle.response(answer) for _ in range(2)] == [[], []]
+    oracle.request(READ)
+    assert oracle.response(answer) == []
+
+
+def test_an_answer_may_cross_the_abort_of_a_transfer_that_was_not_seen_to_begin() -> None:
+    oracle = Oracle(known_entries(), NODE_ID)
+    oracle.lose()
+    oracle.request(bytes.fromhex("6000000000000000"))
+    oracle.request(ABORT)
+    assert oracle.response(bytes.fromhex("0041424344454647")) == []
+    oracle.request(READ)
+    assert oracle.response(bytes.fromhex("4318100100000000")) == []
+    assert oracle.idle
