@@ -7,6 +7,7 @@ with ``--allow``.
 
 import difflib
 from dataclasses import dataclass
+from functools import cache
 
 NMT = "nmt"
 SDO_PARAMETERS = "sdo-parameters"
@@ -60,6 +61,7 @@ def parse_permission(text: str) -> str:
     raise PermissionNameError(f"There is no permission called {text!r}. {hint}")
 
 
+@cache
 def group_of(index: int) -> Denied | None:
     """Return the group that an object belongs to, None for one that needs no permission."""
     return next((group for group in DENIED if group.first <= index <= group.last), None)

@@ -322,7 +322,7 @@ def _hear(branch: Branch, frame: bytes) -> Iterator[Branch]:
             yield after.choosing(*branch.freedoms)
         return
     # A request before the answer: it waits, or gets lost, or is too much for the server.
-    yield replace(branch, backlog=(*branch.backlog, frame))
+    yield branch.waiting(frame)
     if len(frame) == FRAME_LENGTH and frame[0] == ABORT_COMMAND:
         yield replace(branch, state=IDLE, due=None, backlog=(), row="I10")
     elif not isinstance(branch.state, SubBlock):
