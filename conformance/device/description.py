@@ -11,6 +11,7 @@ from conformance.device.files import did_you_mean, shortened
 from conformance.device.known_deviations import Deviation, deviations_in
 from conformance.device.objects import KnownObject, parse_object
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
+from conformance.sdo.cob_id import HIGHEST_NODE_ID
 from conformance.sdo.layout import Multiplexer
 
 HIGHEST_NODE_ID = 127

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import HIGHEST_NODE_ID
 
 NMT_ID = 0x000
 EMERGENCY_BASE = 0x080
+EMERGENCY_LENGTH = 8
 ERROR_CONTROL_BASE = 0x700
 ALL_NODES = 0
 COMMAND_LENGTH = 2
@@ -83,16 +85,33 @@ def emergency(node_id: int, code: int, register: int) -> CanFrame:
 
 
 def describe_nmt(frame: CanFrame) -> str:
-    """Say in words what a frame of network management means; empty for every other frame."""
+    """Say in words what a frame means by which a network is managed; empty for every other one.
+
+    These are NMT commands, boot-up messages, heartbeats and emergencies.
+
+    >>> describe_nmt(emergency(5, 0x8110, 0x11))
+    'emergency of node 5: error code 8110h, error register 11h'
+    """
     message = decode_nmt(frame)
     if message is not None:
         what = message.command.name.lower().replace("_", " ")
         return f"NMT: {what}, {f'node {message.node_id}' if message.node_id else 'all nodes'}"
-    node_id = frame.can_id - ERROR_CONTROL_BASE
-    plain = not frame.extended and not frame.remote and frame.dlc == 1
-    if not plain or not 1 <= node_id <= 0x7F or frame.data[0] not in frozenset(NmtState):
+    node_id = frame.can_id & HIGHEST_NODE_ID
+    if frame.extended or frame.remote or not node_id:
         return ""
-    state = NmtState(frame.data[0])
-    if state is NmtState.INITIALISING:
+    base = frame.can_id - node_id
+    if base == ERROR_CONTROL_BASE and frame.dlc == 1:
+        return _describe_error_control(node_id, frame.data[0])
+    if base == EMERGENCY_BASE and frame.dlc == EMERGENCY_LENGTH:
+        code, register = int.from_bytes(frame.data[:2], "little"), frame.data[2]
+        what = f"error code {code:04X}h" if code else "no error any more"
+        return f"emergency of node {node_id}: {what}, error register {register:02X}h"
+    return ""
+
+
+def _describe_error_control(node_id: int, state: int) -> str:
+    if state not in frozenset(NmtState):
+        return ""
+    if state == NmtState.INITIALISING:
         return f"boot-up of node {node_id}"
-    return f"heartbeat of node {node_id}: {state.name.lower().replace('_', '-')}"
+    return f"heartbeat of node {node_id}: {NmtState(state).name.lower().replace('_', '-')}"

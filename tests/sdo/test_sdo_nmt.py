@@ -126,6 +126,12 @@ def test_commands_on_the_wire(specifier: NmtCommand) -> None:
         (BOOT_UP, "boot-up of node 5"),
         (CanFrame(0x705, b"\x7f"), "heartbeat of node 5: pre-operational"),
         (CanFrame(0x705, b"\x04"), "heartbeat of node 5: stopped"),
+        (
+            CanFrame(0x085, bytes.fromhex("1081110000000000")),
+            "emergency of node 5: error code 8110h, error register 11h",
+        ),
+        (CanFrame(0x085, bytes(8)), "emergency of node 5: no error any more, error register 00h"),
+        (CanFrame(0x080), ""),
         (CanFrame(0x705, b"\x09"), ""),
         (CanFrame(0x705, b""), ""),
         (CanFrame(0x605, READ), ""),
