@@ -14,7 +14,6 @@ from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
 from conformance.sdo.layout import Multiplexer
 
-HIGHEST_NODE_ID = 127
 ALL_RW = "all-rw"
 
 
