@@ -187,14 +187,6 @@ class BlockSteps(Steps):
         """Write an object in blocks; return the abort if the server refuses."""
         return self.abort_of(self.client.block_download(mux_of(target), data))
 
-    def abort_of(self, transfer: Generator[Step, bytes, object]) -> Abort | None:
-        """Run a transfer; return the abort that ends it, or None when it is served."""
-        try:
-            self._run(transfer)
-        except ServerAborted as aborted:
-            return aborted.abort
-        return None
-
     def attempt(self, transfer: Generator[Step, bytes, Result]) -> Result | Abort:
         """Run a transfer that the server may refuse at its initiate; return its result or abort.
 

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
+from conformance.run.block_steps import segments_of
 from conformance.run.channel_steps import ChannelSteps
 from conformance.run.steps import Target, mux_of, same_value, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
@@ -97,7 +98,7 @@ class Dialogue(ChannelSteps):
             self.take_abort(frame, codes, target)
             return 0
         self.checks.download_initiate(frame, mux_of(target))
-        chunks = [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
+        chunks = segments_of(data)
         for number, chunk in enumerate(chunks):
             last = number == len(chunks) - 1
             self.send(DownloadSegment.with_data(chunk, toggle=number % 2, last=last))

@@ -30,7 +30,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import DataType
+from conformance.sdo.objects import same_data
 from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation
 from conformance.sdo.stepping import Ended, Result, advance
 
@@ -181,8 +181,14 @@ class Steps(Wire):
         self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
     ) -> Abort | None:
         """Write an object; return the abort if the server refuses."""
+        return self.abort_of(
+            self.client.download(mux_of(target), data, segmented=segmented, sized=sized)
+        )
+
+    def abort_of(self, transfer: Generator[Step, bytes, object]) -> Abort | None:
+        """Run a transfer; return the abort that ends it, or None when it is served."""
         try:
-            self._run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
+            self._run(transfer)
         except ServerAborted as aborted:
             return aborted.abort
         return None
@@ -368,9 +374,7 @@ class Steps(Wire):
 
 def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
     """Compare values: the 00h that ends a string is optional."""
-    if known.data_type is DataType.VISIBLE_STRING:
-        return found.rstrip(b"\0") == due.rstrip(b"\0")
-    return found == due
+    return same_data(known.data_type, found, due)
 
 
 def shown(data: bytes) -> str:

@@ -60,6 +60,17 @@ _LENGTHS = {
 }
 
 
+def same_data(data_type: DataType | None, found: bytes, due: bytes) -> bool:
+    """Compare values; the 00h that ends a string is optional. None is a type that is not known.
+
+    >>> same_data(DataType.VISIBLE_STRING, b"name", b"name" + bytes(1))
+    True
+    """
+    if data_type is DataType.VISIBLE_STRING:
+        return found.rstrip(b"\0") == due.rstrip(b"\0")
+    return found == due
+
+
 class Access(StrEnum):
     """What a client may do to an entry (CiA 306-1)."""
 

@@ -215,6 +215,8 @@ def problem_with(deviation: Deviation, run: Run) -> str:
     if not deviation.is_fault:
         failed = run.failed(strict=not deviation.soft)
         return f"FALSE ALARM: {', '.join(failed[:5])}" if failed else ""
+    if deviation.soft and run.failed():
+        return f"misses a SHOULD alone, but fails: {', '.join(run.failed()[:5])}"
     failed = run.failed(strict=deviation.soft)
     if not failed:
         return "NOT CAUGHT"

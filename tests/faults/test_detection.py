@@ -49,6 +49,14 @@ def test_a_fault_has_to_be_caught_by_the_case_that_it_names() -> None:
     assert "by no case called" in problem_with(elsewhere, Run(fault.name, verdicts=caught))
 
 
+def test_a_soft_fault_must_not_fail_without_strict() -> None:
+    fault = known("answers-remote-with-abort")
+    missed = {"frame.remote-ignored": Verdict.NON_STRICT}
+    assert problem_with(fault, Run(fault.name, verdicts=dict(missed))) == ""
+    failed = missed | {"matrix.idle[remote-0]": Verdict.FAIL}
+    assert "fails: matrix.idle" in problem_with(fault, Run(fault.name, verdicts=failed))
+
+
 def test_an_unusual_server_must_not_fail() -> None:
     server = next(found for found in unusual() if not found.soft)
     missed = {"upload.size[1]": Verdict.NON_STRICT}

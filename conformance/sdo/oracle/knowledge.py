@@ -6,7 +6,7 @@ from enum import Enum, auto
 from typing import Self
 
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import Access, DataType, same_data
 
 
 class Presence(Enum):
@@ -54,9 +54,7 @@ class Facts:
 
     def same(self, found: bytes, due: bytes) -> bool:
         """Compare values: the 00h that ends a string is optional."""
-        if self.data_type is DataType.VISIBLE_STRING:
-            return found.rstrip(b"\0") == due.rstrip(b"\0")
-        return found == due
+        return same_data(self.data_type, found, due)
 
     def begins(self, found: bytes, due: bytes) -> bool:
         """Say whether ``found`` may be the first bytes of ``due``."""
