@@ -13,10 +13,13 @@ from conformance.reporting.bus_log import BusLog, merge_logs
 from conformance.sdo.can_frame import CanFrame
 
 DATA = st.binary(max_size=8)
+STANDARD, EXTENDED = st.integers(0, 0x7FF), st.integers(0, 0x1FFFFFFF)
 FRAMES = st.one_of(
-    st.builds(CanFrame, st.integers(0, 0x7FF), DATA),
-    st.builds(CanFrame, st.integers(0, 0x1FFFFFFF), DATA, extended=st.just(True)),
-    st.builds(CanFrame, st.integers(0, 0x7FF), remote=st.just(True), length=st.integers(0, 8)),
+    st.tuples(STANDARD, DATA).map(lambda found: CanFrame(*found)),
+    st.tuples(EXTENDED, DATA).map(lambda found: CanFrame(*found, extended=True)),
+    st.tuples(STANDARD, st.integers(0, 8)).map(
+        lambda found: CanFrame(found[0], remote=True, length=found[1])
+    ),
 )
 CAPTURED = st.builds(
     Captured,
