@@ -9,7 +9,6 @@ The tables are compiled once: each of the 256 values of byte 0 is looked up, the
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
-from functools import cache
 from operator import attrgetter, itemgetter
 from typing import Any, ClassVar, Self
 
@@ -58,13 +57,12 @@ class Message:
 
         Raises ValueError when a field does not fit into its place.
         """
-        # mypy takes the hash of the instances for that of their class.
-        return _codec(type(self)).encode(self)  # type: ignore[arg-type]
+        return _codec(type(self)).encode(self)
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
         """Read the message from its 8 bytes; the caller has matched byte 0 already."""
-        return cls(*_codec(cls).decode(frame))  # type: ignore[arg-type]
+        return cls(*_codec(cls).decode(frame))
 
     @classmethod
     def matches(cls, command: int) -> bool:
@@ -168,7 +166,15 @@ class _Codec:
         return f"{shown} does not fit into its bytes"
 
 
-_codec = cache(_Codec)
+_codecs: dict[type[Message], _Codec] = {}
+
+
+def _codec(kind: type[Message]) -> _Codec:
+    """Return the codec of a class, compiled when it is first needed."""
+    codec = _codecs.get(kind)
+    if codec is None:
+        codec = _codecs[kind] = _Codec(kind)
+    return codec
 
 
 def _format(name: str, place: tuple[int, int]) -> str:
