@@ -20,14 +20,13 @@ from conformance.device.eds_text import (
 )
 from conformance.device.files import FileError, did_you_mean, shortened
 from conformance.device.listing import ListedObject, Listing, ObjectType
-from conformance.device.objects import KnownObject
+from conformance.device.objects import ERROR_LIST, KnownObject
 from conformance.device.values import Number, decode_number, encode_number, is_number
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
 SUFFIXES = (".eds", ".dcf")
 MOST_COMPACT = 0xFE
-ERROR_LIST = 0x1003
 # The objects that describe types of the device, and none at all: no server reads them.
 _NO_OBJECTS = (0x00, 0x05, 0x06)
 _ACCESS = {access.value: access for access in Access} | {"rwr": Access.RW, "rww": Access.RW}

@@ -10,6 +10,8 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
 Value = TypeVar("Value")
+# Its sub-index 0 counts errors and takes nothing but 0; places beyond that are empty.
+ERROR_LIST = 0x1003
 _NAMED = re.compile(
     r"(?:0x)?(?P<index>[0-9a-f]{4})h?(?::(?:0x)?(?P<sub>[0-9a-f]{1,2})h?)?"
     r"(?:=(?P<type>[a-z_0-9]+)(?:,(?P<access>[a-z]+))?)?",

@@ -34,6 +34,7 @@ from conformance.faults import (
     nmt_states,
     server_timeouts,
     states,
+    storage,
     uploads,
     variants,
 )
@@ -70,6 +71,7 @@ _MODULES = (
     nmt_states,
     dictionary_reads,
     dictionary_writes,
+    storage,
     capacities,
     histories,
     variants,

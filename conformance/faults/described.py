@@ -1,12 +1,12 @@
 """A device made of an EDS: it has what is listed, with the default values, and nothing else."""
 
 from conformance.device.listing import Listing
-from conformance.device.objects import KnownObject
+from conformance.device.objects import ERROR_LIST, KnownObject
 from conformance.device.values import encode_number, is_number
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
+from conformance.sdo.storage import SIGNATURES, command_entry
 
-ERROR_LIST = 0x1003
 IDENTITY = 0x1018
 WITHOUT_VALUE = b"none"
 
@@ -22,6 +22,8 @@ def described_device(listing: Listing) -> ObjectDictionary:
 
 
 def _entry(known: KnownObject, listing: Listing) -> Entry:
+    if known.mux in SIGNATURES:
+        return command_entry(SIGNATURES[known.mux])
     data_type = known.data_type or DataType.DOMAIN
     return Entry(_value(known, listing), data_type, known.access, known.low, known.high)
 
