@@ -70,7 +70,7 @@ def expect_same(sdo: Dialogue, indices: Iterable[int], due: Records) -> None:
 
 @must("channel.records", "P3")
 def test_records(sdo: Dialogue) -> None:
-    """Each record from 1201h to 127Fh is there with both COB-IDs, or refused as a missing object."""
+    """Each record of 1201h to 127Fh is there with both COB-IDs, or refused as a missing object."""
     records(sdo, SERVER_RECORDS)
 
 

@@ -9,7 +9,12 @@ from conformance.device.known_deviations import write_deviations
 from conformance.outcome import Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
 from conformance.reporting.junit import write_junit
-from conformance.reporting.summary import device_lines, run_properties, summary_lines
+from conformance.reporting.summary import (
+    device_lines,
+    found_lines,
+    run_properties,
+    summary_lines,
+)
 from conformance.run.accounting import draft
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.running import ExitCode
@@ -99,7 +104,7 @@ class Closing:
             terminalreporter.section("conformance")
             for line in device_lines(state.options.node_ids, state.results, findings.not_run):
                 write(line)
-            for line in summary_lines(state.results):
+            for line in (*found_lines(findings.properties), *summary_lines(state.results)):
                 write(line)
             unexplained = [known for known in state.options.deviations if not known.is_explained]
             if unexplained:
