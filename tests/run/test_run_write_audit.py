@@ -22,7 +22,7 @@ WRITING = " or ".join(f"[{begin}" for begin in ("0", "1", "2", "3", "C", "D", "s
 def test_a_whole_run(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     begin = server.values()
-    result = run(pytester, server, node_like(None, server), "-k", f"{ONCE} or {WRITING}", "-v")
+    result = run(pytester, server, node_like(None, server), "-k", f"{ONCE} or {WRITING}", "-vv")
     assert result.ret == pytest.ExitCode.OK
     states = {state for state in STATES if f"::matrix.{state}[" in result.stdout.str()}
     assert states == set(STATES)
