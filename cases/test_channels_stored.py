@@ -116,6 +116,8 @@ def test_client_stored(sdo: Dialogue, device: Device) -> None:
     if not there:
         raise Unimplemented(sdo.refusal(Multiplexer(FIRST_CLIENT, REQUEST)))
     mux = Multiplexer(min(there), CLIENT)
+    if not device.may_put_back(mux):
+        raise NotTestable(f"{mux} may not be written: device.toml says so")
     before = sdo.upload(mux)[:1]
     new = bytes((before[0] % 127 + 1,))
     refused = sdo.write_parameter(mux, new)

@@ -40,7 +40,7 @@ class Device:
     nodes of the bus to which another process is talking meanwhile. ``defaults`` holds what each
     parameter read after the defaults were loaded, None as long as they were not;
     ``without_defaults`` says why they could not be. ``to_store`` is what the device had stored
-    before: it is stored again.
+    and a case has changed: it is stored again.
     """
 
     node_id: int

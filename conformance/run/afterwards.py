@@ -88,7 +88,6 @@ class Restorer:
 
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
-        self.expect(sdo)
         self._put_back(sdo, sdo.written)
 
     def restore_pending(self, sdo: Dialogue) -> None:
@@ -122,21 +121,25 @@ class Restorer:
 
     def _put_back(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> None:
         due = self._due(written)
+        self._list(due)
         if self.device.to_store:
             self._store_again(sdo)
         self._write(sdo, due)
 
     def _store_again(self, sdo: Dialogue) -> None:
-        """Store what was stored before the defaults were loaded."""
+        """Store what was stored before a case changed that.
+
+        It is tried once: from then on other values are in use, and would be stored as well.
+        """
         self._write(sdo, self.device.to_store)
         try:
             sdo.command(SAVE_ALL)
         except (Violation, NotTestable) as error:
             self.unrestored[SAVE_ALL] += f" ({error})"
             sdo.end_transfer()
-            return
+        else:
+            del self.unrestored[SAVE_ALL]
         self.device.to_store = {}
-        self.unrestored.pop(SAVE_ALL, None)
 
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
         objects = {known.mux: known for known in self.device.objects}

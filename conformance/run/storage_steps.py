@@ -49,13 +49,12 @@ class StorageSteps(ChannelSteps):
         """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done."""
         signature = SIGNATURES[mux]
         words = f'"{signature.decode()}" to {mux}'
+        seconds = max(STORAGE_TIME, self.channel.response_timeout)
         self.send(DownloadInitiate.with_data(mux, signature))
-        frame = self.wait(max(STORAGE_TIME, self.channel.response_timeout))
+        frame = self.wait(seconds)
         if frame is None:
             raise Violation(
-                ANSWERED,
-                expected=f"an answer to {words}",
-                actual=f"nothing within {STORAGE_TIME:g} s",
+                ANSWERED, expected=f"an answer to {words}", actual=f"nothing within {seconds:g} s"
             )
         try:
             self.checks.download_initiate(frame, mux)
@@ -133,10 +132,9 @@ class StorageSteps(ChannelSteps):
         """Return the parameters that have not the default that is stated, or of which none is."""
         for known in self.device.resettable():
             value = values.get(known.mux)
-            stated = known.default is not None and value is not None
-            if value is not None and not (
-                stated and same_value(known, value, known.default or b"")
-            ):
+            if value is None:
+                continue
+            if known.default is None or not same_value(known, value, known.default):
                 yield known
 
     def _check_put_back(self, values: Values) -> None:
