@@ -156,17 +156,21 @@ class LoadsCommunicationOnly(ParametersStored):
         self.power_on = [place for place in self.power_on if place[1]] + stored
 
 
-@fault("load-defaults-clears", STATE, "od.default-of-parameter")
-class LoadClears(ParametersStored):
-    """Loads zeros instead of its defaults."""
+@fault("load-defaults-others", STATE, "od.default-of-parameter[1017h:00]")
+class LoadsOthers(ParametersStored):
+    """Loads other values than its defaults."""
 
     def load_defaults(self) -> None:
-        """Clear all numbers that may be written."""
+        """Change a bit in the last byte of all that may be written."""
         super().load_defaults()
         self.power_on = [
-            (entry, in_area, bytes(len(value)) if entry.access.writable else value)
+            (entry, in_area, self.changed(value) if entry.access.writable else value)
             for entry, in_area, value in self.power_on
         ]
+
+    def changed(self, value: bytes) -> bytes:
+        """Return another value of the same length."""
+        return value[:-1] + bytes(byte ^ 1 for byte in value[-1:])
 
 
 # Records of SDO channels over resets and storing
