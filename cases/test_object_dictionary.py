@@ -23,7 +23,7 @@ from conformance.run.dictionary_steps import (
     unchanged,
     value_of,
 )
-from conformance.run.steps import shown
+from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -80,15 +80,30 @@ def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     sdo.expect_value(entry, entry.default or b"")
 
 
+@must("od.load-defaults", "storage.load-defaults")
+def test_load_defaults(sdo: Dialogue) -> None:
+    """A device that loads its defaults on command confirms "load", and boots with them then.
+
+    What it had before is put back; what it had stored is stored again.
+    """
+    sdo.loaded_defaults()
+
+
 @must("od.default-of-parameter", "9.1-default", entry=choose.parameters)
 def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
-    """After the defaults were loaded a parameter has the value that the EDS states."""
-    if not device.permits.at_defaults:
-        raise NotTestable(
-            "a device in use may have other values than its defaults: load them (1011h), reset it, "
-            "and say so in device.toml, [objects] at-defaults = true"
-        )
-    sdo.expect_value(entry, entry.default or b"")
+    """After the defaults were loaded a parameter has the value that the EDS states.
+
+    All parameters are read when they are loaded, once in a run, and what was there is put back.
+    """
+    due = entry.default or b""
+    if device.permits.at_defaults:
+        sdo.expect_value(entry, due)
+        return
+    found = sdo.loaded_defaults().get(entry.mux)
+    if found is None:
+        raise NotTestable("the object was not served when the defaults had been loaded")
+    if not same_value(entry, found, due):
+        raise sdo.breach(f"{entry} reads {shown(due)} after the defaults were loaded", shown(found))
 
 
 @should("od.configured", "9.1-parameter-value", entry=choose.configured)

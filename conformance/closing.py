@@ -10,7 +10,12 @@ from conformance.device.known_deviations import write_deviations
 from conformance.outcome import Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
 from conformance.reporting.junit import write_junit
-from conformance.reporting.summary import device_lines, run_properties, summary_lines
+from conformance.reporting.summary import (
+    device_lines,
+    found_lines,
+    run_properties,
+    summary_lines,
+)
 from conformance.run.accounting import draft
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.running import ExitCode
@@ -115,6 +120,7 @@ class Closing:
     def _summary(self) -> Iterator[str]:
         state = self._state
         yield from device_lines(state.options.node_ids, state.results, state.findings.not_run)
+        yield from found_lines(state.findings.properties)
         yield from summary_lines(state.results)
         unexplained = [known for known in state.options.deviations if not known.is_explained]
         if unexplained:

@@ -26,12 +26,15 @@ class Findings:
     not_run: Counter[int] = field(default_factory=Counter)
     wrong_use: str = ""
 
-    def close(self, session: DeviceSession, *, judged: bool) -> None:
-        """Take what a device's part of the run leaves behind."""
-        if not judged:
-            self.unjudged += [
-                f"{incident.case_id}: {incident.violation}" for incident in session.whole_run.late
-            ]
+    def close(self, session: DeviceSession, *, judged: int) -> None:
+        """Take what a device's part of the run leaves behind.
+
+        ``judged`` is how many of its late answers a case has judged.
+        """
+        self.unjudged += [
+            f"{incident.case_id}: {incident.violation}"
+            for incident in session.whole_run.late[judged:]
+        ]
         self.unrestored += [
             f"write {value} to {mux} of node {session.device.node_id}"
             for mux, value in session.restorer.unrestored.items()

@@ -161,7 +161,8 @@ class Running:
         item.stash[RESULT] = result
         attach(item, result)
         if result.case_id == LATE_ANSWERS:
-            state.judged_late_answers.add(result.node_id)
+            late = state.session(result.node_id).whole_run.late
+            state.judged_late_answers[result.node_id] = len(late)
         if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, run.bench_error or error, strict=state.options.strict)
@@ -226,7 +227,7 @@ class Running:
             except BenchError as error:
                 state.findings.bench_errors.append(error)
             for node_id, session in state.bench.sessions.items():
-                state.findings.close(session, judged=node_id in state.judged_late_answers)
+                state.findings.close(session, judged=state.judged_late_answers[node_id])
         if state.log is not None:
             state.log.close()
         if state.options.share.worker:

@@ -1,5 +1,6 @@
 """What the plugin keeps during a pytest run, and how an item is seen as a case."""
 
+from collections import Counter
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -21,7 +22,8 @@ from conformance.sdo.rules import Level, Rule
 class RunState:
     """One run: its bench while it is open, and what was found so far.
 
-    ``judged_late_answers`` are the devices for which a case has done so.
+    ``judged_late_answers`` says how many answers a case has judged that came late from a device:
+    others may come while the next device is tested.
     """
 
     options: Options
@@ -29,7 +31,7 @@ class RunState:
     log: BusLog | None = None
     results: list[CaseResult] = field(default_factory=list)
     findings: Findings = field(default_factory=Findings)
-    judged_late_answers: set[int] = field(default_factory=set)
+    judged_late_answers: Counter[int] = field(default_factory=Counter)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     @property

@@ -12,6 +12,7 @@ from functools import cache
 NMT = "nmt"
 SDO_PARAMETERS = "sdo-parameters"
 READ_ONLY_PROBES = "read-only-probes"
+STORE_PARAMETERS = "store-parameters"
 LOAD_DEFAULTS = "load-defaults"
 
 
@@ -27,7 +28,7 @@ class Denied:
 
 DENIED = (
     Denied(0x1005, 0x1007, "sync-parameters", "the SYNC parameters"),
-    Denied(0x1010, 0x1010, "store-parameters", "the parameter storage"),
+    Denied(0x1010, 0x1010, STORE_PARAMETERS, "the parameter storage"),
     Denied(0x1011, 0x1011, LOAD_DEFAULTS, "the restoring of defaults"),
     Denied(0x1012, 0x1013, "time-parameters", "the TIME parameters"),
     Denied(0x1014, 0x1015, "emergency-parameters", "the EMCY parameters"),

@@ -1,5 +1,6 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from conformance.device.deny import group_of
@@ -7,8 +8,10 @@ from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
+from conformance.sdo.storage import COMMANDS
 
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
@@ -35,7 +38,10 @@ class Device:
     communication parameters that cases write by permission, before the first write;
     ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
     looked. The ``listing`` is what an EDS or the user says of its objects. ``neighbours`` are
-    nodes of the bus to which another process is talking meanwhile.
+    nodes of the bus to which another process is talking meanwhile. ``defaults`` holds what each
+    parameter read after the defaults were loaded, None as long as they were not;
+    ``without_defaults`` says why they could not be. ``to_store`` is what the device had stored
+    and a case has changed: it is stored again.
     """
 
     node_id: int
@@ -53,6 +59,9 @@ class Device:
     listing: Listing = field(default_factory=Listing)
     permits: Permits = field(default_factory=Permits)
     neighbours: frozenset[int] = frozenset()
+    defaults: Mapping[Multiplexer, bytes] | None = None
+    without_defaults: str = ""
+    to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
 
     @property
     def permissions(self) -> frozenset[str]:
@@ -131,6 +140,21 @@ class Device:
         """Return what reads the same until the suite writes it, the identity included."""
         moving = {known.mux for known in self.objects if not known.is_steady}
         return sorted(self.values.keys() - moving)
+
+    def resettable(self) -> list[KnownObject]:
+        """Return what was read, stays until somebody writes it, and goes back in a reset."""
+        return [
+            known
+            for known in self.objects
+            if known.access is Access.RW
+            and known.is_steady
+            and known.mux in self.values
+            and known.mux.index not in (ERROR_LIST, *COMMANDS)
+        ]
+
+    def may_put_back(self, mux: Multiplexer) -> bool:
+        """Say whether an entry may be written with the value that it had before the run."""
+        return self.policy.permits(mux) and mux not in self.permits.never
 
     def is_constant(self, mux: Multiplexer) -> bool:
         """Whether an entry that was read must read the same for ever."""

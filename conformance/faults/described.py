@@ -6,6 +6,7 @@ from conformance.device.values import encode_number, is_number
 from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
+from conformance.sdo.storage import SIGNATURES, command_entry
 
 IDENTITY = 0x1018
 WITHOUT_VALUE = b"none"
@@ -22,6 +23,8 @@ def described_device(listing: Listing) -> ObjectDictionary:
 
 
 def _entry(known: KnownObject, listing: Listing) -> Entry:
+    if known.mux in SIGNATURES:
+        return command_entry(SIGNATURES[known.mux])
     data_type = known.data_type or DataType.DOMAIN
     return Entry(_value(known, listing), data_type, known.access, known.low, known.high)
 

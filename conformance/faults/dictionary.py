@@ -5,13 +5,15 @@ from collections.abc import Container
 
 from conformance.device.values import encode_number
 from conformance.faults.device import UNSIGNED, reference_entries
+from conformance.sdo.cob_id import CobId
 from conformance.sdo.errors import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
+from conformance.sdo.storage import SIGNATURES, command_entry
 
 IDENTITY = 0x1018
-LIMITED, GAPPY, TYPES, MEASURED = 0x2100, 0x2110, 0x2120, 0x2130
+CLIENT, LIMITED, GAPPY, TYPES, MEASURED = 0x1280, 0x2100, 0x2110, 0x2120, 0x2130
 EMERGENCY_ID = Multiplexer(0x1014)
 ERROR_CODE = Multiplexer(0x2140)
 PLACES_FOR_ERRORS = 2
@@ -20,7 +22,7 @@ PLACES_FOR_ERRORS = 2
 def all_entries(node_id: int, lacking: Container[Multiplexer] = ()) -> dict[Multiplexer, Entry]:
     """Return the entries of the built-in device, all but those that it is to lack."""
     entries = reference_entries(node_id) | _limited() | _gappy() | _types() | _measured()
-    entries |= _errors(node_id)
+    entries |= _errors(node_id) | _commands() | _client()
     left = {mux: entry for mux, entry in entries.items() if mux not in lacking}
     identity = [mux.sub_index for mux in left if mux.index == IDENTITY]
     left[Multiplexer(IDENTITY)].value = bytes([max(identity)])
@@ -90,6 +92,27 @@ def _measured() -> dict[Multiplexer, Entry]:
         Multiplexer(MEASURED): Entry(b"\x11\x22\x33\x44", DataType.UNSIGNED32, Access.RO),
         Multiplexer(MEASURED + 1): Entry(b"measured", DataType.OCTET_STRING, Access.RO),
     }
+
+
+def _commands() -> dict[Multiplexer, Entry]:
+    """Return what stores all parameters and loads their defaults."""
+    entries: dict[Multiplexer, Entry] = {}
+    for mux, signature in SIGNATURES.items():
+        entries |= _with_count(mux.index, {mux: command_entry(signature)})
+    return entries
+
+
+def _client() -> dict[Multiplexer, Entry]:
+    """Return the parameter of a channel in which the device is the client, not in use."""
+    unused = bytes(CobId(0, valid=False))
+    return _with_count(
+        CLIENT,
+        {
+            Multiplexer(CLIENT, 1): Entry(unused, DataType.UNSIGNED32),
+            Multiplexer(CLIENT, 2): Entry(unused, DataType.UNSIGNED32),
+            Multiplexer(CLIENT, 3): Entry(b"\1", DataType.UNSIGNED8, low=1, high=127),
+        },
+    )
 
 
 def _with_count(index: int, entries: dict[Multiplexer, Entry]) -> dict[Multiplexer, Entry]:

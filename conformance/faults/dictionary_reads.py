@@ -16,6 +16,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
 from conformance.sdo.server import Server
+from conformance.sdo.storage import COMMANDS
 
 ACCESS = DefectClass.ACCESS_OR_SIZE
 WIDTH = DefectClass.FIELD_WIDTH
@@ -114,8 +115,9 @@ class ParametersDiffer(Server):
     def __init__(self, objects: ObjectDictionary) -> None:
         """Change a bit of each within its limits."""
         super().__init__(objects)
-        for entry in objects:
-            if entry.access is Access.RW and entry.value:
+        for mux, entry in objects.items():
+            is_parameter = entry.access is Access.RW and mux.index not in COMMANDS
+            if is_parameter and entry.value:
                 entry.value = bytes([entry.value[0] ^ 1]) + entry.value[1:]
 
 

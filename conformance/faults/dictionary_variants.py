@@ -10,7 +10,7 @@ from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, R
 from conformance.sdo.server import Server
 
 STRUCTURE = 0xFF
-_RECORDS = {0x1018: 0x23, 0x1200: 0x22}
+_RECORDS = {0x1018: 0x23, 0x1200: 0x22, 0x1280: 0x22}
 
 
 @variant("structure-entry-implemented")

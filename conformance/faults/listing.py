@@ -22,7 +22,7 @@ _FORMULAS = {
     Multiplexer(0x1200, 1): "$NODEID+0x600",
     Multiplexer(0x1200, 2): "$NODEID+0x580",
 }
-_TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22}
+_TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22, 0x1280: 0x22}
 
 
 def listing_of(node: Node) -> Listing:
@@ -34,7 +34,7 @@ def permits_for(node: Node) -> Permits:
     """Return what the user of a built-in device would permit: everything that is there."""
     there = {mux for mux, _ in node.objects.items()}
     named = tuple(known for known in REFERENCE_OBJECTS if known.mux in there)
-    return Permits(named, all_rw=True, permissions=PERMISSIONS, at_defaults=True)
+    return Permits(named, all_rw=True, permissions=PERMISSIONS)
 
 
 def eds_of(node: Node) -> str:

@@ -8,6 +8,10 @@ from conformance.device.device import Device
 from conformance.run.bench import RunSettings
 from conformance.run.verdict import CaseResult, Verdict
 
+FOUND = "found-by-reading"
+# Values of more bytes than one frame takes count alike.
+LONG = 5
+
 
 def run_properties(settings: RunSettings) -> dict[str, str]:
     """Return the data of the run, as names and values."""
@@ -24,10 +28,42 @@ def run_properties(settings: RunSettings) -> dict[str, str]:
 
 
 def device_properties(device: Device, *, alone: bool) -> dict[str, str]:
-    """Return the node-ID and the identity (1018h) of a device; it may be ``alone`` in its run."""
+    """Return the node-ID and the identity (1018h) of a device; it may be ``alone`` in its run.
+
+    Of a device without an EDS it says as well what was found by reading.
+    """
     prefix = "" if alone else f"node-{device.node_id}."
     values = {"node-id": str(device.node_id), **device.identity}
+    if not device.listing.is_complete:
+        values[FOUND] = found_by_reading(device)
     return {f"{prefix}{name}": value for name, value in values.items()}
+
+
+def found_by_reading(device: Device) -> str:
+    """Say how many objects a device let read, how long they are, and whether in blocks."""
+    lengths = Counter(min(len(value), LONG) for value in device.values.values())
+    counts = [
+        f"{'more' if length == LONG else length}: {count}"
+        for length, count in sorted(lengths.items())
+    ]
+    found = f"{len(device.values)} objects"
+    if counts:
+        longest = max(device.values, key=lambda mux: (len(device.values[mux]), mux))
+        found += f", by length in bytes {', '.join(counts)} (up to {len(device.values[longest])}, "
+        found += f"{longest})"
+    refusal = device.block_upload_refusal
+    served = f"refused ({refusal})" if refusal else "served"
+    blocks = "no answer that tells" if refusal is None else served
+    return f"{found}; block upload: {blocks}"
+
+
+def found_lines(properties: Mapping[str, str]) -> list[str]:
+    """Return a line for each device of which something was found by reading."""
+    return [
+        f"{name.replace('-', ' ').replace('.', ': ')}: {value}"
+        for name, value in properties.items()
+        if name.endswith(FOUND)
+    ]
 
 
 def device_lines(

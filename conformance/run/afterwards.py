@@ -1,8 +1,9 @@
 """What a case leaves behind: is the server idle, and are the values what they were?"""
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.channel_steps import is_cob_id
 from conformance.run.dialogue import Dialogue
@@ -13,6 +14,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, UNSOLICITED, Violation
+from conformance.sdo.storage import COMMANDS, SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
@@ -75,61 +77,101 @@ def _not_idle(cause: Exception) -> Violation:
 
 @dataclass(slots=True)
 class Restorer:
-    """Puts back what cases wrote. ``unrestored`` lists what could not be, with the value due."""
+    """Puts back what cases wrote. ``unrestored`` lists what is not back yet, with the value due."""
 
     device: Device
     unrestored: dict[Multiplexer, str] = field(default_factory=dict)
 
+    def expect(self, sdo: Dialogue) -> None:
+        """List all that a case wrote, before anything can go wrong or be interrupted."""
+        self._list(self._due(sdo.written))
+
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
-        for known in self._written(sdo):
-            self._restore(sdo, known, self.device.values[known.mux])
-        parameters = [
-            (KnownObject(mux), due)
-            for mux, due in sorted(self.device.parameters.items())
-            if mux in sdo.written
-        ]
-        for known, due in parameters:
-            if is_cob_id(known.mux) and not self._reads(sdo, known, due):
-                # It may only be moved while it is not in use.
-                sdo.disable(known.mux)
-        for known, due in parameters:
-            self._restore(sdo, known, due)
-
-    def give_up(self, sdo: Dialogue) -> None:
-        """Take down what a case wrote to a device that answers no more."""
-        for known in self._written(sdo):
-            self.unrestored[known.mux] = shown(self.device.values[known.mux])
-        for mux in self.device.parameters.keys() & sdo.written:
-            self.unrestored[mux] = shown(self.device.parameters[mux])
+        self._put_back(sdo, sdo.written)
 
     def restore_pending(self, sdo: Dialogue) -> None:
-        """Try once more what could not be put back, as with a device that was lost meanwhile."""
-        for known in self.device.objects:
-            if known.mux in self.unrestored and known.access.writable:
-                self._restore(sdo, known, self.device.values[known.mux])
+        """Try once more what is listed, as with a device that was lost meanwhile."""
+        # Ends what an interrupted case may have left running.
+        sdo.channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        sdo.drain()
+        self._put_back(sdo, set(self.unrestored))
 
-    def _written(self, sdo: Dialogue) -> list[KnownObject]:
-        return [
-            known
-            for known in self.device.objects
-            if known.mux in sdo.written
-            and known.mux in self.device.values
+    def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
+        """Return the values that have to be back: a read-only object has kept its own."""
+        device = self.device
+        known = {
+            known.mux: device.values[known.mux]
+            for known in device.objects
+            if known.mux in device.values
             and known.access.writable
-        ]
+            and known.mux.index not in COMMANDS
+        }
+        due = device.parameters | known
+        return {mux: due[mux] for mux in sorted(due.keys() & set(written))}
+
+    def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
+        for mux, value in due.items():
+            self.unrestored[mux] = shown(value)
+        if self.device.to_store:
+            values = ", ".join(
+                f"{mux} {shown(value)}" for mux, value in self.device.to_store.items()
+            )
+            self.unrestored[SAVE_ALL] = f'"save" behind what was stored there: {values}'
+
+    def _put_back(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> None:
+        due = self._due(written)
+        self._list(due)
+        if self.device.to_store:
+            self._store_again(sdo)
+        self._write(sdo, due)
+
+    def _store_again(self, sdo: Dialogue) -> None:
+        """Store what was stored before a case changed that.
+
+        It is tried once: from then on other values are in use, and would be stored as well.
+        """
+        self._write(sdo, self.device.to_store)
+        try:
+            sdo.command(SAVE_ALL)
+        except (Violation, NotTestable) as error:
+            self.unrestored[SAVE_ALL] += f" ({error})"
+            sdo.end_transfer()
+        else:
+            del self.unrestored[SAVE_ALL]
+        self.device.to_store = {}
+
+    def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
+        objects = {known.mux: known for known in self.device.objects}
+        pending = []
+        for mux, value in due.items():
+            known = objects.get(mux) or KnownObject(mux)
+            self.unrestored[mux] = shown(value)
+            if self._reads(sdo, known, value):
+                del self.unrestored[mux]
+            elif self.device.may_put_back(mux):
+                pending.append((known, value))
+        for known, _ in pending:
+            if is_cob_id(known.mux):
+                self._disable(sdo, known)  # it may only be moved while it is not in use
+        for known, value in pending:
+            self._restore(sdo, known, value)
+
+    def _disable(self, sdo: Dialogue, known: KnownObject) -> None:
+        try:
+            sdo.disable(known.mux)
+        except Violation:
+            sdo.end_transfer()  # the value itself will be refused, and listed
 
     def _restore(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
-        self.unrestored[known.mux] = shown(due)
-        if not self._reads(sdo, known, due):
-            try:
-                sdo.download(known, due)
-            except Violation as violation:
-                self.unrestored[known.mux] += f" ({violation.actual})"
-                sdo.end_transfer()
-                return
-            if not self._reads(sdo, known, due):
-                return
-        del self.unrestored[known.mux]
+        try:
+            sdo.download(known, due)
+        except Violation as violation:
+            self.unrestored[known.mux] += f" ({violation.actual})"
+            sdo.end_transfer()
+            return
+        if self._reads(sdo, known, due):
+            del self.unrestored[known.mux]
 
     def _reads(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
         """Say whether an object reads as it should; what cannot be read does not.

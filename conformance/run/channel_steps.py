@@ -25,6 +25,7 @@ from conformance.sdo.stepping import Ended, advance
 
 DEFAULT_RECORD = 0x1200
 LAST_RECORD = 0x127F
+FIRST_CLIENT, LAST_CLIENT = 0x1280, 0x12FF
 COUNT, REQUEST, RESPONSE, CLIENT = range(4)
 NOT_THERE = (AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR)
 NO_SUCH_ENTRY = (*NOT_THERE, AbortCode.SUB_INDEX_MISSING)
@@ -41,7 +42,7 @@ Running = tuple["ChannelSteps", Generator[Step, bytes, object]]
 
 def is_cob_id(mux: Multiplexer) -> bool:
     """Say whether an entry is a COB-ID that is disabled before it is moved: 1200h is not."""
-    in_record = DEFAULT_RECORD < mux.index <= LAST_RECORD
+    in_record = DEFAULT_RECORD < mux.index <= LAST_CLIENT
     return in_record and mux.sub_index in (REQUEST, RESPONSE)
 
 

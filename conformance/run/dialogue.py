@@ -10,8 +10,8 @@ from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
-from conformance.run.channel_steps import ChannelSteps
 from conformance.run.steps import Target, mux_of, same_value, shown
+from conformance.run.storage_steps import StorageSteps
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
@@ -37,7 +37,7 @@ def named(codes: tuple[AbortCode, ...]) -> str:
     return " or ".join(describe_code(code) for code in codes) or "any code of CiA 301"
 
 
-class Dialogue(ChannelSteps):
+class Dialogue(StorageSteps):
     """The conversation of one case with one device."""
 
     # Expectations: the point of a case

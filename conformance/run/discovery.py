@@ -5,6 +5,7 @@ from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
+from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import (
@@ -68,7 +69,8 @@ def discover(channel: Channel, device: Device) -> None:
     """Fill in the device's baseline, identity, texts and the values of its objects.
 
     Only reads. What cannot be read stays unknown: the cases will say what is wrong with it. Where
-    no EDS lists what there is, the objects that devices commonly have are tried.
+    no EDS lists what there is, the objects that devices commonly have are tried, and the device is
+    asked whether it has block uploads: an EDS would not say that either, but its cases ask.
     Raises SilentNode when nothing answers.
     """
     record_baseline(channel, device)
@@ -82,6 +84,18 @@ def discover(channel: Channel, device: Device) -> None:
             device.objects.append(entry)
     if not device.listing.is_complete:
         _try_common(sdo, known)
+        _ask_for_block_upload(sdo)
+
+
+def _ask_for_block_upload(sdo: Dialogue) -> None:
+    try:
+        sdo.require_block_upload()
+    except Unimplemented:
+        return  # the refusal is known from now on
+    except Violation:
+        # Silence, or no answer of SDO: the cases on block uploads will say so.
+        sdo.end_transfer()
+        sdo.drain()
 
 
 def _try_common(sdo: Dialogue, known: set[Multiplexer]) -> None:

@@ -15,10 +15,9 @@ from conformance.device.values import is_number
 from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
+from conformance.sdo.storage import COMMANDS
 
 FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
-# What is written there is a command, and what is read says whether it is understood.
-COMMANDS = (0x1010, 0x1011)
 SERIAL_NUMBER = Multiplexer(0x1018, 4)
 FIRST_INDEX, LAST_INDEX = 0x1000, 0xBFFF
 MOST_UNLISTED = 24
@@ -46,8 +45,9 @@ def is_read(known: KnownObject) -> bool:
 
 
 def _is_written(known: KnownObject) -> bool:
-    # The count of errors takes no value but 0, not even its own.
-    return known.access is Access.RW and is_read(known) and known.mux.index != ERROR_LIST
+    # The count of errors takes no value but 0, not even its own; a command takes its signature.
+    plain = known.mux.index not in (ERROR_LIST, *COMMANDS)
+    return known.access is Access.RW and is_read(known) and plain
 
 
 def _is_plain_number(known: KnownObject) -> bool:
@@ -95,12 +95,7 @@ readable = _entries(is_read)
 of_fixed_length = _entries(lambda known: is_read(known) and _has_length(known))
 fixed = _entries(lambda known: _is_fixed(known) and known.default is not None and is_read(known))
 parameters = _entries(
-    lambda known: (
-        _is_written(known)
-        and known.is_steady
-        and known.default is not None
-        and known.mux.index not in COMMANDS
-    )
+    lambda known: _is_written(known) and known.is_steady and known.default is not None
 )
 configured = _entries(lambda known: known.configured is not None and is_read(known))
 limited = _entries(lambda known: is_read(known) and _is_limited(known))

@@ -5,14 +5,20 @@ and the parameters get back what they held.
 """
 
 from conformance.bus.channel import Channel
-from conformance.device.deny import NMT, SDO_PARAMETERS
+from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PARAMETERS
 from conformance.device.device import Device, NotTestable
 from conformance.run.block_steps import BlockSteps
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.nmt import TRANSITIONS, NmtCommand, NmtMessage, NmtState
+from conformance.sdo.nmt import (
+    COMMUNICATION_AREA,
+    TRANSITIONS,
+    NmtCommand,
+    NmtMessage,
+    NmtState,
+)
 from conformance.sdo.rules import Rule
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
@@ -24,6 +30,8 @@ SETTLING_TIME = 0.1
 PURPOSES = {
     NMT: "to send NMT commands to the device",
     SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
+    STORE_PARAMETERS: "to let the device store its parameters (1010h)",
+    LOAD_DEFAULTS: "to let the device load its defaults (1011h)",
 }
 
 
@@ -60,10 +68,20 @@ class NetworkSteps(BlockSteps):
             self.expected_boot_ups += 1
             self._booting = True
             self._beating = False
+            self._expect_reset(command)
         if not state.serves_sdo:
             self.tracker.open = None
         self.nmt_state = state
         self.channel.send_nmt(NmtMessage(command, self.device.node_id))
+
+    def _expect_reset(self, command: NmtCommand) -> None:
+        """Count as written what a reset may change: it is put back after the case."""
+        everything = command is NmtCommand.RESET_NODE
+        self.written |= {
+            known.mux
+            for known in self.device.resettable()
+            if everything or known.mux.index in COMMUNICATION_AREA
+        }
 
     def expect_boot_up(self) -> None:
         """Expect the boot-up message that follows a reset."""

@@ -249,6 +249,7 @@ class CaseRun:
 
     def _leave(self) -> None:
         session = self._session
+        session.restorer.expect(self.sdo)
         failed = self.result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR)
         leaving = leave(self.sdo, failed=failed)
         self.result.afterwards = leaving.afterwards
@@ -261,7 +262,6 @@ class CaseRun:
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True
             self.result.output = session.revival.process.tail() if session.revival else []
-            session.restorer.give_up(self.sdo)
         else:
             session.restorer.restore(self.sdo)
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)

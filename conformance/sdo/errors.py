@@ -12,6 +12,7 @@ from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, R
 from conformance.sdo.parameters import CheckedEntry
 
 ERROR_REGISTER = Multiplexer(0x1001)
+# Its sub-index 0 counts errors and takes nothing but 0; places beyond that are empty.
 ERROR_LIST = 0x1003
 # Codes below say that there is no error any more.
 FIRST_ERROR = 0x0100

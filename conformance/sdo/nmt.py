@@ -16,6 +16,8 @@ EMERGENCY_LENGTH = 8
 ERROR_CONTROL_BASE = 0x700
 ALL_NODES = 0
 COMMAND_LENGTH = 2
+# The indices that a reset of the communication is about.
+COMMUNICATION_AREA = range(0x1000, 0x2000)
 
 
 class NmtState(IntEnum):

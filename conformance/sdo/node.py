@@ -11,6 +11,7 @@ from conformance.sdo.errors import Errors, register_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import (
     ALL_NODES,
+    COMMUNICATION_AREA,
     NMT_ID,
     TRANSITIONS,
     NmtCommand,
@@ -22,9 +23,9 @@ from conformance.sdo.nmt import (
 from conformance.sdo.objects import DataType, Entry, Refusal
 from conformance.sdo.parameters import ServerParameter
 from conformance.sdo.segmented_server import SegmentedServer
+from conformance.sdo.storage import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
-COMMUNICATION_AREA = range(0x1000, 0x2000)
 
 
 class ServerChannel:
@@ -51,6 +52,8 @@ class Node:
     All servers work on the objects of the first. The node adds the objects that are its own:
     1001h, 1017h, 1200h, and 1201h, 1202h, … for each further channel. Where an ``ErrorCode`` is
     among the objects, an emergency follows each change of it.
+
+    A reset leads to the ``power_on`` values, that is to the ``defaults`` until others are stored.
     """
 
     def __init__(
@@ -78,9 +81,11 @@ class Node:
         self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
         for channel in self.channels:
             self.objects.add(channel.record.by_multiplexer())
-        self._power_on = [
-            (entry, mux.index in COMMUNICATION_AREA, entry.value)
-            for mux, entry in self.objects.items()
+        self.defaults = self.power_on = self._present()
+        self._commands = [
+            (entry, SIGNATURES[mux], follow)
+            for mux, follow in ((SAVE_ALL, self.save), (LOAD_ALL, self.load_defaults))
+            if (entry := self.objects.get(mux)) is not None
         ]
         self._heartbeat_period = 0.0
         self._heartbeat_due: float | None = None
@@ -89,6 +94,30 @@ class Node:
         """Return 1200h plus ``number``; every second one has a sub-index 03h."""
         check_client = self.check_client if number % 2 == 0 else None
         return ServerParameter.further(number, self.check_cob_id, check_client)
+
+    # What is kept without power: 1010h and 1011h, where the device has them
+
+    def _present(self) -> list[tuple[Entry, bool, bytes]]:
+        """Return all entries, whether a reset of the communication is about them, their values."""
+        return [
+            (entry, mux.index in COMMUNICATION_AREA, entry.value)
+            for mux, entry in self.objects.items()
+        ]
+
+    def _follow_commands(self) -> None:
+        """Do what a signature asks for that was written just now."""
+        for entry, signature, follow in self._commands:
+            if entry.value == signature:
+                entry.value = ON_COMMAND
+                follow()
+
+    def save(self) -> None:
+        """Store all values: a reset leads to them from now on."""
+        self.power_on = self._present()
+
+    def load_defaults(self) -> None:
+        """Forget what was stored: the next reset leads to the defaults."""
+        self.power_on = self.defaults
 
     # Time
 
@@ -167,7 +196,7 @@ class Node:
 
     def restore(self, *, communication_only: bool) -> None:
         """Give objects their power-on values: those at 1000h to 1FFFh, or all (7.3.2.2.1)."""
-        for entry, in_area, value in self._power_on:
+        for entry, in_area, value in self.power_on:
             if in_area or not communication_only:
                 entry.value = value
 
@@ -194,6 +223,7 @@ class Node:
         if not frames:  # what is written is always answered
             return frames
         self._set_heartbeat()
+        self._follow_commands()
         return frames + self.emergencies()
 
     def channel_of(self, frame: CanFrame) -> ServerChannel | None:

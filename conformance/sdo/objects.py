@@ -176,6 +176,10 @@ class ObjectDictionary:
         """Go through all entries."""
         return iter(self._entries.values())
 
+    def get(self, mux: Multiplexer) -> Entry | None:
+        """Return the entry, None where there is none."""
+        return self._entries.get(mux)
+
     def find(self, mux: Multiplexer) -> Entry:
         """Return the entry, or refuse: no such object, or no such sub-index of it."""
         entry = self._entries.get(mux)

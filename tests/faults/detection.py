@@ -62,6 +62,7 @@ GENERATED = ("test_matrix", "test_random")
 BEYOND_TRANSFERS = (
     "test_object_dictionary",
     "test_channels",
+    "test_channels_stored",
     "test_channel_independence",
     "test_nmt",
 )
@@ -183,7 +184,7 @@ def scripts(*without: str) -> list[str]:
 def about_more_than_transfers(deviation: Deviation) -> bool:
     """Say whether a server is unusual in its objects, its channels or its NMT states."""
     module = deviation.kind.__module__.rpartition(".")[2]
-    return module.startswith(("dictionary", "channel", "nmt"))
+    return module.startswith(("dictionary", "channel", "nmt", "storage"))
 
 
 def run_deviation(

@@ -10,6 +10,7 @@ from conformance.collection import CASES
 from conformance.faults.catalogue import build_node
 from conformance.running import ExitCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.node import Node
 
 pytest_plugins = ["pytester"]
 
@@ -50,6 +51,37 @@ def test_only_what_cannot_be_tested(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--object=2001=unsigned8", "-k", "sequence.downloads-unread")
     assert result.ret == 0
     assert set(result.parseoutcomes()) == {"skipped", "deselected"}
+
+
+# Several devices in turn
+
+
+class LateInTurn(Node):
+    """Answers once more when the run has gone on to the next device."""
+
+    def __init__(self, node_id: int) -> None:
+        super().__init__(node_id, build_node(None, node_id).server)
+        self.turns: list[int] = []
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        if 0x600 < frame.can_id < 0x680 and self.turns[-1:] != [frame.can_id]:
+            self.turns.append(frame.can_id)
+            if self.turns == [0x605, 0x609] * 2:  # both are discovered first
+                return [self.respond(bytes.fromhex("4318100100000000"))]
+        return super().receive(frame)
+
+
+def test_a_late_answer_of_the_device_before(pytester: pytest.Pytester) -> None:
+    """It is charged to the device that sent it, though its own late answers were judged already."""
+    chosen = "abort.frame or run.no-late-response or upload.identity"
+    with hosted(LateInTurn(NODE_ID), build_node(None, 9)) as bus:
+        result = run(pytester, f"--node-id={NODE_ID},9", *bus, "-k", chosen)
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    assert set(result.parseoutcomes()) == {"passed", "deselected"}
+    result.stdout.fnmatch_lines(
+        ["came too late, after run.no-late-response: *585#4318100100000000*"]
+    )
+    result.stdout.no_fnmatch_line("*the bench*")
 
 
 # A silent node

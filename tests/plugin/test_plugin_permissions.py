@@ -82,13 +82,15 @@ def test_one_permission(
     assert f"add --allow={name}\n" not in text
 
 
-def test_both_permissions(pytester: pytest.Pytester) -> None:
-    result, watched = cases(pytester, "--allow=nmt", "--allow=sdo-parameters")
+def test_all_permissions(pytester: pytest.Pytester) -> None:
+    permissions = ("nmt", "sdo-parameters", "store-parameters")
+    result, watched = cases(pytester, *(f"--allow={name}" for name in permissions))
     assert result.ret == 0
     assert "skipped" not in result.parseoutcomes()
     assert not any(channel.record.is_valid for channel in watched.node.channels[1:])
     assert watched.node.state.serves_sdo
     assert watched.node.heartbeat_time.value == bytes(2)
+    assert watched.node.power_on == watched.node.defaults, "what was stored is stored again"
 
 
 SHORT_IDS, LONG_IDS = ("40060000", "C0050000"), ("050BFF38", "050CFF38")

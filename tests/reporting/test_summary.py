@@ -1,9 +1,13 @@
 """What a run says at its end."""
 
+import pytest
 from reporting_results import result
 
-from conformance.reporting.summary import summary_lines
+from conformance.device.device import Device
+from conformance.device.listing import Listing
+from conformance.reporting.summary import device_properties, found_lines, summary_lines
 from conformance.run.verdict import Verdict
+from conformance.sdo.layout import Multiplexer
 
 
 def test_verdicts_are_counted_and_remarks_told() -> None:
@@ -30,3 +34,37 @@ def test_verdicts_are_counted_and_remarks_told() -> None:
 
 def test_nothing_is_said_of_what_did_not_happen() -> None:
     assert summary_lines([result()]) == ["1 pass"]
+
+
+@pytest.mark.parametrize(
+    ("refusal", "words"),
+    [
+        (None, "no answer that tells"),
+        ("", "served"),
+        ("abort 1000h:00, 05040001h", "refused (abort 1000h:00, 05040001h)"),
+    ],
+)
+def test_what_was_found_by_reading(refusal: str | None, words: str) -> None:
+    """Of a device without EDS."""
+    values = {
+        Multiplexer(0x1000): bytes(4),
+        Multiplexer(0x1008): b"a name",
+        Multiplexer(0x1001): b"0",
+    }
+    device = Device(5, values=values, block_upload_refusal=refusal)
+    lengths = "1: 1, 4: 1, more: 1 (up to 6, 1008h:00)"
+    found = f"3 objects, by length in bytes {lengths}; block upload: {words}"
+    assert found_lines(device_properties(device, alone=True)) == [f"found by reading: {found}"]
+    assert found_lines(device_properties(device, alone=False)) == [
+        f"node 5: found by reading: {found}"
+    ]
+
+
+def test_a_device_with_an_eds_is_known() -> None:
+    device = Device(5, listing=Listing(is_complete=True))
+    assert found_lines(device_properties(device, alone=True)) == []
+
+
+def test_a_device_that_lets_nothing_be_read() -> None:
+    (line,) = found_lines(device_properties(Device(5), alone=True))
+    assert line == "found by reading: 0 objects; block upload: no answer that tells"

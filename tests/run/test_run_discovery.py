@@ -100,6 +100,30 @@ def test_an_object_of_the_users_own_is_taken_as_the_user_says() -> None:
         assert [known for known in bench.device.objects if known.mux == NAME] == [name]
 
 
+@pytest.mark.parametrize(
+    ("name", "refusal"),
+    [(None, ""), ("no-block-transfer", "abort 1000h:00, 05040001h")],
+)
+def test_block_uploads_are_asked_for(name: str | None, refusal: str) -> None:
+    """By an initiate that is aborted at once: the server is idle afterwards."""
+    node = build_node(name, NODE_ID)
+    with discovered(node) as bench:
+        found = bench.device.block_upload_refusal
+        assert found is not None
+        assert found.startswith(refusal)
+        assert bool(found) is bool(refusal)
+        assert bench.dialogue().fence() == []
+        assert node.server.transfer is None
+
+
+def test_silence_to_a_block_upload_is_for_the_cases_to_judge() -> None:
+    def answer(data: bytes) -> list[bytes]:
+        return [BASELINE] if data == READ else []
+
+    with discovered(Scripted(answer), timeout=HASTY, objects=[]) as bench:
+        assert bench.device.block_upload_refusal is None
+
+
 class _Garbling(Recording):
     """Answers uploads of the identity with a download confirmation."""
 

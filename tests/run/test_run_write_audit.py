@@ -1,92 +1,31 @@
-"""Nothing is written but what the user named, and every value is put back: in a whole run.
-
-The device keeps a record of its own; what the suite believes to have done is not asked.
-"""
-
-from collections.abc import Sequence
+"""Nothing is written but what the user named, and every value is put back: in a whole run."""
 
 import pytest
-from run_bench import NODE_ID, Recording
+from run_audit import WRITABLE, asked_to_write, node_like, run, server_like
 
-from conformance.bus.host import NodeHost
-from conformance.bus.opening import BusSettings, open_bus
-from conformance.device.safety import IDENTITY, written_by
-from conformance.faults.catalogue import all_deviations
-from conformance.faults.device import reference_entries
-from conformance.run.bench import private_channel
+from conformance.device.safety import IDENTITY
+from conformance.run.matrix.states import STATES
 from conformance.running import ExitCode
-from conformance.sdo.frames import decode_request
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
-from conformance.sdo.objects import Access, DataType, Entry
-from conformance.sdo.server import Server
+from conformance.sdo.objects import Access
 
 pytest_plugins = ["pytester"]
 
-NAMED = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string")
 NAME = Multiplexer(0x1008)
 TEXT = Multiplexer(0x2010)
-WRITABLE = {Multiplexer(0x2001), Multiplexer(0x2004), Multiplexer(0x2010)}
-# The number to which writes of a careless device would go, and what looks like a missing object.
-ALSO_WRITABLE = {
-    Multiplexer(0x1017): Entry(b"\0\0", DataType.UNSIGNED16),
-    Multiplexer(0x1010, 1): Entry(bytes(4), DataType.UNSIGNED32),
-    Multiplexer(0x0F00): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
-    Multiplexer(0x2004, 0xFE): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
-}
-
-
-def server_like(name: str | None) -> Recording:
-    """Return a recording server that is also the faulty or unusual one of that name."""
-    deviations = {deviation.name: deviation.kind for deviation in all_deviations()}
-    kind = deviations.get(name or "", Server)
-    bases = (Recording, kind) if issubclass(kind, Server) else (Recording,)
-    audited: type[Recording] = type("Audited", bases, {})
-    return audited(reference_entries(NODE_ID) | ALSO_WRITABLE)
-
-
-def node_like(name: str | None, server: Recording) -> Node:
-    deviations = {deviation.name: deviation.kind for deviation in all_deviations()}
-    kind = deviations.get(name or "", Node)
-    return kind(NODE_ID, server) if issubclass(kind, Node) else Node(NODE_ID, server)
-
-
-def run(
-    pytester: pytest.Pytester,
-    server: Recording,
-    node: Node,
-    *arguments: str,
-    named: Sequence[str] = NAMED,
-) -> int:
-    """Run the suite on the device, with leave to write what is named."""
-    channel = private_channel()
-    with NodeHost(open_bus(BusSettings("virtual", channel)), node):
-        result = pytester.runpytest_inprocess(
-            *("-p", "no:cacheprovider", "-p", "no:hypothesispytest", "-q"),
-            f"--report-dir={pytester.path / 'reports'}",
-            f"--node-id={NODE_ID}",
-            *("--can-interface=virtual", f"--can-channel={channel}"),
-            *(f"--object={name}" for name in named),
-            *arguments,
-        )
-    assert server.requests, "the run has reached the device"
-    return int(result.ret)
-
-
-def asked_to_write(server: Recording) -> set[Multiplexer]:
-    """Return the entries of the device for which a download was begun, whatever its length."""
-    requests = (decode_request(frame.ljust(8, b"\0")) for frame in server.requests)
-    return {mux for mux in map(written_by, requests) if mux in server.entries}
-
-
 # Of the matrix two states, where most of its frames can be taken for a download.
 ONCE = "not test_matrix or matrix.idle or matrix.block-download-between"
+# Of the other states each frame with a specifier of downloads, or that a sub-block takes.
+WRITING = " or ".join(f"[{begin}" for begin in ("0", "1", "2", "3", "C", "D", "segment"))
 
 
 def test_a_whole_run(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     begin = server.values()
-    assert run(pytester, server, node_like(None, server), "-k", ONCE) == pytest.ExitCode.OK
+    result = run(pytester, server, node_like(None, server), "-k", f"{ONCE} or {WRITING}", "-vv")
+    assert result.ret == pytest.ExitCode.OK
+    states = {state for state in STATES if f"::matrix.{state}[" in result.stdout.str()}
+    assert states == set(STATES)
     assert {mux for mux, _ in server.writes} == WRITABLE
     probed = asked_to_write(server) - WRITABLE
     assert probed
@@ -107,7 +46,7 @@ SHORT = "not test_matrix and not 409 and not 177 and not 88 and not 89 and not w
 def test_a_whole_run_on_an_unusual_device(pytester: pytest.Pytester, name: str) -> None:
     server = server_like(name)
     begin = server.values()
-    assert run(pytester, server, node_like(name, server), "-k", SHORT) == pytest.ExitCode.OK
+    assert run(pytester, server, node_like(name, server), "-k", SHORT).ret == pytest.ExitCode.OK
     assert {mux for mux, _ in server.writes} <= WRITABLE
     assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= set(IDENTITY)
     if name == "text-ends-in-zero":
@@ -134,7 +73,7 @@ def test_a_device_that_writes_what_it_should_not(
     """Its values are put back all the same, and no other object is touched."""
     server = server_like(name)
     begin = server.values()
-    status = run(pytester, server, node_like(name, server), "-k", chosen)
+    status = run(pytester, server, node_like(name, server), "-k", chosen).ret
     assert status in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
     assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= set(IDENTITY)
     assert server.values() == begin
@@ -157,7 +96,7 @@ def test_a_device_that_makes_no_sense(pytester: pytest.Pytester, name: str) -> N
     server = server_like(name)
     begin = server.values()
     chosen = ("--response-timeout=0.1", "-k", "abort. or test_expedited_download or frame.short")
-    status = run(pytester, server, node_like(name, server), *chosen)
+    status = run(pytester, server, node_like(name, server), *chosen).ret
     assert status in (pytest.ExitCode.TESTS_FAILED, ExitCode.DEVICE_LOST)
     assert server.values() == begin
 
@@ -167,7 +106,7 @@ def test_without_leave_no_value_is_changed(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     server.entries[NAME].access = Access.RW  # unusual, and not forbidden
     begin = server.values()
-    status = run(pytester, server, node_like(None, server), "-k", ONCE, named=())
+    status = run(pytester, server, node_like(None, server), "-k", ONCE, named=()).ret
     assert status == pytest.ExitCode.TESTS_FAILED
     assert {mux.index for mux in asked_to_write(server)} <= set(IDENTITY)
     assert [(mux, value) for mux, value in server.writes if value != begin[mux]] == []
@@ -176,5 +115,5 @@ def test_without_leave_no_value_is_changed(pytester: pytest.Pytester) -> None:
 def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     right = node_like(None, server)
-    assert run(pytester, server, right, "-k", ONCE, named=()) == pytest.ExitCode.OK
+    assert run(pytester, server, right, "-k", ONCE, named=()).ret == pytest.ExitCode.OK
     assert server.writes == []

@@ -42,7 +42,12 @@ ROWS = [
     *(f"{section}-{row}" for section, rows in NAMED.items() for row in rows.split()),
     "3.10",
 ]
-OF_THE_SUITE = {"object.constant", "server.no-reboot"}
+OF_THE_SUITE = {
+    "object.constant",
+    "server.no-reboot",
+    "storage.load-defaults",
+    "storage.save",
+}
 """Rules of the object dictionary and of the device, for which the reference has no row."""
 
 

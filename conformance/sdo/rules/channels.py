@@ -179,7 +179,9 @@ CHANNEL_RULES = (
         MAY,
         "1280h to 12FFh describe the channels in which the device is the client.",
         rows=("1.3-client-parameter",),
-        untestable="It is about the device's client; its server has no part in it.",
+        reaction="served, or abort",
+        codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
+        open="whether there are any",
     ),
     Rule(
         "object.mandatory",

@@ -6,6 +6,8 @@ EDS = "CiA 306-1"
 ACCESS = "7.4.5"
 STRUCTURE = "7.4.2"
 IDENTITY = "7.5.2.19"
+STORE = "7.5.2.13"
+RESTORE = "7.5.2.14"
 
 OBJECT_DICTIONARY_RULES = (
     Rule(
@@ -77,5 +79,21 @@ OBJECT_DICTIONARY_RULES = (
         rows=("9.2-structure",),
         reaction="served, or abort",
         open="whether there is a sub-index FFh",
+    ),
+    Rule(
+        "storage.load-defaults",
+        RESTORE,
+        MUST,
+        "A device that loads its defaults on command has them after the next reset of the node.",
+        reaction="served",
+        open="whether it has 1011h; whether the defaults are in use before the reset",
+    ),
+    Rule(
+        "storage.save",
+        STORE,
+        MUST,
+        "A device that stores its parameters on command has them after the next reset.",
+        reaction="served",
+        open="whether it has 1010h",
     ),
 )

@@ -1,0 +1,131 @@
+"""All SDO parameter records, 1200h to 12FFh, over resets and storing (CiA 301, 7.5.2.33, .34)."""
+
+from collections.abc import Iterable
+
+from conformance.device.deny import NMT, STORE_PARAMETERS
+from conformance.device.device import Device, NotTestable
+from conformance.run.case import must
+from conformance.run.channel_steps import (
+    CLIENT,
+    DEFAULT_RECORD,
+    FIRST_CLIENT,
+    LAST_CLIENT,
+    LAST_RECORD,
+    NOT_THERE,
+    REQUEST,
+    RESPONSE,
+)
+from conformance.run.dialogue import Dialogue
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import describe_response
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.storage import SAVE_ALL
+
+SERVER_RECORDS = range(DEFAULT_RECORD + 1, LAST_RECORD + 1)
+CLIENT_RECORDS = range(FIRST_CLIENT, LAST_CLIENT + 1)
+
+Records = dict[int, tuple[bytes, bytes]]
+
+
+def records(sdo: Dialogue, indices: Iterable[int]) -> Records:
+    """Read both COB-IDs of each record; what is not there has to be refused as missing."""
+    found: Records = {}
+    for index in indices:
+        try:
+            request = sdo.read(Multiplexer(index, REQUEST))
+        except ServerAborted as aborted:
+            if aborted.abort.code not in NOT_THERE:
+                raise sdo.breach(
+                    f"{index:04X}h:01 to be served, or 06020000h",
+                    describe_response(aborted.abort.encode()),
+                ) from aborted
+            continue
+        found[index] = (request, sdo.upload(Multiplexer(index, RESPONSE)))
+    return found
+
+
+def expect_there(sdo: Dialogue, indices: Iterable[int], due: Iterable[int]) -> Records:
+    """Expect the same records to be there as before, and none besides; return them."""
+    found = records(sdo, indices)
+    changed = sorted(set(found) ^ set(due))
+    if changed:
+        before, now = ("missing", "there") if changed[0] in found else ("there", "missing")
+        raise sdo.breach(f"{changed[0]:04X}h {before}, as before the reset", f"it is {now}")
+    return found
+
+
+def expect_same(sdo: Dialogue, indices: Iterable[int], due: Records) -> None:
+    """Expect the records to read as before, all of them."""
+    found = expect_there(sdo, indices, due)
+    for index, cob_ids in due.items():
+        if found[index] != cob_ids:
+            before, now = (
+                " and ".join(f"{value[::-1].hex().upper()}h" for value in pair)
+                for pair in (cob_ids, found[index])
+            )
+            raise sdo.breach(f"{index:04X}h:01 and :02 read {before}, as before", now)
+
+
+@must("channel.records", "P3")
+def test_records(sdo: Dialogue) -> None:
+    """Each record of 1201h to 127Fh is there with both COB-IDs, or refused as a missing object."""
+    records(sdo, SERVER_RECORDS)
+
+
+@must("channel.records-after-reset", "P13", "P3")
+def test_records_after_reset(sdo: Dialogue) -> None:
+    """Each record of 1201h to 127Fh is there after a reset as before it, or missing as before.
+
+    Its COB-IDs are those of power-on then: the next reset of the communication leads to the same.
+    """
+    sdo.require(NMT)
+    before = records(sdo, SERVER_RECORDS)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    power_on = expect_there(sdo, SERVER_RECORDS, before)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    expect_same(sdo, SERVER_RECORDS, power_on)
+
+
+@must("channel.clients-after-store", "storage.save", "1.3-client-parameter")
+def test_clients_after_store(sdo: Dialogue) -> None:
+    """What there is of 1280h to 12FFh reads after storing and a reset as before, or is missing.
+
+    The first reset makes sure that nothing is stored but what is stored already.
+    """
+    sdo.require(NMT)
+    sdo.require(STORE_PARAMETERS)
+    sdo.require_command(SAVE_ALL)
+    sdo.reset(NmtCommand.RESET_NODE)
+    before = records(sdo, CLIENT_RECORDS)
+    sdo.command(SAVE_ALL)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    expect_same(sdo, CLIENT_RECORDS, before)
+
+
+@must("channel.client-stored", "storage.save", "1.3-client-parameter")
+def test_client_stored(sdo: Dialogue, device: Device) -> None:
+    """A node-ID in sub-index 03h of a client's record that was stored is there after a reset."""
+    sdo.require(NMT)
+    sdo.require(STORE_PARAMETERS)
+    sdo.require_parameters()
+    sdo.require_command(SAVE_ALL)
+    sdo.reset(NmtCommand.RESET_NODE)
+    there = records(sdo, CLIENT_RECORDS)
+    if not there:
+        raise Unimplemented(sdo.refusal(Multiplexer(FIRST_CLIENT, REQUEST)))
+    mux = Multiplexer(min(there), CLIENT)
+    if not device.may_put_back(mux):
+        raise NotTestable(f"{mux} may not be written: device.toml says so")
+    before = sdo.upload(mux)[:1]
+    new = bytes((before[0] % 127 + 1,))
+    refused = sdo.write_parameter(mux, new)
+    if refused is not None:
+        raise NotTestable(f"{mux} does not take {new[0]}: {describe_response(refused.encode())}")
+    device.to_store = {mux: before}
+    sdo.command(SAVE_ALL)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    found = sdo.upload(mux)[:1]
+    if found != new:
+        raise sdo.breach(f"{mux} reads {new.hex()}, as it was stored", found.hex())

@@ -1,0 +1,160 @@
+"""What a case does with what a device keeps without power: it is stored, or the defaults loaded.
+
+A device that loads its defaults forgets what it had stored, and a reset leads to what is stored.
+So nothing is loaded unless all that would be lost can be put back, and stored again.
+"""
+
+from collections.abc import Iterable, Mapping
+
+from conformance.device.deny import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
+from conformance.device.device import NotTestable
+from conformance.device.objects import KnownObject
+from conformance.run.channel_steps import ChannelSteps
+from conformance.run.steps import NOT_NOW, same_value, shown
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import DownloadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.rules import ANSWERED, Violation
+from conformance.sdo.storage import LOAD_ALL, SAVE_ALL, SIGNATURES
+
+# Within how many seconds a device stores its parameters or restores their defaults.
+STORAGE_TIME = 5.0
+MOST_NAMED = 8
+# COB-IDs and mappings of other services: they are written in an order of their own.
+IN_ORDER = frozenset((0x1005, 0x1012, 0x1014, *range(0x1400, 0x1C00)))
+BY_HAND = (
+    "; or load the defaults by hand, reset the device, and say so in device.toml, [objects] "
+    "at-defaults = true"
+)
+
+Values = Mapping[Multiplexer, bytes]
+
+
+class StorageSteps(ChannelSteps):
+    """Commands to 1010h and 1011h, and what parameters read after them."""
+
+    def require_command(self, mux: Multiplexer) -> None:
+        """Raise Unimplemented unless the device says that it follows a command."""
+        try:
+            data = self.read(mux)
+        except ServerAborted as aborted:
+            raise Unimplemented(describe_response(aborted.abort.encode())) from aborted
+        if not data or not data[0] & 1:
+            raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
+
+    def command(self, mux: Multiplexer) -> None:
+        """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done."""
+        signature = SIGNATURES[mux]
+        words = f'"{signature.decode()}" to {mux}'
+        seconds = max(STORAGE_TIME, self.channel.response_timeout)
+        self.send(DownloadInitiate.with_data(mux, signature))
+        frame = self.wait(seconds)
+        if frame is None:
+            raise Violation(
+                ANSWERED, expected=f"an answer to {words}", actual=f"nothing within {seconds:g} s"
+            )
+        try:
+            self.checks.download_initiate(frame, mux)
+        except ServerAborted as aborted:
+            refusal = describe_response(aborted.abort.encode())
+            if aborted.abort.code in NOT_NOW:
+                raise NotTestable(f"the device does not take {words} now: {refusal}") from aborted
+            raise self.breach(f"{words} to be confirmed, as bit 0 of it says", refusal) from aborted
+
+    def loaded_defaults(self) -> Values:
+        """Return what each parameter reads with the defaults loaded; loads them once in a run.
+
+        What the device had before is put back after the case. Raises NotTestable, with the reason,
+        where that could not be done, and in all cases behind one in which it has failed.
+        """
+        device = self.device
+        if device.defaults is None:
+            if device.without_defaults:
+                raise NotTestable(device.without_defaults)
+            device.without_defaults = f"the defaults could not be loaded: see {self.rule.id}"
+            try:
+                device.defaults = self._load_defaults()
+            except NotTestable as lacking:
+                device.without_defaults = str(lacking)
+                raise
+            except Unimplemented as refusal:
+                device.without_defaults = f"the device loads no defaults ({refusal}){BY_HAND}"
+                raise
+        return device.defaults
+
+    def _load_defaults(self) -> Values:
+        device = self.device
+        if not device.listing.is_complete:
+            raise NotTestable("needs an EDS, --eds=FILE: nobody else knows all that would change")
+        self._require_for_defaults(LOAD_DEFAULTS)
+        self._require_for_defaults(NMT)
+        self.require_command(LOAD_ALL)
+        self._check_put_back(device.values)
+        self.reset(NmtCommand.RESET_NODE)
+        device.to_store = self._stored()
+        self.command(LOAD_ALL)
+        self.reset(NmtCommand.RESET_NODE)
+        defaults = self._present()
+        if device.to_store.items() <= defaults.items():
+            device.to_store = {}  # they were stored, or never changed: nothing was lost
+        return defaults
+
+    def _require_for_defaults(self, permission: str) -> None:
+        try:
+            self.require(permission)
+        except NotTestable as lacking:
+            raise NotTestable(f"{lacking}{BY_HAND}") from None
+
+    def _stored(self) -> dict[Multiplexer, bytes]:
+        """Return what is stored and no default, as a reset has just shown; it will be lost."""
+        present = self._present()
+        self._check_put_back(present)
+        changed = {known.mux: present[known.mux] for known in self._not_default(present)}
+        if changed:
+            self._require_for_defaults(STORE_PARAMETERS)
+            self.require_command(SAVE_ALL)
+        return changed
+
+    def _present(self) -> dict[Multiplexer, bytes]:
+        """Read all parameters; one that the device does not serve now is left out."""
+        found = {}
+        for known in self.device.resettable():
+            try:
+                found[known.mux] = self.read(known.mux)[: known.length]
+            except ServerAborted:
+                continue
+        return found
+
+    def _not_default(self, values: Values) -> Iterable[KnownObject]:
+        """Return the parameters that have not the default that is stated, or of which none is."""
+        for known in self.device.resettable():
+            value = values.get(known.mux)
+            if value is None:
+                continue
+            if known.default is None or not same_value(known, value, known.default):
+                yield known
+
+    def _check_put_back(self, values: Values) -> None:
+        """Raise NotTestable where the defaults would replace what could not be put back."""
+        lost = [
+            known
+            for known in self._not_default(values)
+            if known.mux.index in IN_ORDER or not self.device.may_put_back(known.mux)
+        ]
+        if not lost:
+            return
+        names = ", ".join(map(str, lost[:MOST_NAMED]))
+        more = f" and {len(lost) - MOST_NAMED} more" if len(lost) > MOST_NAMED else ""
+        ordered = [known for known in lost if known.mux.index in IN_ORDER]
+        first = (ordered or lost)[0]
+        why = (
+            f"{first} is written in an order of its own"
+            if ordered
+            else self.device.permits.refusal(first)
+        )
+        raise NotTestable(
+            f"what {names}{more} hold may be no default, and could not be put back ({why}){BY_HAND}"
+        )

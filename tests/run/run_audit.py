@@ -1,0 +1,75 @@
+"""Runs of the whole suite on a device that keeps a record of its own of what is written to it.
+
+What the suite believes to have done is not asked.
+"""
+
+from collections.abc import Sequence
+
+import pytest
+from run_bench import NODE_ID, Recording
+
+from conformance.bus.host import HostedNode, NodeHost
+from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.safety import written_by
+from conformance.faults.catalogue import all_deviations
+from conformance.faults.device import reference_entries
+from conformance.run.bench import private_channel
+from conformance.sdo.frames import decode_request
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.node import Node
+from conformance.sdo.objects import Access, DataType, Entry
+from conformance.sdo.server import Server
+
+NAMED = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string")
+WRITABLE = {Multiplexer(0x2001), Multiplexer(0x2004), Multiplexer(0x2010)}
+# The number to which writes of a careless device would go, and what looks like a missing object.
+ALSO_WRITABLE = {
+    Multiplexer(0x1017): Entry(b"\0\0", DataType.UNSIGNED16),
+    Multiplexer(0x1010, 1): Entry(bytes(4), DataType.UNSIGNED32),
+    Multiplexer(0x0F00): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
+    Multiplexer(0x2004, 0xFE): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
+}
+
+
+def server_like(name: str | None) -> Recording:
+    """Return a recording server that is also the faulty or unusual one of that name."""
+    deviations = {deviation.name: deviation.kind for deviation in all_deviations()}
+    kind = deviations.get(name or "", Server)
+    bases = (Recording, kind) if issubclass(kind, Server) else (Recording,)
+    audited: type[Recording] = type("Audited", bases, {})
+    return audited(reference_entries(NODE_ID) | ALSO_WRITABLE)
+
+
+def node_like(name: str | None, server: Recording) -> Node:
+    deviations = {deviation.name: deviation.kind for deviation in all_deviations()}
+    kind = deviations.get(name or "", Node)
+    return kind(NODE_ID, server) if issubclass(kind, Node) else Node(NODE_ID, server)
+
+
+def run(
+    pytester: pytest.Pytester,
+    server: Recording,
+    node: HostedNode,
+    *arguments: str,
+    named: Sequence[str] = NAMED,
+) -> pytest.RunResult:
+    """Run the suite on the device, with leave to write what is named; it may be interrupted."""
+    channel = private_channel()
+    with NodeHost(open_bus(BusSettings("virtual", channel)), node):
+        result = pytester.runpytest_inprocess(
+            *("-p", "no:cacheprovider", "-p", "no:hypothesispytest", "-q"),
+            f"--report-dir={pytester.path / 'reports'}",
+            f"--node-id={NODE_ID}",
+            *("--can-interface=virtual", f"--can-channel={channel}"),
+            *(f"--object={name}" for name in named),
+            *arguments,
+            no_reraise_ctrlc=True,
+        )
+    assert server.requests, "the run has reached the device"
+    return result
+
+
+def asked_to_write(server: Recording) -> set[Multiplexer]:
+    """Return the entries of the device for which a download was begun, whatever its length."""
+    requests = (decode_request(frame.ljust(8, b"\0")) for frame in server.requests)
+    return {mux for mux in map(written_by, requests) if mux in server.entries}

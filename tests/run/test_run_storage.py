@@ -1,0 +1,320 @@
+"""Loading the defaults of a device: what it had, in use and stored, is there again afterwards."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import pytest
+from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
+
+from conformance.bus.channel import Channel
+from conformance.bus.host import NodeHost
+from conformance.bus.link import Link
+from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.deny import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
+from conformance.device.device import Device, NotTestable
+from conformance.device.permits import Permits, known_objects
+from conformance.device.safety import WritePolicy
+from conformance.faults.catalogue import build_node
+from conformance.faults.listing import listing_of, permits_for
+from conformance.faults.storage import STORED
+from conformance.run.bench import private_channel
+from conformance.run.dialogue import Dialogue
+from conformance.run.discovery import discover
+from conformance.run.verdict import Afterwards, Unimplemented, Verdict
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.node import Node
+from conformance.sdo.objects import DataType, Entry
+from conformance.sdo.rules import Violation
+from conformance.sdo.storage import LOAD_ALL, SAVE_ALL
+
+NUMBER = Multiplexer(0x2004)
+IN_USE = b"\x0a\x0b\x0c\x0d"
+
+
+class Kept:
+    """What a node has: in use, and behind its next reset."""
+
+    def __init__(self, node: Node) -> None:
+        self.values = {mux: entry.value for mux, entry in node.objects.items()}
+        self.power_on = [value for _, _, value in node.power_on]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Kept) and vars(self) == vars(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+class Watched:
+    """A node, and the NMT commands and the signatures that it was sent."""
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.commands: list[str] = []
+        self.silent = False
+
+    def start(self) -> list[CanFrame]:
+        return self.node.start()
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        if frame.can_id == 0:
+            self.commands.append(NmtCommand(frame.data[0]).name)
+        if frame.data[:1] == b"\x23" and frame.data[1:4] in (b"\x10\x10\x01", b"\x11\x10\x01"):
+            self.commands.append(frame.data[4:].decode())
+        return [] if self.silent else self.node.receive(frame)
+
+    def advance(self, now: float) -> list[CanFrame]:
+        return self.node.advance(now)
+
+    @property
+    def wake_at(self) -> float | None:
+        return self.node.wake_at
+
+
+@contextmanager
+def configured(
+    name: str = "parameters-stored",
+    *without: str,
+    permits: Permits | None = None,
+    node: Node | None = None,
+) -> Iterator[tuple[Workbench, Watched]]:
+    """Host a device that is in use, all but the permissions ``without`` given."""
+    described = build_node(name, NODE_ID)
+    described.objects.remove(0x2120)  # has an empty string: an EDS can state no default for it
+    listing = listing_of(node or described)
+    watched = Watched(node or described)
+    permits = permits or permits_for(described)
+    permits = replace(permits, permissions=permits.permissions - set(without))
+    objects = known_objects(permits.named, listing)
+    device = Device(
+        NODE_ID,
+        objects,
+        policy=WritePolicy(permits.allowed(objects), permits.permissions),
+        listing=listing,
+        permits=permits,
+    )
+    bus = private_channel()
+    link = Link(open_bus(BusSettings("virtual", bus)), bus)
+    try:
+        with NodeHost(open_bus(BusSettings("virtual", bus)), watched):
+            channel = Channel(link, NODE_ID, PATIENT)
+            channel.receive_error_control()  # it has booted
+            watched.node.objects.find(NUMBER).value = IN_USE
+            discover(channel, device)
+            yield Workbench(channel, device, bus), watched
+    finally:
+        link.close()
+
+
+LOADING = ["RESET_NODE", "load", "RESET_NODE"]
+
+
+@pytest.mark.parametrize(
+    ("name", "commands"),
+    [
+        ("parameters-stored", [*LOADING, "save"]),
+        ("defaults-loaded-at-once", [*LOADING, "save"]),
+        ("configured-and-not-stored", LOADING),
+        ("load-defaults-ignored", LOADING),
+        ("load-defaults-forgets-an-object", [*LOADING, "save"]),
+    ],
+)
+def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
+    """What was in use and what was stored; nothing is stored where nothing was lost."""
+    with configured(name) as (bench, watched):
+        before = Kept(watched.node)
+        session = bench.session()
+        run = session.begin("a.case", "a service", RULE)
+        defaults = run.sdo.loaded_defaults()
+        assert watched.node.objects.find(NUMBER).value != IN_USE
+        assert run.conclude(None).verdict is Verdict.PASS
+        assert Kept(watched.node) == before
+        assert session.restorer.unrestored == {}
+        assert watched.commands == commands
+        if name in ("parameters-stored", "configured-and-not-stored"):
+            stated = {known.mux: known.default for known in bench.device.resettable()}
+            assert dict(defaults) == stated
+        assert session.begin("next", "a service", RULE).sdo.loaded_defaults() is defaults
+        assert watched.commands == commands, "once in a run"
+
+
+@pytest.mark.parametrize("permission", [LOAD_DEFAULTS, NMT])
+def test_never_without_both_permissions(permission: str) -> None:
+    with configured("parameters-stored", permission) as (bench, watched):
+        before = Kept(watched.node)
+        for _ in range(2):
+            with pytest.raises(NotTestable, match=f"--allow={permission}; or load the defaults by"):
+                bench.dialogue().loaded_defaults()
+        assert watched.commands == []
+        assert Kept(watched.node) == before
+
+
+def test_what_is_stored_is_not_lost_without_permission_to_store() -> None:
+    """That it is stored shows behind a reset only; what was in use is put back."""
+    with configured("parameters-stored", STORE_PARAMETERS) as (bench, watched):
+        before = Kept(watched.node)
+        run = bench.session().begin("a.case", "a service", RULE)
+        with pytest.raises(NotTestable, match="--allow=store-parameters") as lacking:
+            run.sdo.loaded_defaults()
+        run.conclude(lacking.value)
+        assert watched.commands == ["RESET_NODE"]
+        assert Kept(watched.node) == before
+
+
+def test_without_permission_to_store_where_nothing_is_stored() -> None:
+    with configured("configured-and-not-stored", STORE_PARAMETERS) as (bench, watched):
+        before = Kept(watched.node)
+        run = bench.session().begin("a.case", "a service", RULE)
+        run.sdo.loaded_defaults()
+        run.conclude(None)
+        assert Kept(watched.node) == before
+
+
+@pytest.mark.parametrize(
+    ("permits", "why"),
+    [
+        (Permits(permissions=PERMISSIONS), "nobody allowed to write it"),
+        (
+            Permits(all_rw=True, permissions=PERMISSIONS, never=frozenset({NUMBER})),
+            "device.toml says that 2004h:00 is never written",
+        ),
+    ],
+    ids=["not-allowed", "never"],
+)
+def test_nothing_is_loaded_that_could_not_be_put_back(permits: Permits, why: str) -> None:
+    with configured(permits=permits) as (bench, watched):
+        with pytest.raises(NotTestable, match=rf"what .*2004h:00.* hold may be no .*{why}"):
+            bench.dialogue().loaded_defaults()
+        assert watched.commands == []
+
+
+def test_nothing_is_loaded_over_a_mapping() -> None:
+    """It would have to be put back in an order that the PDO has."""
+    node = build_node(None, NODE_ID)
+    node.objects.add({Multiplexer(0x1800): Entry(b"\1\2\3\4", DataType.UNSIGNED32)})
+    with configured(node=node) as (bench, watched):
+        mapping = Multiplexer(0x1800)
+        bench.device.values[mapping] = b"\4\3\2\1"
+        with pytest.raises(NotTestable, match="1800h:00 is written in an order of its own"):
+            bench.dialogue().loaded_defaults()
+        assert watched.commands == []
+
+
+def test_nothing_is_loaded_without_an_eds() -> None:
+    with configured() as (bench, watched):
+        bench.device.listing = replace(bench.device.listing, is_complete=False)
+        with pytest.raises(NotTestable, match="needs an EDS"):
+            bench.dialogue().loaded_defaults()
+        assert watched.commands == []
+
+
+@pytest.mark.parametrize("name", ["stores-by-itself", "smallest-device"])
+def test_a_device_without_the_command(name: str) -> None:
+    node = build_node(name, NODE_ID)
+    if name == "smallest-device":
+        node.objects.add({NUMBER: Entry(IN_USE, DataType.UNSIGNED32)})
+    with configured(name, node=node) as (bench, watched):
+        with pytest.raises(Unimplemented):
+            bench.dialogue().loaded_defaults()
+        with pytest.raises(NotTestable, match=r"loads no defaults.*at-defaults = true"):
+            bench.dialogue().loaded_defaults()
+        assert watched.commands == []
+
+
+def test_what_has_failed_is_not_tried_again() -> None:
+    """One case says what is wrong; the others name it."""
+    with configured("load-defaults-refused") as (bench, watched):
+        run = bench.session().begin("a.case", "a service", RULE)
+        with pytest.raises(Violation) as refused:
+            run.sdo.loaded_defaults()
+        run.conclude(refused.value)
+        tried = list(watched.commands)
+        with pytest.raises(NotTestable, match=r"see test\.rule"):
+            bench.dialogue().loaded_defaults()
+        assert watched.commands == tried
+
+
+# What comes in between
+
+
+class Interrupting(Dialogue):
+    """Is interrupted when it has sent its last command."""
+
+    last = NmtCommand.RESET_NODE
+    resets = 0
+
+    def nmt(self, command: NmtCommand) -> None:
+        super().nmt(command)
+        self.resets += 1
+        if self.resets == 2:
+            raise KeyboardInterrupt
+
+    @classmethod
+    def on(cls, bench: Workbench) -> "Interrupting":
+        return cls(bench.channel, bench.device, RULE, seed=1)
+
+
+def test_ctrl_c_between_load_and_the_end() -> None:
+    with configured() as (bench, watched):
+        before = Kept(watched.node)
+        session = bench.session()
+        run = session.begin("a.case", "a service", RULE)
+        run.sdo = Interrupting.on(bench)
+        with pytest.raises(KeyboardInterrupt):
+            run.sdo.loaded_defaults()
+        run.conclude(None)
+        assert watched.commands == [*LOADING, "ENTER_PRE_OPERATIONAL", "save"]
+        assert Kept(watched.node) == before
+        assert session.restorer.unrestored == {}
+
+
+def test_a_device_that_is_lost_with_its_defaults() -> None:
+    """All that was lost is told, also what was stored; and put back when the device is back."""
+    with configured() as (bench, watched):
+        before = Kept(watched.node)
+        session = bench.session()
+        run = session.begin("a.case", "a service", RULE)
+        run.sdo = Interrupting.on(bench)
+        with pytest.raises(KeyboardInterrupt):
+            run.sdo.loaded_defaults()
+        watched.silent = True
+        bench.channel.response_timeout = HASTY
+        assert run.conclude(None).afterwards is Afterwards.LOST
+        unrestored = session.restorer.unrestored
+        assert unrestored[NUMBER] == "4 bytes: 0A 0B 0C 0D"
+        assert unrestored[SAVE_ALL].startswith('"save" behind what was stored there: ')
+        assert all(str(mux) in unrestored[SAVE_ALL] for mux in STORED)
+        watched.silent = False
+        bench.channel.response_timeout = PATIENT
+        session.lost = False
+        session.restore_pending()
+        assert session.restorer.unrestored == {}
+        assert Kept(watched.node) == before
+
+
+def test_what_a_reset_has_changed_is_put_back() -> None:
+    """Whatever case resets the device."""
+    with configured("configured-and-not-stored") as (bench, watched):
+        before = Kept(watched.node)
+        for command in (NmtCommand.RESET_COMMUNICATION, NmtCommand.RESET_NODE):
+            run = bench.session().begin("a.case", "a service", RULE)
+            run.sdo.reset(command)
+            assert Kept(watched.node) != before
+            run.conclude(None)
+            assert Kept(watched.node) == before
+
+
+def test_what_a_reset_has_changed_and_may_not_be_written_is_told() -> None:
+    permits = Permits(permissions=frozenset({NMT}))
+    with configured("configured-and-not-stored", permits=permits) as (bench, watched):
+        session = bench.session()
+        run = session.begin("a.case", "a service", RULE)
+        run.sdo.reset(NmtCommand.RESET_NODE)
+        run.conclude(None)
+        assert session.restorer.unrestored[NUMBER] == "4 bytes: 0A 0B 0C 0D"
+        assert LOAD_ALL not in session.restorer.unrestored
+        session.restore_pending()
+        assert NUMBER in session.restorer.unrestored
+        assert watched.node.objects.find(NUMBER).value != IN_USE
