@@ -29,7 +29,7 @@ nothing is written.
 
 SUMMARY = """\
 ================================= conformance ==================================
-found by reading: 16 objects, by length in bytes 1: 7, 2: 1, 3: 1, 4: 5, more: 2 (up to 28, \
+found by reading: 17 objects, by length in bytes 1: 7, 2: 1, 3: 1, 4: 6, more: 2 (up to 28, \
 1008h:00); block upload: served
 6 pass, 1 non-strict, 3 not testable
 non-strict: frame.extended-ignored: upload initiate response 1018h:01, expedited, 4 bytes: \
