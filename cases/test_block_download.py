@@ -10,7 +10,12 @@ from conformance.run.steps import same_value, shown
 from conformance.run.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
-from conformance.sdo.frames import Abort, BlockEnd, BlockSegment, decode_response
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockEnd,
+    BlockSegment,
+)
 from conformance.sdo.rules import RESERVED
 
 INITIATE = "7.2.4.3.9"

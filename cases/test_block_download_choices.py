@@ -8,6 +8,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.initiates import INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -15,7 +16,6 @@ from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockEnd,
     BlockSegment,
-    decode_response,
 )
 
 INITIATE = "7.2.4.3.9"

@@ -9,13 +9,13 @@ from conformance.run.stimuli import BLOCK_SIZES
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
     UploadInitiate,
-    decode_response,
 )
 from conformance.sdo.rules import FILLER, RESERVED
 

@@ -8,6 +8,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.initiates import INITIATES, Initiate
 from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -17,8 +18,6 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     BlockUploadStart,
     Request,
-    decode_response,
-    decode_segment,
 )
 
 INITIATE = "7.2.4.3.13"

@@ -8,6 +8,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -17,7 +18,6 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     DownloadSegment,
     UploadSegment,
-    decode_response,
 )
 from conformance.sdo.layout import Multiplexer
 

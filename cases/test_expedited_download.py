@@ -5,11 +5,11 @@ from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
     DownloadInitiateResponse,
-    decode_response,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import RESERVED

@@ -15,8 +15,13 @@ from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse, decode_response
+from conformance.sdo.frames import (
+    Abort,
+    UploadInitiate,
+    UploadInitiateResponse,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.rules import FILLER, RESERVED

@@ -7,6 +7,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -15,7 +16,6 @@ from conformance.sdo.frames import (
     DownloadInitiate,
     UploadInitiate,
     UploadSegment,
-    decode_response,
 )
 
 SHAPE = "7.2.4.3"

@@ -7,6 +7,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.network_steps import HEARTBEAT_PERIOD, HEARTBEAT_TIME
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -14,7 +15,6 @@ from conformance.sdo.frames import (
     DownloadSegment,
     UploadInitiate,
     UploadSegment,
-    decode_response,
 )
 from conformance.sdo.nmt import NmtCommand
 

@@ -26,9 +26,14 @@ from conformance.run.dictionary_steps import (
 from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.errors import ERROR_LIST
-from conformance.sdo.frames import Abort, BlockUploadInitiate, UploadInitiate, decode_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockUploadInitiate,
+    UploadInitiate,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

@@ -6,11 +6,11 @@ from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
     DownloadSegment,
-    decode_response,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import RESERVED

@@ -6,13 +6,13 @@ from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import FOREIGN_IN_DOWNLOAD
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
     DownloadSegment,
     UploadInitiate,
-    decode_response,
 )
 from conformance.sdo.layout import Multiplexer
 

@@ -6,6 +6,7 @@ from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -13,7 +14,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
-    decode_response,
 )
 from conformance.sdo.rules import FILLER, RESERVED
 

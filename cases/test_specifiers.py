@@ -9,6 +9,7 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -16,7 +17,6 @@ from conformance.sdo.frames import (
     BlockDownloadInitiateResponse,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
-    decode_response,
 )
 from conformance.sdo.layout import Message
 

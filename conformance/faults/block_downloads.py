@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.registry import DefectClass, fault
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -12,7 +13,6 @@ from conformance.sdo.frames import (
     BlockSegment,
     Request,
     Response,
-    decode_request,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry

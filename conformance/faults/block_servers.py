@@ -1,12 +1,12 @@
 """What servers that deviate in block transfers have in common: they look where others do not."""
 
+from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import (
     BlockAck,
     BlockSegment,
     BlockUploadInitiate,
     Request,
     Response,
-    decode_segment,
 )
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.server import BlockDownload, BlockUpload, Server

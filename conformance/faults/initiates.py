@@ -1,12 +1,12 @@
 """What a node that deviates looks at before any server does: which object a frame asks for."""
 
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockUploadInitiate,
     DownloadInitiate,
     UploadInitiate,
-    decode_request,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 

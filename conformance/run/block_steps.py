@@ -9,6 +9,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -22,7 +23,6 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     Request,
     UploadInitiateResponse,
-    decode_response,
 )
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
 from conformance.sdo.stepping import Result, advance

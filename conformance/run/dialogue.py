@@ -13,6 +13,7 @@ from conformance.run.block_steps import segments_of
 from conformance.run.steps import Target, mux_of, same_value, shown
 from conformance.run.storage_steps import StorageSteps
 from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -20,7 +21,6 @@ from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadSegment,
     Request,
-    decode_response,
 )
 from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType

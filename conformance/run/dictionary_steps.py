@@ -10,8 +10,13 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate, decode_response
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    UploadInitiate,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
 

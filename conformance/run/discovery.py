@@ -8,13 +8,13 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
-    decode_response,
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control

@@ -14,8 +14,13 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, CobId
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe, describe_response, hex_bytes
-from conformance.sdo.frames import Abort, Request, Unknown, decode_request
+from conformance.sdo.frames import (
+    Abort,
+    Request,
+    Unknown,
+)
 from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from conformance.sdo.client import MOST_UPLOADED, Client, Uploaded
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     BlockAck,
@@ -20,7 +21,6 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     Request,
     UploadInitiateResponse,
-    decode_response,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, Violation

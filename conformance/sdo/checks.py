@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
@@ -23,8 +24,6 @@ from conformance.sdo.frames import (
     DownloadSegmentResponse,
     UploadInitiateResponse,
     UploadSegmentResponse,
-    decode_response,
-    decode_segment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 from conformance.sdo.rules import (

@@ -3,6 +3,7 @@
 from functools import singledispatch
 
 from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.decoding import decode_request, decode_response, decode_segment
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -25,9 +26,6 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
-    decode_request,
-    decode_response,
-    decode_segment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message
 

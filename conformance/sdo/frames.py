@@ -1,17 +1,12 @@
 """Every message of the SDO protocols, as CiA 301 clauses 7.2.4.3.3 to 7.2.4.3.17 draw them.
 
-Requests come from the client, responses from the server. Which message a frame is follows from
-its byte 0 and its direction, with one exception: the segments of a block transfer use all of
-byte 0 for their sequence number, so only the state of the transfer tells them from the others.
-Hence three decoders. Each takes every 8 bytes; what no clause defines becomes ``Unknown``.
+Requests come from the client, responses from the server. What is none of them is ``Unknown``.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import ClassVar, Self
 
-from conformance.sdo.layout import FRAME_LENGTH, Layout, Message, Multiplexer
+from conformance.sdo.layout import Layout, Message, Multiplexer
 
 _SPECIFIER = 0b111_00000
 _MUX = (1, 4)
@@ -337,7 +332,7 @@ class Unknown:
         return self.frame
 
 
-Request = (
+RequestMessage = (
     DownloadInitiate
     | DownloadSegment
     | UploadInitiate
@@ -350,9 +345,8 @@ Request = (
     | BlockUploadStart
     | BlockAck
     | BlockEndResponse
-    | Unknown
 )
-Response = (
+ResponseMessage = (
     DownloadInitiateResponse
     | DownloadSegmentResponse
     | UploadInitiateResponse
@@ -364,69 +358,6 @@ Response = (
     | BlockUploadInitiateResponse
     | BlockSegment
     | BlockEnd
-    | Unknown
 )
-
-REQUESTS: tuple[type[Message], ...] = (
-    DownloadSegment,
-    DownloadInitiate,
-    UploadInitiate,
-    UploadSegment,
-    Abort,
-    BlockDownloadInitiate,
-    BlockEnd,
-    BlockUploadInitiate,
-    BlockUploadStart,
-    BlockAck,
-    BlockEndResponse,
-)
-RESPONSES: tuple[type[Message], ...] = (
-    UploadSegmentResponse,
-    DownloadSegmentResponse,
-    UploadInitiateResponse,
-    DownloadInitiateResponse,
-    Abort,
-    BlockDownloadInitiateResponse,
-    BlockAck,
-    BlockEndResponse,
-    BlockUploadInitiateResponse,
-    BlockEnd,
-)
-
-
-def _by_command(kinds: Sequence[type[Message]]) -> tuple[type[Message] | None, ...]:
-    return tuple(
-        next((kind for kind in kinds if kind.matches(command)), None) for command in range(256)
-    )
-
-
-_REQUEST_BY_COMMAND = _by_command(REQUESTS)
-_RESPONSE_BY_COMMAND = _by_command(RESPONSES)
-_ABORT_COMMAND = 0x80
-# A frame is read by whoever follows the conversation, and many frames come again and again.
-_remembered = lru_cache(maxsize=512)
-
-
-@_remembered
-def decode_request(frame: bytes) -> Request:
-    """Read what a client sent outside a sub-block of a block download."""
-    kind = _REQUEST_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
-    return kind.decode(frame) if kind else Unknown(bytes(frame))  # type: ignore[return-value]
-
-
-@_remembered
-def decode_response(frame: bytes) -> Response:
-    """Read what a server sent outside a sub-block of a block upload."""
-    kind = _RESPONSE_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
-    return kind.decode(frame) if kind else Unknown(bytes(frame))  # type: ignore[return-value]
-
-
-@_remembered
-def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
-    """Read what the sender of a block transfer sent where segments are due.
-
-    Exactly 80h is an abort: as a segment it would have the sequence number 0, which is not one.
-    """
-    if len(frame) != FRAME_LENGTH:
-        return Unknown(bytes(frame))
-    return Abort.decode(frame) if frame[0] == _ABORT_COMMAND else BlockSegment.decode(frame)
+Request = RequestMessage | Unknown
+Response = ResponseMessage | Unknown

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -25,7 +26,6 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
-    decode_request,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.objects import Entry, ObjectDictionary, Refusal

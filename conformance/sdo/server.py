@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -22,7 +23,6 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     Request,
     Response,
-    decode_segment,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal

@@ -13,7 +13,7 @@ from conformance.device.deny import (
     parse_permission,
 )
 from conformance.device.safety import WritePolicy
-from conformance.sdo.frames import decode_request, decode_segment
+from conformance.sdo.decoding import decode_request, decode_segment
 from conformance.sdo.layout import Multiplexer
 
 # A busy machine is no failure.

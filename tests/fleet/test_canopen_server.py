@@ -9,6 +9,7 @@ from server_contract import ServerContract
 from suite_client import SuiteClient
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -16,7 +17,6 @@ from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadInitiateResponse,
     UploadInitiateResponse,
-    decode_response,
 )
 
 

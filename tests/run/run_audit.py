@@ -14,7 +14,7 @@ from conformance.device.safety import written_by
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.device import reference_entries
 from conformance.run.bench import private_channel
-from conformance.sdo.frames import decode_request
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, DataType, Entry

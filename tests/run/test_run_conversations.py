@@ -28,7 +28,7 @@ from conformance.run.conversations.transfers import (
 )
 from conformance.run.discovery import discover
 from conformance.run.session import CaseRun, DeviceSession
-from conformance.sdo.frames import decode_request
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
 

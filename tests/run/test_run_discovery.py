@@ -21,7 +21,10 @@ from conformance.faults.catalogue import build_node
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import DownloadInitiate, decode_request
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import (
+    DownloadInitiate,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

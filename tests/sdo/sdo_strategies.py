@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from conformance.sdo import frames
+from conformance.sdo import decoding
 from conformance.sdo.frames import Abort, BlockSegment
 from conformance.sdo.layout import Message, Multiplexer
 
@@ -50,8 +50,8 @@ def all_of(kinds: Iterable[type[Message]]) -> Strategies:
     return {kind: st.builds(kind, **dict(fields_of(kind))) for kind in kinds}
 
 
-REQUESTS = all_of(frames.REQUESTS)
-RESPONSES = all_of(frames.RESPONSES)
+REQUESTS = all_of(decoding.REQUESTS)
+RESPONSES = all_of(decoding.RESPONSES)
 # Sequence number 0 marked as last would be 80h, which is an abort; an abort has no bits to spare.
 SEGMENTS: Strategies = {
     BlockSegment: st.builds(BlockSegment, bits(7), raw(7), st.booleans()).filter(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.sdo import frames
+from conformance.sdo import decoding, frames
 from conformance.sdo.layout import Message, Multiplexer
 
 MUX = Multiplexer(0x1234, 0x56)
@@ -24,11 +24,11 @@ INITIATE_BITS = [
 @pytest.mark.parametrize(("low", "expedited", "sized", "unused"), INITIATE_BITS)
 def test_initiate_bits(low: int, expedited: bool, sized: bool, unused: int) -> None:
     request = bytes([0x20 | low]) + bytes.fromhex("341256 A1A2A3A4")
-    assert frames.decode_request(request) == frames.DownloadInitiate(
+    assert decoding.decode_request(request) == frames.DownloadInitiate(
         MUX, expedited, sized, unused, D4
     )
     response = bytes([0x40 | low]) + bytes.fromhex("341256 A1A2A3A4")
-    assert frames.decode_response(response) == frames.UploadInitiateResponse(
+    assert decoding.decode_response(response) == frames.UploadInitiateResponse(
         MUX, expedited, sized, unused, D4
     )
 
@@ -52,8 +52,8 @@ SEGMENT_BITS = [
 @pytest.mark.parametrize(("command", "toggle", "unused", "last"), SEGMENT_BITS)
 def test_segment_bits(command: int, toggle: int, unused: int, last: bool) -> None:
     frame = bytes([command]) + D7
-    assert frames.decode_request(frame) == frames.DownloadSegment(D7, toggle, unused, last)
-    assert frames.decode_response(frame) == frames.UploadSegmentResponse(D7, toggle, unused, last)
+    assert decoding.decode_request(frame) == frames.DownloadSegment(D7, toggle, unused, last)
+    assert decoding.decode_response(frame) == frames.UploadSegmentResponse(D7, toggle, unused, last)
     assert frames.DownloadSegment(D7, toggle, unused, last).data == D7[: 7 - unused]
 
 
@@ -111,19 +111,19 @@ SEGMENTS: list[tuple[str, Message]] = [
 
 @pytest.mark.parametrize(("frame", "message"), REQUESTS)
 def test_request(frame: str, message: Message) -> None:
-    assert frames.decode_request(bytes.fromhex(frame)) == message
+    assert decoding.decode_request(bytes.fromhex(frame)) == message
     assert message.encode() == bytes.fromhex(frame)
 
 
 @pytest.mark.parametrize(("frame", "message"), RESPONSES)
 def test_response(frame: str, message: Message) -> None:
-    assert frames.decode_response(bytes.fromhex(frame)) == message
+    assert decoding.decode_response(bytes.fromhex(frame)) == message
     assert message.encode() == bytes.fromhex(frame)
 
 
 @pytest.mark.parametrize(("frame", "message"), SEGMENTS)
 def test_block_segment(frame: str, message: Message) -> None:
-    assert frames.decode_segment(bytes.fromhex(frame)) == message
+    assert decoding.decode_segment(bytes.fromhex(frame)) == message
     assert message.encode() == bytes.fromhex(frame)
 
 
@@ -152,7 +152,7 @@ RESPONSE_KINDS: list[list[type[Message]]] = [
 @pytest.mark.parametrize("command", range(0xE0))
 def test_every_command_belongs_to_one_request(command: int) -> None:
     kind = REQUEST_KINDS[command >> 5][command & 3]
-    assert type(frames.decode_request(bytes([command, *bytes(7)]))) is kind
+    assert type(decoding.decode_request(bytes([command, *bytes(7)]))) is kind
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_every_command_belongs_to_one_request(command: int) -> None:
 )
 def test_every_command_belongs_to_one_response(command: int) -> None:
     kind = RESPONSE_KINDS[command >> 5][command & 3]
-    assert type(frames.decode_response(bytes([command, *bytes(7)]))) is kind
+    assert type(decoding.decode_response(bytes([command, *bytes(7)]))) is kind
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sdo_strategies import FRAMES, REQUESTS, RESPONSES, UNHURRIED
 
+from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.describe import Decoder, describe, describe_response, hex_bytes
-from conformance.sdo.frames import Unknown, decode_request, decode_response
+from conformance.sdo.frames import (
+    Unknown,
+)
 from conformance.sdo.layout import Message
 
 ODD_REQUESTS = [

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sdo_strategies import FRAMES, OTHER_LENGTHS, REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 
+from conformance.sdo.decoding import decode_request, decode_response, decode_segment
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -18,9 +19,6 @@ from conformance.sdo.frames import (
     Response,
     Unknown,
     UploadInitiate,
-    decode_request,
-    decode_response,
-    decode_segment,
 )
 from conformance.sdo.layout import Message, Multiplexer
 

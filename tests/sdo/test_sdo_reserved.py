@@ -4,7 +4,10 @@ import pytest
 from hypothesis import given
 from sdo_strategies import FRAMES, UNHURRIED
 
-from conformance.sdo.frames import Unknown, decode_request, decode_response
+from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.frames import (
+    Unknown,
+)
 from conformance.sdo.layout import Message
 
 CLEAN_RESPONSES = [

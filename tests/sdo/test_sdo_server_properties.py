@@ -7,12 +7,12 @@ from sdo_strategies import FRAMES, MUX, REQUESTS, UNHURRIED
 from sdo_vectors import mux
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
     UploadInitiate,
     UploadInitiateResponse,
-    decode_response,
 )
 from conformance.sdo.layout import Message, Multiplexer
 

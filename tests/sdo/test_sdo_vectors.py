@@ -10,11 +10,11 @@ from sdo_vectors import Step, Vector, load
 
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.client import Client
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadSegment,
     UploadInitiate,
-    decode_request,
 )
 from conformance.sdo.objects import ObjectDictionary
 from conformance.sdo.rules import Violation

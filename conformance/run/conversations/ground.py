@@ -17,8 +17,11 @@ from conformance.run.lockstep import knowledge_of
 from conformance.run.matrix.stimuli import Targets
 from conformance.run.steps import NO_ROOM, PRINTABLE
 from conformance.sdo.client import SEGMENT_LENGTH
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import DownloadInitiate, decode_request
+from conformance.sdo.frames import (
+    DownloadInitiate,
+)
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.oracle import Knowledge

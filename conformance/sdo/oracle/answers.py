@@ -5,8 +5,12 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response, hex_bytes
-from conformance.sdo.frames import Abort, UploadInitiateResponse, decode_response
+from conformance.sdo.frames import (
+    Abort,
+    UploadInitiateResponse,
+)
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, State
 from conformance.sdo.oracle.citations import must, should

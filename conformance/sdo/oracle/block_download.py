@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -14,7 +15,6 @@ from conformance.sdo.frames import (
     BlockEndResponse,
     BlockSegment,
     Request,
-    decode_segment,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle.answers import (

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_segment
 from conformance.sdo.describe import describe, hex_bytes
 from conformance.sdo.frames import (
     BlockAck,
@@ -16,7 +17,6 @@ from conformance.sdo.frames import (
     BlockUploadInitiateResponse,
     BlockUploadStart,
     Request,
-    decode_segment,
 )
 from conformance.sdo.oracle.answers import (
     Refusal,

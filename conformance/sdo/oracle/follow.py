@@ -16,7 +16,10 @@ from enum import Enum, auto
 from itertools import chain
 
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import Abort, decode_response
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import (
+    Abort,
+)
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.oracle.answers import NOT_VALID, Refusal, violation
 from conformance.sdo.oracle.block_download import SubBlock

@@ -7,6 +7,7 @@ from functools import singledispatch
 from typing import ClassVar
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -22,7 +23,6 @@ from conformance.sdo.frames import (
     Unknown,
     UploadInitiate,
     UploadSegment,
-    decode_request,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.oracle.answers import GENERAL, KNOWN_CODES, Codes, Refusal

@@ -10,6 +10,7 @@ from enum import StrEnum
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -29,8 +30,6 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
-    decode_response,
-    decode_segment,
 )
 from conformance.sdo.layout import Multiplexer
 

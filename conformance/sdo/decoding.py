@@ -1,0 +1,103 @@
+"""Which message a frame is: that follows from its byte 0 and its direction, with one exception.
+
+The segments of a block transfer use all of byte 0 for their sequence number, so only the state of
+the transfer tells them from the others. Hence three decoders. Each takes any bytes; what no clause
+of CiA 301 defines becomes ``Unknown``.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import TypeVar
+
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    BlockUploadStart,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegment,
+    DownloadSegmentResponse,
+    Request,
+    RequestMessage,
+    Response,
+    ResponseMessage,
+    Unknown,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+)
+from conformance.sdo.layout import FRAME_LENGTH, Message
+
+Kind = TypeVar("Kind", bound=Message)
+
+REQUESTS: tuple[type[RequestMessage], ...] = (
+    DownloadSegment,
+    DownloadInitiate,
+    UploadInitiate,
+    UploadSegment,
+    Abort,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    BlockAck,
+    BlockEndResponse,
+)
+RESPONSES: tuple[type[ResponseMessage], ...] = (
+    UploadSegmentResponse,
+    DownloadSegmentResponse,
+    UploadInitiateResponse,
+    DownloadInitiateResponse,
+    Abort,
+    BlockDownloadInitiateResponse,
+    BlockAck,
+    BlockEndResponse,
+    BlockUploadInitiateResponse,
+    BlockEnd,
+)
+
+
+def _by_command(kinds: Sequence[type[Kind]]) -> tuple[type[Kind] | None, ...]:
+    return tuple(
+        next((kind for kind in kinds if kind.matches(command)), None) for command in range(256)
+    )
+
+
+_REQUEST_BY_COMMAND = _by_command(REQUESTS)
+_RESPONSE_BY_COMMAND = _by_command(RESPONSES)
+_ABORT_COMMAND = 0x80
+# A frame is read by whoever follows the conversation, and many frames come again and again.
+_remembered = lru_cache(maxsize=512)
+
+
+@_remembered
+def decode_request(frame: bytes) -> Request:
+    """Read what a client sent outside a sub-block of a block download."""
+    kind = _REQUEST_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
+    return kind.decode(frame) if kind else Unknown(bytes(frame))
+
+
+@_remembered
+def decode_response(frame: bytes) -> Response:
+    """Read what a server sent outside a sub-block of a block upload."""
+    kind = _RESPONSE_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
+    return kind.decode(frame) if kind else Unknown(bytes(frame))
+
+
+@_remembered
+def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
+    """Read what the sender of a block transfer sent where segments are due.
+
+    Exactly 80h is an abort: as a segment it would have the sequence number 0, which is not one.
+    """
+    if len(frame) != FRAME_LENGTH:
+        return Unknown(bytes(frame))
+    return Abort.decode(frame) if frame[0] == _ABORT_COMMAND else BlockSegment.decode(frame)
