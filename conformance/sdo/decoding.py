@@ -74,7 +74,8 @@ def _by_command(kinds: Sequence[type[Kind]]) -> tuple[type[Kind] | None, ...]:
 _REQUEST_BY_COMMAND = _by_command(REQUESTS)
 _RESPONSE_BY_COMMAND = _by_command(RESPONSES)
 _ABORT_COMMAND = 0x80
-# A frame is read by whoever follows the conversation, and many frames come again and again.
+# A frame is read by whoever follows the conversation, and many frames come again and again; not
+# those with the data of a block transfer.
 _remembered = lru_cache(maxsize=512)
 
 
@@ -92,7 +93,6 @@ def decode_response(frame: bytes) -> Response:
     return kind.decode(frame) if kind else Unknown(bytes(frame))
 
 
-@_remembered
 def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
     """Read what the sender of a block transfer sent where segments are due.
 

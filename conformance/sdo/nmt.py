@@ -31,7 +31,10 @@ class NmtState(IntEnum):
     @property
     def serves_sdo(self) -> bool:
         """Whether an SDO server answers in this state."""
-        return self in (NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL)
+        return self in _SERVING
+
+
+_SERVING = frozenset({NmtState.PRE_OPERATIONAL, NmtState.OPERATIONAL})
 
 
 class NmtCommand(IntEnum):

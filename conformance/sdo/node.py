@@ -220,8 +220,8 @@ class Node:
         if self.server_timeout is not None:
             running = channel.server.transfer is not None
             channel.deadline = self.now + self.server_timeout if running else None
-        if not frames:  # what is written is always answered
-            return frames
+        if not frames or channel.server.transfer is not None:
+            return frames  # nothing was written: what is, is answered, and ends the transfer
         self._set_heartbeat()
         self._follow_commands()
         return frames + self.emergencies()
