@@ -99,16 +99,20 @@ class Restorer:
 
     def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
         """Return the values that have to be back: a read-only object has kept its own."""
+        wanted = set(written)
+        if not wanted:
+            return {}
         device = self.device
         known = {
             known.mux: device.values[known.mux]
             for known in device.objects
-            if known.mux in device.values
+            if known.mux in wanted
+            and known.mux in device.values
             and known.access.writable
             and known.mux.index not in COMMANDS
         }
         due = device.parameters | known
-        return {mux: due[mux] for mux in sorted(due.keys() & set(written))}
+        return {mux: due[mux] for mux in sorted(due.keys() & wanted)}
 
     def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
         for mux, value in due.items():
