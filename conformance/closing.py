@@ -7,7 +7,7 @@ import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost, SilentNode
 from conformance.device.known_deviations import write_deviations
-from conformance.outcome import Evidence, SummaryTerminal
+from conformance.outcome import NOT_RUN, Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
 from conformance.reporting.junit import write_junit
 from conformance.reporting.summary import (
@@ -47,6 +47,8 @@ class Closing:
 
     def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
         """Show what passed with a remark apart from what passed."""
+        if ("verdict", NOT_RUN) in report.user_properties:
+            return "", "", ""
         values = getattr(report, "conformance", None)
         if values is None or not report.passed:
             return None

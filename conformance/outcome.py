@@ -9,6 +9,9 @@ from conformance.bus.errors import BenchError
 from conformance.run.evidence import evidence_text
 from conformance.run.verdict import CaseResult, Verdict
 
+# What pytest is told of a case that was left out; it is shown in the row of its device alone.
+NOT_RUN = "not run"
+
 
 class CaseFailed(Exception):
     """A device broke a rule."""

@@ -12,7 +12,7 @@ from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
 from conformance.device.known_deviations import unknown_case
 from conformance.faults.hosting import simulated_bus, virtual_host
-from conformance.outcome import CaseFailed, Evidence, attach, end_with
+from conformance.outcome import NOT_RUN, CaseFailed, Evidence, attach, end_with
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.summary import device_properties
 from conformance.run.accounting import account
@@ -41,6 +41,7 @@ class Running:
         """Take the state; nothing is opened before the first case."""
         self._config = config
         self._state = state
+        self._has_run = False
 
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
@@ -126,12 +127,31 @@ class Running:
     # Cases
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> bool | None:
+    def pytest_runtest_protocol(
+        self, item: pytest.Item, nextitem: pytest.Item | None
+    ) -> bool | None:
         """Leave out the cases of a device that cannot be tested any further."""
-        if not uses_device(item) or case_of(item).node_id not in self._state.findings.out:
+        if self._why_out(item) is None:
+            self._has_run = True
             return None
         self._state.findings.not_run[case_of(item).node_id] += 1
-        return True
+        # What the last case has left set up is for this module; if another one follows, pytest has
+        # to tear it down: then the case is begun, and skipped.
+        another = nextitem is not None and nextitem.parent is not item.parent
+        return None if self._has_run and another else True
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Skip a case that was begun though it is left out."""
+        why = self._why_out(item)
+        if why is not None:
+            pytest.skip(f"{NOT_RUN}: {why}")
+
+    def _why_out(self, item: pytest.Item) -> str | None:
+        """Say why the device of a case is not tested any further; None where it is."""
+        if not uses_device(item):
+            return None
+        return self._state.findings.out.get(case_of(item).node_id)
 
     def _leave_out_all(self, reason: str) -> None:
         for node_id in self._state.options.run.node_ids:
@@ -190,7 +210,9 @@ class Running:
         """Put the evidence into the report, and the result with it."""
         report = yield
         error = call.excinfo.value if call.excinfo else None
-        if call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
+        if call.when == "setup" and report.skipped and self._why_out(item) is not None:
+            report.user_properties = [("verdict", NOT_RUN)]
+        elif call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
             item.stash[RESULT] = _not_set_up(item, str(error))
             attach(item, item.stash[RESULT])
             report.user_properties = list(item.user_properties)

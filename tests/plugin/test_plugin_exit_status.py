@@ -270,3 +270,22 @@ def test_nothing_keeps_running_afterwards(pytester: pytest.Pytester) -> None:
     self_test(pytester, *HALTS, "-k", "segmented-download.foreign")
     silent(pytester)
     assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("verbose", [[], ["-v"]], ids=["plain", "verbose"])
+def test_a_lost_device_is_no_error_of_the_next_one(
+    pytester: pytest.Pytester, verbose: list[str]
+) -> None:
+    """The cases of the first that are left out lie in several files, and the next begins anew."""
+    result = self_test(
+        pytester,
+        *("--node-id=5,9", "--fault=unknown-specifier-halts", "--response-timeout=0.1", *verbose),
+        *("-k", "upload.identity or specifier.unknown or specifier.block or independence.refusal"),
+    )
+    assert result.ret == ExitCode.DEVICE_LOST
+    outcomes = result.parseoutcomes()
+    assert outcomes["failed"] == 2
+    assert outcomes.keys() <= {"failed", "passed", "deselected", "skipped"}
+    rows = [line for line in result.outlines if line.startswith("node ")]
+    assert [row.partition(": ")[2] for row in rows[:2]] == [rows[0].partition(": ")[2]] * 2
+    assert "not run" in rows[0]
