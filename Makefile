@@ -8,14 +8,20 @@ WORKERS ?= 2
 
 OLDEST := .venv-oldest
 
-.PHONY: selftest test check oldest detection bench clean
+.PHONY: selftest test tests-on-virtual-buses socketcan check oldest detection bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
 
+# The virtual machine with SocketCAN keeps one processor busy, so it runs beside the other tests.
 test: $(VENV)/installed-for-tests
+	$(MAKE) --no-print-directory --jobs=2 --output-sync=line tests-on-virtual-buses socketcan
+
+tests-on-virtual-buses: $(VENV)/installed-for-tests
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal tests
 	$(BIN)/python tests/faults/detection.py --quick --workers $(WORKERS)
+
+socketcan: $(VENV)/installed-for-tests
 	PATH="$(abspath $(BIN)):$$PATH" tests/socketcan/run
 
 # Every case against every faulty and every unusual server, as a table; half an hour on two cores.
