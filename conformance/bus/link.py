@@ -8,8 +8,10 @@ from typing import NamedTuple
 import can
 from can.interfaces.socketcan import SocketcanBus
 from can.interfaces.socketcand import SocketCanDaemonBus
+from can.interfaces.udp_multicast import UdpMulticastBus
 from can.interfaces.virtual import VirtualBus
 
+from conformance.bus.echoes import UnmarkedEchoes
 from conformance.bus.errors import (
     SecondClient,
     TransmitBufferFull,
@@ -61,6 +63,7 @@ class Link:
         # python-can would send a remote frame to socketcand as a data frame that lacks its data.
         self.sends_remote_frames = not isinstance(bus, SocketCanDaemonBus)
         self._marks_echoes = not isinstance(bus, SocketcanBus)
+        self._unmarked = UnmarkedEchoes() if isinstance(bus, UdpMulticastBus) else None
 
     def listen(self, listener: Callable[[Captured], None]) -> None:
         """Hand every frame from now on to ``listener``."""
@@ -73,6 +76,8 @@ class Link:
     def send(self, frame: CanFrame) -> None:
         """Send one frame; raises TransmitBufferFull or InterfaceLost."""
         message = to_message(frame)
+        if self._unmarked is not None:
+            self._unmarked.sent(frame)
         deadline: float | None = None
         while True:
             try:
@@ -114,6 +119,8 @@ class Link:
                 check_error_frame(self.name, message)
             elif message.is_rx or not self._marks_echoes:
                 frame = to_frame(message)
+                if self._unmarked is not None and self._unmarked.is_echo(frame):
+                    continue
                 self._publish(Direction.RECEIVED, frame)
                 return frame
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import can
 import pytest
-from bus_fakes import ANSWER, READ, Bench, error_frame, message
+from bus_fakes import ANSWER, READ, Bench, FakeBus, error_frame, message
 
 from conformance.bus.errors import BusOff, FramesDropped, InterfaceLost, TransmitBufferFull
 from conformance.bus.link import Captured, Direction
@@ -126,6 +126,22 @@ def test_own_frames_that_come_back_are_not_received(bench: Bench) -> None:
     bench.bus.incoming.extend([echo, message(0x585, ANSWER)])
     assert bench.link.receive(0.5) == CanFrame(0x585, ANSWER)
     assert len(bench.captured) == 2
+
+
+def test_own_frames_that_come_back_like_any_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of as many equal frames as came, one was not ours: it is a second client's."""
+    monkeypatch.setattr("conformance.bus.link.UdpMulticastBus", FakeBus)
+    bench = Bench(monkeypatch)
+    own, remote = CanFrame(0x605, READ), CanFrame(0x605, remote=True)
+    for frame in (CanFrame(0x605, b"lost"), own, remote, own):
+        bench.link.send(frame)
+    echo = message(0x605, READ)
+    bench.bus.incoming.extend(
+        [echo, message(0x605, b"", remote=True), message(0x585, ANSWER), echo, echo]
+    )
+    received = [bench.link.receive(0.5), bench.link.receive(0.5), bench.link.receive(0.5)]
+    assert received == [CanFrame(0x585, ANSWER), own, None]
+    bench.link.close()
 
 
 # Error frames
