@@ -132,7 +132,7 @@ def test_own_frames_that_come_back_like_any_other(monkeypatch: pytest.MonkeyPatc
     """Of as many equal frames as came, one was not ours: it is a second client's."""
     monkeypatch.setattr("conformance.bus.link.UdpMulticastBus", FakeBus)
     bench = Bench(monkeypatch)
-    own, remote = CanFrame(0x605, READ), CanFrame(0x605, remote=True)
+    own, remote = CanFrame(0x605, READ), CanFrame(0x605, remote=True, length=8)
     for frame in (CanFrame(0x605, b"lost"), own, remote, own):
         bench.link.send(frame)
     echo = message(0x605, READ)
