@@ -24,7 +24,7 @@ tests-on-virtual-buses: $(VENV)/installed-for-tests
 socketcan: $(VENV)/installed-for-tests
 	PATH="$(abspath $(BIN)):$$PATH" tests/socketcan/run
 
-# Every case against every faulty and every unusual server, as a table; half an hour on two cores.
+# Every case against every faulty and every unusual server, as a table; an hour on two cores.
 detection: $(VENV)/installed-for-tests
 	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
 
