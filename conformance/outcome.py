@@ -83,6 +83,11 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
     ]
 
 
+def attach_not_run(item: pytest.Item, case_id: str) -> None:
+    """Give an item that was begun, but left out, the properties that ``--junitxml`` writes."""
+    item.user_properties += [("id", case_id), ("verdict", NOT_RUN)]
+
+
 def end_with(result: CaseResult, error: BaseException | None, *, strict: bool) -> None:
     """Return for a case that passed; else raise what gives pytest the right outcome.
 

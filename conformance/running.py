@@ -12,7 +12,14 @@ from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
 from conformance.device.known_deviations import unknown_case
 from conformance.faults.hosting import simulated_bus, virtual_host
-from conformance.outcome import NOT_RUN, CaseFailed, Evidence, attach, end_with
+from conformance.outcome import (
+    NOT_RUN,
+    CaseFailed,
+    Evidence,
+    attach,
+    attach_not_run,
+    end_with,
+)
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.summary import device_properties
 from conformance.run.accounting import account
@@ -211,7 +218,8 @@ class Running:
         report = yield
         error = call.excinfo.value if call.excinfo else None
         if call.when == "setup" and report.skipped and self._why_out(item) is not None:
-            report.user_properties = [("verdict", NOT_RUN)]
+            attach_not_run(item, case_of(item).case_id)
+            report.user_properties = list(item.user_properties)
         elif call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
             item.stash[RESULT] = _not_set_up(item, str(error))
             attach(item, item.stash[RESULT])

@@ -89,7 +89,7 @@ def verdicts(
     found = {}
     for case in parsed(pytester.path / "all.xml").iter("testcase"):
         told = {p.attrib["name"]: p.attrib["value"] for p in case.iter("property")}
-        found[told["id"]] = (told["verdict"], told["afterwards"])
+        found[told["id"]] = (told["verdict"], told.get("afterwards", ""))
     return found
 
 

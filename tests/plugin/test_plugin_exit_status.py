@@ -3,7 +3,7 @@
 import threading
 
 import pytest
-from plugin_runs import NODE_ID, hosted, reference, reports, run, self_test, the_report
+from plugin_runs import NODE_ID, hosted, parsed, reference, reports, run, self_test, the_report
 
 from conformance.bus.host import HostedNode
 from conformance.collection import CASES
@@ -281,6 +281,7 @@ def test_a_lost_device_is_no_error_of_the_next_one(
         pytester,
         *("--node-id=5,9", "--fault=unknown-specifier-halts", "--response-timeout=0.1", *verbose),
         *("-k", "upload.identity or specifier.unknown or specifier.block or independence.refusal"),
+        "--junitxml=all.xml",
     )
     assert result.ret == ExitCode.DEVICE_LOST
     outcomes = result.parseoutcomes()
@@ -289,3 +290,6 @@ def test_a_lost_device_is_no_error_of_the_next_one(
     rows = [line for line in result.outlines if line.startswith("node ")]
     assert [row.partition(": ")[2] for row in rows[:2]] == [rows[0].partition(": ")[2]] * 2
     assert "not run" in rows[0]
+    for case in parsed(pytester.path / "all.xml").iter("testcase"):
+        told = {p.attrib["name"]: p.attrib["value"] for p in case.iter("property")}
+        assert (told["verdict"] == "not run") == (case.find("skipped") is not None)
