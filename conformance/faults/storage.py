@@ -27,9 +27,9 @@ STORED = {
 FORGOTTEN = Multiplexer(0x2100, 1)
 
 
-@variant("parameters-stored")
-class ParametersStored(Node):
-    """Was configured before the run, and keeps that without power."""
+@variant("configured-and-not-stored")
+class NotStored(Node):
+    """Was configured before the run, and keeps that until it is reset."""
 
     configured = False
 
@@ -40,8 +40,20 @@ class ParametersStored(Node):
             for mux, value in STORED.items():
                 if (entry := self.objects.get(mux)) is not None:
                     entry.value = value
-            self.save()
+            self.keep()
         return super().start()
+
+    def keep(self) -> None:
+        """Store nothing."""
+
+
+@variant("parameters-stored")
+class ParametersStored(NotStored):
+    """Was configured before the run, and keeps that without power."""
+
+    def keep(self) -> None:
+        """Store it."""
+        self.save()
 
 
 @variant("defaults-loaded-at-once")
@@ -52,22 +64,6 @@ class LoadedAtOnce(ParametersStored):
         """Do not wait for the reset."""
         super().load_defaults()
         self.restore(communication_only=False)
-
-
-@variant("configured-and-not-stored")
-class NotStored(Node):
-    """Was configured before the run, and keeps that until it is reset."""
-
-    configured = False
-
-    def start(self) -> list[CanFrame]:
-        """Be configured when it is switched on."""
-        if not self.configured:
-            self.configured = True
-            for mux, value in STORED.items():
-                if (entry := self.objects.get(mux)) is not None:
-                    entry.value = value
-        return super().start()
 
 
 @variant("stores-by-itself")

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import pytest
 from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
@@ -34,17 +34,19 @@ NUMBER = Multiplexer(0x2004)
 IN_USE = b"\x0a\x0b\x0c\x0d"
 
 
+@dataclass(frozen=True)
 class Kept:
     """What a node has: in use, and behind its next reset."""
 
-    def __init__(self, node: Node) -> None:
-        self.values = {mux: entry.value for mux, entry in node.objects.items()}
-        self.power_on = [value for _, _, value in node.power_on]
+    values: dict[Multiplexer, bytes]
+    power_on: list[bytes]
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Kept) and vars(self) == vars(other)
-
-    __hash__ = None  # type: ignore[assignment]
+    @classmethod
+    def of(cls, node: Node) -> "Kept":
+        return cls(
+            {mux: entry.value for mux, entry in node.objects.items()},
+            [value for _, _, value in node.power_on],
+        )
 
 
 class Watched:
@@ -124,13 +126,13 @@ LOADING = ["RESET_NODE", "load", "RESET_NODE"]
 def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
     """What was in use and what was stored; nothing is stored where nothing was lost."""
     with configured(name) as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
         defaults = run.sdo.loaded_defaults()
         assert watched.node.objects.find(NUMBER).value != IN_USE
         assert run.conclude(None).verdict is Verdict.PASS
-        assert Kept(watched.node) == before
+        assert Kept.of(watched.node) == before
         assert session.restorer.unrestored == {}
         assert watched.commands == commands
         if name in ("parameters-stored", "configured-and-not-stored"):
@@ -143,33 +145,33 @@ def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
 @pytest.mark.parametrize("permission", [LOAD_DEFAULTS, NMT])
 def test_never_without_both_permissions(permission: str) -> None:
     with configured("parameters-stored", permission) as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         for _ in range(2):
             with pytest.raises(NotTestable, match=f"--allow={permission}; or load the defaults by"):
                 bench.dialogue().loaded_defaults()
         assert watched.commands == []
-        assert Kept(watched.node) == before
+        assert Kept.of(watched.node) == before
 
 
 def test_what_is_stored_is_not_lost_without_permission_to_store() -> None:
     """That it is stored shows behind a reset only; what was in use is put back."""
     with configured("parameters-stored", STORE_PARAMETERS) as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         run = bench.session().begin("a.case", "a service", RULE)
         with pytest.raises(NotTestable, match="--allow=store-parameters") as lacking:
             run.sdo.loaded_defaults()
         run.conclude(lacking.value)
         assert watched.commands == ["RESET_NODE"]
-        assert Kept(watched.node) == before
+        assert Kept.of(watched.node) == before
 
 
 def test_without_permission_to_store_where_nothing_is_stored() -> None:
     with configured("configured-and-not-stored", STORE_PARAMETERS) as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         run = bench.session().begin("a.case", "a service", RULE)
         run.sdo.loaded_defaults()
         run.conclude(None)
-        assert Kept(watched.node) == before
+        assert Kept.of(watched.node) == before
 
 
 @pytest.mark.parametrize(
@@ -258,7 +260,7 @@ class Interrupting(Dialogue):
 
 def test_ctrl_c_between_load_and_the_end() -> None:
     with configured() as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
         run.sdo = Interrupting.on(bench)
@@ -266,14 +268,14 @@ def test_ctrl_c_between_load_and_the_end() -> None:
             run.sdo.loaded_defaults()
         run.conclude(None)
         assert watched.commands == [*LOADING, "ENTER_PRE_OPERATIONAL", "save"]
-        assert Kept(watched.node) == before
+        assert Kept.of(watched.node) == before
         assert session.restorer.unrestored == {}
 
 
 def test_a_device_that_is_lost_with_its_defaults() -> None:
     """All that was lost is told, also what was stored; and put back when the device is back."""
     with configured() as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
         run.sdo = Interrupting.on(bench)
@@ -291,19 +293,19 @@ def test_a_device_that_is_lost_with_its_defaults() -> None:
         session.lost = False
         session.restore_pending()
         assert session.restorer.unrestored == {}
-        assert Kept(watched.node) == before
+        assert Kept.of(watched.node) == before
 
 
 def test_what_a_reset_has_changed_is_put_back() -> None:
     """Whatever case resets the device."""
     with configured("configured-and-not-stored") as (bench, watched):
-        before = Kept(watched.node)
+        before = Kept.of(watched.node)
         for command in (NmtCommand.RESET_COMMUNICATION, NmtCommand.RESET_NODE):
             run = bench.session().begin("a.case", "a service", RULE)
             run.sdo.reset(command)
-            assert Kept(watched.node) != before
+            assert Kept.of(watched.node) != before
             run.conclude(None)
-            assert Kept(watched.node) == before
+            assert Kept.of(watched.node) == before
 
 
 def test_what_a_reset_has_changed_and_may_not_be_written_is_told() -> None:
