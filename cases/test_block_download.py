@@ -26,7 +26,7 @@ SERVICE = "7.2.4.2.10"
 @must("block-download.size", "B1", "B2", "B3", "E1", "8-multiple-of-7", size=BLOCK_SIZES)
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block download is stored whole; segments that look like other requests are segments."""
-    sdo.store(variable, sdo.payload(size), segmented=True)
+    sdo.need_room(variable, size)
     data = sdo.payload(size)
     sdo.block_download(variable, data)
     sdo.expect_value(variable, data)
@@ -48,7 +48,7 @@ def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None
 @must("block-download.size-not-indicated", "B18", size=EDGE_SIZES)
 def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block download that does not say its size (C4h) is stored whole."""
-    sdo.store(variable, sdo.payload(size), segmented=True)
+    sdo.need_room(variable, size)
     data = sdo.payload(size)
     sdo.block_download(variable, data, sized=False)
     sdo.expect_value(variable, data)
@@ -57,7 +57,7 @@ def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> 
 @must("block-download.without-crc", "B19", "5-offered-unasked", size=[1, 7, 20, 890])
 def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A client that has no CRC is served; the CRC field is 0 then."""
-    sdo.store(variable, sdo.payload(size), segmented=True)
+    sdo.need_room(variable, size)
     data = sdo.payload(size)
     sdo.block_download(variable, data, crc=False)
     sdo.expect_value(variable, data)

@@ -41,7 +41,7 @@ class NodeHost:
     def __init__(self, bus: can.BusABC, node: HostedNode, delay: float = 0.0) -> None:
         """Take an open bus, which the host closes when it stops.
 
-        ``delay`` is the time in seconds that the node takes for an answer, of one frame or more.
+        ``delay`` is the time in seconds from a request to its answer, of one frame or more.
         """
         self._bus = bus
         self._node = node
@@ -73,9 +73,10 @@ class NodeHost:
             self._send(self._node.start())
             while not self._stopping.is_set():
                 message = self._bus.recv(self._patience())
-                self._send(self._node.advance(time.monotonic()))
+                now = time.monotonic()
+                self._send(self._node.advance(now))
                 if message is not None and not message.is_error_frame:
-                    self._answer(self._node.receive(to_frame(message)))
+                    self._answer(self._node.receive(to_frame(message)), now + self._delay)
         finally:
             self._bus.shutdown()
 
@@ -84,9 +85,9 @@ class NodeHost:
         due = self._node.wake_at
         return POLL if due is None else min(POLL, max(0.0, due - time.monotonic()))
 
-    def _answer(self, frames: list[CanFrame]) -> None:
+    def _answer(self, frames: list[CanFrame], due: float) -> None:
         if frames and self._delay:
-            self._stopping.wait(self._delay)
+            self._stopping.wait(due - time.monotonic())
         self._send(frames)
 
     def _send(self, frames: list[CanFrame]) -> None:

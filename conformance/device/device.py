@@ -41,7 +41,8 @@ class Device:
     nodes of the bus to which another process is talking meanwhile. ``defaults`` holds what each
     parameter read after the defaults were loaded, None as long as they were not;
     ``without_defaults`` says why they could not be. ``to_store`` is what the device had stored
-    and a case has changed: it is stored again.
+    and a case has changed: it is stored again. ``room`` has for strings and domains a number of
+    bytes that they have taken.
     """
 
     node_id: int
@@ -62,6 +63,7 @@ class Device:
     defaults: Mapping[Multiplexer, bytes] | None = None
     without_defaults: str = ""
     to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
+    room: dict[Multiplexer, int] = field(default_factory=dict)
 
     @property
     def permissions(self) -> frozenset[str]:

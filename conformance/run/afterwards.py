@@ -36,6 +36,8 @@ def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     """
     sdo.end_nmt()
     sdo.end_transfer()
+    if failed:
+        sdo.seen.clear()  # who knows what such a server does yet
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
@@ -180,8 +182,11 @@ class Restorer:
     def _reads(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
         """Say whether an object reads as it should; what cannot be read does not.
 
-        What announces far more than is due need not be read to its end to know that.
+        What was read last need not be read again, and what announces far more than is due need
+        not be read to its end to know that.
         """
+        if known.mux in sdo.seen:
+            return same_value(known, sdo.seen[known.mux], due)
         try:
             response = sdo.initiate_upload(known)
             if response.size is not None and response.size > len(due) + MOST_PADDING:

@@ -1,6 +1,6 @@
 """A conversation with a device in lockstep with the oracle, which judges each of its responses."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
 
 from conformance.bus.link import Captured, Direction
@@ -15,10 +15,13 @@ from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.rules import Level, Violation
 
 
-def knowledge_of(device: Device, capacity: dict[Multiplexer, int]) -> Knowledge:
+def knowledge_of(
+    device: Device, capacity: dict[Multiplexer, int], about: Container[Multiplexer] | None = None
+) -> Knowledge:
     """Return what the oracle may take for granted of a device's objects.
 
-    ``capacity`` has the bytes for which strings and domains surely have room.
+    ``capacity`` has the bytes for which strings and domains surely have room. ``about`` are the
+    objects that the conversation may name; None for all.
     """
     return Knowledge(
         {
@@ -31,6 +34,7 @@ def knowledge_of(device: Device, capacity: dict[Multiplexer, int]) -> Knowledge:
                 capacity=capacity.get(known.mux),
             )
             for known in device.objects
+            if about is None or known.mux in about
         }
     )
 

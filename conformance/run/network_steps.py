@@ -72,6 +72,7 @@ class NetworkSteps(BlockSteps):
         if not state.serves_sdo:
             self.tracker.open = None
         self.nmt_state = state
+        self.seen.clear()
         self.channel.send_nmt(NmtMessage(command, self.device.node_id))
 
     def _expect_reset(self, command: NmtCommand) -> None:

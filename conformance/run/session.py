@@ -256,6 +256,7 @@ class CaseRun:
         if leaving.violation is not None:
             self._breach(leaving.violation)
         if session.device.boot_ups - self._boot_ups > self.sdo.expected_boot_ups:
+            self.sdo.seen.clear()
             self._breach(
                 Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
             )

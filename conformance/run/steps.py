@@ -35,6 +35,7 @@ from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, 
 from conformance.sdo.stepping import Ended, Result, advance
 
 MOST_NOTED = 100
+MUCH_ROOM = 4096
 Target = Multiplexer | KnownObject
 PRINTABLE = bytes(range(0x21, 0x7F))
 NO_ROOM = (
@@ -81,6 +82,8 @@ class Steps(Wire):
         self._noted: Counter[str] = Counter()
         self.notes: list[str] = []
         self.written: set[Multiplexer] = set()
+        # What objects read since anything was sent that might have changed one.
+        self.seen: dict[Multiplexer, bytes] = {}
         self.checks = ResponseChecks(self._note)
         self.client = BlockClient(self.checks)
         self._random = random.Random(f"{seed}/{rule.id}")
@@ -94,6 +97,8 @@ class Steps(Wire):
     def about_to_send(self, request: Request) -> None:
         """Remember what a request writes to, before an interruption could come in between."""
         super().about_to_send(request)
+        if not isinstance(request, UploadInitiate | UploadSegment):
+            self.seen.clear()
         target = written_by(request)
         if target is not None:
             self.written.add(target)
@@ -154,6 +159,7 @@ class Steps(Wire):
         length = target.length if isinstance(target, KnownObject) else None
         data = uploaded.data if uploaded.counted else uploaded.data[:length]
         self._check_constant(mux_of(target), data)
+        self.seen[mux_of(target)] = data
         return data
 
     def _check_constant(self, mux: Multiplexer, data: bytes) -> None:
@@ -238,6 +244,19 @@ class Steps(Wire):
                 actual=describe_response(abort.encode()),
             )
         raise self.no_room(known, len(data), abort)
+
+    def need_room(self, known: KnownObject, size: int) -> None:
+        """Raise NotTestable unless a string or domain takes ``size`` bytes.
+
+        Most devices are asked once in a run, for more room than most cases need.
+        """
+        room = self.device.room
+        if known.mux not in room:
+            served = self.try_download(known, self.payload(MUCH_ROOM), segmented=True) is None
+            room[known.mux] = MUCH_ROOM if served else 0
+        if room[known.mux] < size:
+            self.store(known, self.payload(size), segmented=True)
+            room[known.mux] = size
 
     def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of so many bytes means: too small an object, or a breach."""

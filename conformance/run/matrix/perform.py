@@ -26,7 +26,8 @@ def perform(
         # That this device serves any sub-index is for other cases to say.
         missing_sub_index = Multiplexer(missing.index, 1)
     targets = Targets(device.node_id, known.mux, missing, missing_sub_index)
-    oracle = Oracle(knowledge_of(device, {known.mux: SIZE}), device.node_id)
+    knowledge = knowledge_of(device, {known.mux: SIZE}, targets.there)
+    oracle = Oracle(knowledge, device.node_id)
     lockstep = Lockstep(sdo, oracle)
     with lockstep.following():
         STATES[state](sdo, known)

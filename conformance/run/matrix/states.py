@@ -2,7 +2,7 @@
 
 Transfers are of 20 bytes, that is three segments, the last one with 6 bytes of data. In the
 middle of a block download at a border of sub-blocks it takes as much as the server's block size
-asks for.
+asks for. What a download finds is the value of the device's own.
 """
 
 from collections.abc import Callable
@@ -29,7 +29,7 @@ def segmented_download(segments: int) -> Reach:
     """Return the way into a segmented download of which so many segments are there."""
 
     def reach(sdo: Dialogue, known: KnownObject) -> None:
-        idle(sdo, known)
+        sdo.need_room(known, SIZE)
         chunks = segments_of(sdo.payload(SIZE))
         sdo.initiate_download(known, SIZE)
         for number, chunk in enumerate(chunks[:segments]):
@@ -58,7 +58,7 @@ def block_download(segments: int) -> Reach:
     """
 
     def reach(sdo: Dialogue, known: KnownObject) -> None:
-        idle(sdo, known)
+        sdo.need_room(known, SIZE)
         block_size = sdo.initiate_block_download(known, SIZE).block_size
         chunks = segments_of(sdo.payload(SIZE))
         pending = 0
@@ -74,7 +74,7 @@ def block_download(segments: int) -> Reach:
 
 def block_download_between(sdo: Dialogue, known: KnownObject) -> None:
     """Go to where the first sub-block of a block download is acknowledged, and one is to come."""
-    idle(sdo, known)
+    sdo.need_room(known, SIZE)
     block_size = sdo.initiate_block_download(known, None).block_size
     sdo.send_segments(segments_of(sdo.payload(7 * block_size)))
     try:

@@ -42,6 +42,11 @@ class Targets:
     missing: Multiplexer
     missing_sub_index: Multiplexer
 
+    @property
+    def there(self) -> tuple[Multiplexer, ...]:
+        """What a stimulus may name and the device has."""
+        return (self.own, READ_ONLY, OTHER)
+
 
 Stimulus = Callable[[Targets], CanFrame]
 
