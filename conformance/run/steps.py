@@ -248,15 +248,19 @@ class Steps(Wire):
     def need_room(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable unless a string or domain takes ``size`` bytes.
 
-        Most devices are asked once in a run, for more room than most cases need.
+        Most devices are asked once in a run, for more room than most cases need. The object has
+        its own value again then.
         """
         room = self.device.room
+        if room.get(known.mux, 0) >= size:
+            return
         if known.mux not in room:
             served = self.try_download(known, self.payload(MUCH_ROOM), segmented=True) is None
             room[known.mux] = MUCH_ROOM if served else 0
         if room[known.mux] < size:
             self.store(known, self.payload(size), segmented=True)
             room[known.mux] = size
+        self.download(known, self.device.values[known.mux])
 
     def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of so many bytes means: too small an object, or a breach."""

@@ -26,7 +26,8 @@ def perform(
         # That this device serves any sub-index is for other cases to say.
         missing_sub_index = Multiplexer(missing.index, 1)
     targets = Targets(device.node_id, known.mux, missing, missing_sub_index)
-    knowledge = knowledge_of(device, {known.mux: SIZE}, targets.there)
+    sdo.need_room(known, SIZE)
+    knowledge = knowledge_of(device, {known.mux: device.room[known.mux]}, targets.there)
     oracle = Oracle(knowledge, device.node_id)
     lockstep = Lockstep(sdo, oracle)
     with lockstep.following():

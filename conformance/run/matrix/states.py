@@ -2,7 +2,7 @@
 
 Transfers are of 20 bytes, that is three segments, the last one with 6 bytes of data. In the
 middle of a block download at a border of sub-blocks it takes as much as the server's block size
-asks for. What a download finds is the value of the device's own.
+asks for. What a download finds there is the device's own value, and it has room for 20 bytes.
 """
 
 from collections.abc import Callable
@@ -22,14 +22,13 @@ Reach = Callable[[Dialogue, KnownObject], None]
 
 def idle(sdo: Dialogue, known: KnownObject) -> None:
     """Store a value: the state is idle, and what was before is known."""
-    sdo.store(known, sdo.payload(SIZE), segmented=True)
+    sdo.download(known, sdo.payload(SIZE), segmented=True)
 
 
 def segmented_download(segments: int) -> Reach:
     """Return the way into a segmented download of which so many segments are there."""
 
     def reach(sdo: Dialogue, known: KnownObject) -> None:
-        sdo.need_room(known, SIZE)
         chunks = segments_of(sdo.payload(SIZE))
         sdo.initiate_download(known, SIZE)
         for number, chunk in enumerate(chunks[:segments]):
@@ -58,7 +57,6 @@ def block_download(segments: int) -> Reach:
     """
 
     def reach(sdo: Dialogue, known: KnownObject) -> None:
-        sdo.need_room(known, SIZE)
         block_size = sdo.initiate_block_download(known, SIZE).block_size
         chunks = segments_of(sdo.payload(SIZE))
         pending = 0
@@ -74,7 +72,6 @@ def block_download(segments: int) -> Reach:
 
 def block_download_between(sdo: Dialogue, known: KnownObject) -> None:
     """Go to where the first sub-block of a block download is acknowledged, and one is to come."""
-    sdo.need_room(known, SIZE)
     block_size = sdo.initiate_block_download(known, None).block_size
     sdo.send_segments(segments_of(sdo.payload(7 * block_size)))
     try:
