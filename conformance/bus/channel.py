@@ -86,16 +86,19 @@ class Channel:
         return self._next(self._error_control, timeout)
 
     def _next(self, queue: deque[CanFrame], timeout: float | None) -> CanFrame | None:
-        deadline = time.monotonic() + (self.response_timeout if timeout is None else timeout)
-        while not queue:
-            # Past the deadline the link looks at what has arrived already, and that not for ever.
-            frame = self.link.receive(deadline - time.monotonic())
-            if frame is None:
-                return None
+        if queue:
+            return queue.popleft()
+        left = self.response_timeout if timeout is None else timeout
+        deadline = time.monotonic() + left
+        # Past the deadline the link looks at what has arrived already, and that not for ever.
+        while (frame := self.link.receive(left)) is not None:
             request = self.ids.request
             if frame.can_id == request.can_id and frame.extended == request.extended:
                 raise second_client(request)
-        return queue.popleft()
+            if queue:
+                return queue.popleft()
+            left = deadline - time.monotonic()
+        return None
 
     def _take(self, captured: Captured) -> None:
         if captured.direction is Direction.SENT:

@@ -105,10 +105,8 @@ class Link:
         Raises InterfaceLost, BusOff or FramesDropped.
         """
         deadline = time.monotonic() + timeout
-        while True:
-            left = deadline - time.monotonic()
-            if left < -DRAIN_LIMIT:
-                return None
+        left = timeout
+        while left >= -DRAIN_LIMIT:
             try:
                 message = self._bus.recv(max(self._shortest_look, left))
             except (can.CanError, OSError) as error:
@@ -119,10 +117,11 @@ class Link:
                 check_error_frame(self.name, message)
             elif message.is_rx or not self._marks_echoes:
                 frame = to_frame(message)
-                if self._unmarked is not None and self._unmarked.is_echo(frame):
-                    continue
-                self._publish(Direction.RECEIVED, frame)
-                return frame
+                if self._unmarked is None or not self._unmarked.is_echo(frame):
+                    self._publish(Direction.RECEIVED, frame)
+                    return frame
+            left = deadline - time.monotonic()
+        return None
 
     def watch(
         self,

@@ -144,10 +144,11 @@ class _Codec:
 
     def decode(self, frame: bytes) -> Sequence[Any]:
         """Return the values of the fields in the order in which the class takes them."""
-        command, *body = self._struct.unpack(frame)
+        found = self._struct.unpack(frame)
+        bits = self._bits_of[found[0]]
         if self._has_mux:
-            body[:2] = [Multiplexer(body[0], body[1])]
-        return self._in_order((*self._bits_of[command], *body))
+            return self._in_order((*bits, Multiplexer(found[1], found[2]), *found[3:]))
+        return self._in_order(bits + found[1:])
 
     def _misfit(self, message: Message) -> str:
         """Say which field does not fit into its place."""
