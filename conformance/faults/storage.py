@@ -8,13 +8,14 @@ from conformance.faults.dictionary import CLIENT
 from conformance.faults.registry import DefectClass, fault, variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import Abort
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.node import Node, ServerChannel
 from conformance.sdo.objects import Access, DataType, Entry
 from conformance.sdo.segmented_server import SegmentedServer
-from conformance.sdo.storage import LOAD, LOAD_ALL, SAVE_ALL
+from conformance.sdo.storage import LOAD, LOAD_ALL, SAVE, SAVE_ALL, SIGNATURES
 
 STATE = DefectClass.STATE
 STORED = {
@@ -167,6 +168,84 @@ class LoadsOthers(ParametersStored):
     def changed(self, value: bytes) -> bytes:
         """Return another value of the same length."""
         return value[:-1] + bytes(byte ^ 1 for byte in value[-1:])
+
+
+# Signatures
+
+
+class AnySignature(ParametersStored):
+    """Takes other signatures for its own as well."""
+
+    command = SAVE_ALL
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        """Serve the right signature in the place of a wrong one."""
+        request = decode_request(frame.data)
+        if (
+            isinstance(request, DownloadInitiate)
+            and request.mux == self.command
+            and self.taken(request.payload)
+        ):
+            right = DownloadInitiate.with_data(self.command, SIGNATURES[self.command])
+            frame = frame._replace(data=right.encode())
+        return super().serve(channel, frame)
+
+    def taken(self, data: bytes) -> bool:
+        """Take everything."""
+        return True
+
+
+@fault("store-any-signature", STATE, "od.save-signature")
+class StoreAnySignature(AnySignature):
+    """Stores its parameters whatever is written to 1010h:01."""
+
+
+@fault("store-signature-reversed", STATE, "od.save-signature")
+class StoreSignatureReversed(AnySignature):
+    """Takes "save" with its bytes in either order."""
+
+    def taken(self, data: bytes) -> bool:
+        """Take it the other way round, too."""
+        return data == SAVE[::-1]
+
+
+@fault("store-signature-of-the-other", STATE, "od.save-signature")
+class StoreSignatureOfTheOther(AnySignature):
+    """Stores its parameters when "load" is written to 1010h:01."""
+
+    def taken(self, data: bytes) -> bool:
+        """Take "load" for "save"."""
+        return data == LOAD
+
+
+@fault("load-any-signature", STATE, "od.load-signature")
+class LoadAnySignature(AnySignature):
+    """Loads its defaults whatever is written to 1011h:01."""
+
+    command = LOAD_ALL
+
+
+@fault("load-signature-in-capitals", STATE, "od.load-signature")
+class LoadSignatureInCapitals(AnySignature):
+    """Loads its defaults for "LOAD" as well."""
+
+    command = LOAD_ALL
+
+    def taken(self, data: bytes) -> bool:
+        """Take capitals."""
+        return data == LOAD.upper()
+
+
+@fault("store-signature-wrong-code", DefectClass.ABORT, "od.save-signature")
+class SignatureWrongCode(Node):
+    """Refuses what is no signature as if 1010h:01 were read-only."""
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        """Use 06010002h."""
+        responses = super().serve(channel, frame)
+        wrong = Abort(SAVE_ALL, AbortCode.NOT_TRANSFERABLE).encode()
+        other = Abort(SAVE_ALL, AbortCode.WRITE_OF_READ_ONLY).encode()
+        return [other if response == wrong else response for response in responses]
 
 
 # Records of SDO channels over resets and storing

@@ -87,6 +87,20 @@ class StorageSteps(ChannelSteps):
 
     def _load_defaults(self) -> Values:
         device = self.device
+        self.prepare_loading()
+        self.command(LOAD_ALL)
+        self.reset(NmtCommand.RESET_NODE)
+        defaults = self._present()
+        if device.to_store.items() <= defaults.items():
+            device.to_store = {}  # they were stored, or never changed: nothing was lost
+        return defaults
+
+    def prepare_loading(self) -> None:
+        """Find out what would be lost if the defaults were loaded; it is stored after the case.
+
+        The node is reset. Raises NotTestable where something could not be put back.
+        """
+        device = self.device
         if not device.listing.is_complete:
             raise NotTestable("needs an EDS, --eds=FILE: nobody else knows all that would change")
         self._require_for_defaults(LOAD_DEFAULTS)
@@ -95,12 +109,6 @@ class StorageSteps(ChannelSteps):
         self._check_put_back(device.values)
         self.reset(NmtCommand.RESET_NODE)
         device.to_store = self._stored()
-        self.command(LOAD_ALL)
-        self.reset(NmtCommand.RESET_NODE)
-        defaults = self._present()
-        if device.to_store.items() <= defaults.items():
-            device.to_store = {}  # they were stored, or never changed: nothing was lost
-        return defaults
 
     def _require_for_defaults(self, permission: str) -> None:
         try:

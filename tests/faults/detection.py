@@ -61,6 +61,7 @@ FILES = {
 GENERATED = ("test_matrix", "test_random")
 BEYOND_TRANSFERS = (
     "test_object_dictionary",
+    "test_object_dictionary_storage",
     "test_channels",
     "test_channels_stored",
     "test_channel_independence",

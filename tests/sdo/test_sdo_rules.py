@@ -47,6 +47,7 @@ OF_THE_SUITE = {
     "server.no-reboot",
     "storage.load-defaults",
     "storage.save",
+    "storage.signature",
 }
 """Rules of the object dictionary and of the device, for which the reference has no row."""
 

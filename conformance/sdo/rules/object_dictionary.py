@@ -1,5 +1,6 @@
 """What a device has, held against its description (EDS, CiA 306-1)."""
 
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 EDS = "CiA 306-1"
@@ -95,5 +96,18 @@ OBJECT_DICTIONARY_RULES = (
         "A device that stores its parameters on command has them after the next reset.",
         reaction="served",
         open="whether it has 1010h",
+    ),
+    Rule(
+        "storage.signature",
+        STORE,
+        MUST,
+        "What is no signature is refused: nothing is stored, and no defaults are loaded.",
+        reaction="abort",
+        codes=(
+            AbortCode.NOT_TRANSFERABLE,
+            AbortCode.LOCAL_CONTROL,
+            AbortCode.DEVICE_STATE,
+        ),
+        open="whether it has 1010h and 1011h; which of the codes",
     ),
 )

@@ -1,0 +1,53 @@
+"""What must not store the parameters of a device or load its defaults (CiA 301, 7.5.2.13, .14)."""
+
+from conformance.device.deny import NMT, STORE_PARAMETERS
+from conformance.device.device import Device
+from conformance.run.case import must
+from conformance.run.dialogue import Dialogue
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import DownloadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.rules import rule_of
+from conformance.sdo.storage import LOAD_ALL, SAVE_ALL, SIGNATURES
+
+TOLERATED = (AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID)
+
+
+def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multiplexer) -> None:
+    """Expect 1010h:01 or 1011h:01 to refuse all that is not its signature."""
+    signature = SIGNATURES[command]
+    codes = rule_of("storage.signature").codes
+    for wrong in (
+        bytes(4),
+        b"\xff\xff\xff\xff",
+        signature[::-1],
+        signature.upper(),
+        SIGNATURES[other],
+    ):
+        sdo.send(DownloadInitiate.with_data(command, wrong))
+        sdo.expect_abort(*codes, of=command, tolerated=TOLERATED)
+
+
+@must("od.save-signature", "storage.signature")
+def test_save_signature(sdo: Dialogue) -> None:
+    """Only "save" stores the parameters: everything else that 1010h:01 gets is refused.
+
+    The reset makes sure that nothing is stored but what is stored already.
+    """
+    sdo.require(NMT)
+    sdo.require(STORE_PARAMETERS)
+    sdo.require_command(SAVE_ALL)
+    sdo.reset(NmtCommand.RESET_NODE)
+    expect_nothing_else_taken(sdo, SAVE_ALL, other=LOAD_ALL)
+
+
+@must("od.load-signature", "storage.signature", clause="7.5.2.14")
+def test_load_signature(sdo: Dialogue, device: Device) -> None:
+    """Only "load" loads the defaults: everything else that 1011h:01 gets is refused.
+
+    What the defaults would replace is known before, and is stored again where they are loaded.
+    """
+    sdo.prepare_loading()
+    expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
+    device.to_store = {}
