@@ -33,7 +33,7 @@ def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.size", "D2", "D1", "2.13-toggle", size=[*SHORT_SIZES, *LONG_SIZES, 4097])
+@must("segmented-download.size", "D2", "D1", "2.13-toggle", size=[*SHORT_SIZES, *LONG_SIZES, 4096])
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download of an indicated size is stored whole."""
     data = sdo.payload(size)

@@ -14,13 +14,13 @@ from conformance.sdo.segmented_server import Upload
 from conformance.sdo.server import BlockDownload, Server
 
 WIDTH = DefectClass.FIELD_WIDTH
-ENDLESS_AT = 4096
+ENDLESS_AT = 4097
 LARGEST_SIZE = 0xFFFF_FFFF
 
 
-@fault("upload-endless", DefectClass.LAST_FLAG, "segmented-upload.size[4096]")
+@fault("upload-endless", DefectClass.LAST_FLAG, "segmented-upload.size[4097]")
 class UploadEndless(Server):
-    """Announces FFFFFFFFh bytes for 4096, sends them over and over, and never marks a last one."""
+    """Announces FFFFFFFFh bytes for 4097, sends them over and over, and never marks a last one."""
 
     def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
         """Announce too much."""

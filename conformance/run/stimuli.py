@@ -43,7 +43,7 @@ FOREIGN_IN_DOWNLOAD: dict[str, bytes] = {
 
 # Lengths at which counters of servers wrap or segments fill up exactly, in bytes.
 SHORT_SIZES = tuple(range(1, 23))
-LONG_SIZES = (255, 256, 257, 888, 889, 890, 4096)
+LONG_SIZES = (255, 256, 257, 888, 889, 890, 4097)
 # Sizes of block transfers: segment 64 of a sub-block begins with 40h, the last of 490 bytes with
 # C6h, the last of 672 with E0h, which are other requests elsewhere; 127 segments hold 889 bytes.
 BLOCK_SIZES = (*SHORT_SIZES, 448, 490, 672, 888, 889, 890, 1777, 4096)

@@ -29,6 +29,7 @@ from conformance.faults import server_timeouts
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.registry import Deviation
 from conformance.run.verdict import Verdict
+from conformance.running import ExitCode
 
 # A faulty server may keep silent a hundred times; a right one never does.
 TIMEOUT_OF_FAULTS = "0.25"
@@ -233,7 +234,9 @@ def problem_with(deviation: Deviation, run: Run) -> str:
     failed = run.failed(strict=deviation.soft)
     if not failed:
         return "NOT CAUGHT"
-    if not any(case_id.startswith(deviation.caught_by) for case_id in failed):
+    # A server that is gone for good is met by whichever case provokes that first.
+    lost = run.exit_code == ExitCode.DEVICE_LOST
+    if not lost and not any(case_id.startswith(deviation.caught_by) for case_id in failed):
         return f"caught, but by no case called {deviation.caught_by}: {', '.join(failed[:5])}"
     return ""
 
