@@ -8,21 +8,16 @@ from conformance.sdo.can_frame import CanFrame
 
 
 class _Outgoing(can.Message):
-    """A message that is copied fast: python-can's virtual bus makes a copy for each receiver.
+    """A message that is sent once and changed by nobody: all who receive it may have the same.
 
-    Its general way to copy takes longer than sending and receiving together.
+    python-can's virtual bus makes a copy for each of them, and its general way to copy takes longer
+    than sending and receiving together.
     """
 
     __slots__ = ()
 
     def __deepcopy__(self, memo: dict[int, Any] | None) -> can.Message:
-        return can.Message(
-            arbitration_id=self.arbitration_id,
-            data=bytearray(self.data),
-            dlc=self.dlc,
-            is_extended_id=self.is_extended_id,
-            is_remote_frame=self.is_remote_frame,
-        )
+        return self
 
 
 def to_message(frame: CanFrame) -> can.Message:
@@ -30,7 +25,7 @@ def to_message(frame: CanFrame) -> can.Message:
     return _Outgoing(
         arbitration_id=frame.can_id,
         data=None if frame.remote else frame.data,
-        dlc=frame.dlc,
+        dlc=frame.length,
         is_extended_id=frame.extended,
         is_remote_frame=frame.remote,
     )

@@ -81,13 +81,12 @@ class BlockClient(Client):
         segments = max(-(-len(data) // SEGMENT_LENGTH), 1)
         while done < segments:
             count = min(block_size, segments - done)
+            begin, end = (segment * SEGMENT_LENGTH for segment in (done, done + count))
             sub_block = [
                 BlockSegment.with_data(
-                    number + 1,
-                    data[(done + number) * SEGMENT_LENGTH : (done + number + 1) * SEGMENT_LENGTH],
-                    last=done + number + 1 == segments,
+                    number, data[at : at + SEGMENT_LENGTH], last=done + number == segments
                 )
-                for number in range(count)
+                for number, at in enumerate(range(begin, end, SEGMENT_LENGTH), 1)
             ]
             frame = yield Burst(tuple(mangle(sub_block)))
             ack = self.checks.block_ack(frame, mux, count)

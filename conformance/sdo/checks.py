@@ -144,21 +144,21 @@ class ResponseChecks:
 
     def block_segment(self, frame: bytes, mux: Multiplexer, sequence: int) -> BlockSegment:
         """Check a segment of a block upload (7.2.4.3.14)."""
+        response = decode_segment(frame)
+        if isinstance(response, BlockSegment) and response.sequence == sequence:
+            return response
         if len(frame) != FRAME_LENGTH:
             raise Violation(
                 FRAME_SHAPE, expected="8 data bytes", actual=f"{len(frame)}: {hex_bytes(frame)}"
             )
-        response = decode_segment(frame)
         if isinstance(response, Abort):
             self._check_abort(response, mux, frame)
             raise ServerAborted(response)
-        if not isinstance(response, BlockSegment) or response.sequence != sequence:
-            raise Violation(
-                BLOCK_SEQUENCE,
-                expected=f"segment {sequence}",
-                actual=f"{describe(response)} [{hex_bytes(frame)}]",
-            )
-        return response
+        raise Violation(
+            BLOCK_SEQUENCE,
+            expected=f"segment {sequence}",
+            actual=f"{describe(response)} [{hex_bytes(frame)}]",
+        )
 
     def block_end(self, frame: bytes, mux: Multiplexer, last_payload: bytes = b"") -> BlockEnd:
         """Check the end of a block upload (7.2.4.3.15) and the unused bytes of its last segment."""

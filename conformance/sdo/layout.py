@@ -57,12 +57,12 @@ class Message:
 
         Raises ValueError when a field does not fit into its place.
         """
-        return _codec(type(self)).encode(self)
+        return _codecs[type(self)].encode(self)
 
     @classmethod
     def decode(cls, frame: bytes) -> Self:
         """Read the message from its 8 bytes; the caller has matched byte 0 already."""
-        return cls(*_codec(cls).decode(frame))
+        return cls(*_codecs[cls].decode(frame))
 
     @classmethod
     def matches(cls, command: int) -> bool:
@@ -131,15 +131,12 @@ class _Codec:
     def encode(self, message: Message) -> bytes:
         """Return the 8 bytes of a message; raises ValueError."""
         body = self._body(message)
-        command = self._command_of.get(self._bits(message))
-        if command is None:
-            raise ValueError(self._misfit(message))
         for position, size in self._raw:  # a struct would cut or fill what has another length
             if len(body[position]) != size:
                 raise ValueError(self._misfit(message))
         try:
-            return self._struct.pack(command, *body)
-        except struct.error as error:
+            return self._struct.pack(self._command_of[self._bits(message)], *body)
+        except (struct.error, KeyError) as error:
             raise ValueError(self._misfit(message)) from error
 
     def decode(self, frame: bytes) -> Sequence[Any]:
@@ -167,15 +164,15 @@ class _Codec:
         return f"{shown} does not fit into its bytes"
 
 
-_codecs: dict[type[Message], _Codec] = {}
+class _Codecs(dict[type[Message], _Codec]):
+    """The codecs of classes, each compiled when it is first needed."""
+
+    def __missing__(self, kind: type[Message]) -> _Codec:
+        codec = self[kind] = _Codec(kind)
+        return codec
 
 
-def _codec(kind: type[Message]) -> _Codec:
-    """Return the codec of a class, compiled when it is first needed."""
-    codec = _codecs.get(kind)
-    if codec is None:
-        codec = _codecs[kind] = _Codec(kind)
-    return codec
+_codecs = _Codecs()
 
 
 def _format(name: str, place: tuple[int, int]) -> str:

@@ -84,10 +84,10 @@ class Server(SegmentedServer):
     def react(self, request: Request) -> list[Response]:
         """Choose the reaction by the kind of the request."""
         match request:
-            case BlockDownloadInitiate():
-                return self.on_block_download_initiate(request)
             case BlockSegment():
                 return self.on_block_segment(request)
+            case BlockDownloadInitiate():
+                return self.on_block_download_initiate(request)
             case BlockEnd():
                 return self.on_block_end(request)
             case BlockUploadInitiate():
