@@ -13,7 +13,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage import COMMANDS, SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
@@ -79,10 +79,14 @@ def _not_idle(cause: Exception) -> Violation:
 
 @dataclass(slots=True)
 class Restorer:
-    """Puts back what cases wrote. ``unrestored`` lists what is not back yet, with the value due."""
+    """Puts back what cases wrote. ``unrestored`` lists what is not back yet, with the value due.
+
+    ``late`` has what came in the way: answers that belong to none of the requests.
+    """
 
     device: Device
     unrestored: dict[Multiplexer, str] = field(default_factory=dict)
+    late: list[Violation] = field(default_factory=list)
 
     def expect(self, sdo: Dialogue) -> None:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
@@ -170,14 +174,32 @@ class Restorer:
             sdo.end_transfer()  # the value itself will be refused, and listed
 
     def _restore(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
+        """Write a value and read it back; once more where it is not taken at once.
+
+        What is neither a confirmation nor a refusal may be a late answer that was in the way.
+        """
         try:
-            sdo.download(known, due)
+            self._download(sdo, known, due)
         except Violation as violation:
-            self.unrestored[known.mux] += f" ({violation.actual})"
-            sdo.end_transfer()
-            return
+            try:
+                sdo.fence()
+                self._download(sdo, known, due)
+            except Violation:
+                self.unrestored[known.mux] += f" ({violation.actual})"
+                return
+            if violation.rule is not NOT_REFUSED:
+                self.late.append(
+                    Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
+                )
         if self._reads(sdo, known, due):
             del self.unrestored[known.mux]
+
+    def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
+        try:
+            sdo.download(known, due)
+        except Violation:
+            sdo.end_transfer()
+            raise
 
     def _reads(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
         """Say whether an object reads as it should; what cannot be read does not.

@@ -120,6 +120,11 @@ class DeviceSession:
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
             self.whole_run.late.append(Incident(self._last_case, late))
 
+    def keep_late(self, case_id: str) -> None:
+        """Keep the late answers of a case that were met when its values were put back."""
+        late, self.restorer.late = self.restorer.late, []
+        self.whole_run.late += [Incident(case_id, violation) for violation in late]
+
     def revive(self) -> str:
         """Bring a lost device back and put back what its loss has kept from being restored.
 
@@ -138,6 +143,7 @@ class DeviceSession:
         if self.lost or not self.restorer.unrestored:
             return
         self.restorer.restore_pending(Dialogue(self.channel, self.device, _RESTORING, self._seed))
+        self.keep_late(self._last_case)
 
     def end(self) -> None:
         """End the running case."""
@@ -265,6 +271,7 @@ class CaseRun:
             self.result.output = session.revival.process.tail() if session.revival else []
         else:
             session.restorer.restore(self.sdo)
+            session.keep_late(self.result.case_id)
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)
         incidental = [found for found in self.sdo.minor if found.rule in INCIDENTAL]
         session.whole_run.incidents += [

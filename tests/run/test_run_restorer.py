@@ -5,6 +5,7 @@ from run_bench import (
     DOMAIN,
     NODE_ID,
     NUMBER,
+    RULE,
     TEXT,
     Recording,
     discovered,
@@ -17,7 +18,7 @@ from conformance.faults.variants import ShortFramesServed
 from conformance.run.afterwards import Restorer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import DownloadInitiate, Response, UploadInitiate
+from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Refusal
 
@@ -113,6 +114,52 @@ def test_put_back_also_when_it_cannot_be_read_at_first() -> None:
     assert restorer.unrestored == {}
 
 
+def test_a_value_that_is_refused_once_is_written_again() -> None:
+    """A device that is busy for a moment has done nothing wrong."""
+    server = _Refusing(reference_entries(NODE_ID))
+    begin = server.values()
+    with discovered(server) as bench:
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        sdo.download(NUMBER, b"\1\2\3\4")
+        server.downloads = 1
+        restorer.restore(sdo)
+    assert (restorer.unrestored, restorer.late) == ({}, [])
+    assert server.values() == begin
+
+
+class _Late(Recording):
+    """Sends an abort before its next answer to a request that begins like this."""
+
+    before = b""
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        responses = super().receive(frame)
+        if self.before and frame.startswith(self.before):
+            self.before = b""
+            responses.insert(0, Abort(WRITE_ONLY, AbortCode.GENERAL_ERROR).encode())
+        return responses
+
+
+@pytest.mark.parametrize("seen", [True, False], ids=["before-the-write", "before-the-read"])
+def test_a_late_answer_in_the_way(seen: bool) -> None:
+    """It is told, the value is back, and nothing is left for the next case to stumble over."""
+    server = _Late(reference_entries(NODE_ID))
+    begin = server.values()
+    with discovered(server) as bench:
+        session = bench.session()
+        run = session.begin("a.case", "a service", RULE)
+        run.sdo.download(NUMBER, b"\1\2\3\4")
+        if seen:
+            run.sdo.upload(NUMBER)
+        server.before = (b"\x23" if seen else b"\x40") + b"\x04\x20"
+        run.conclude(None)
+        assert server.values() == begin
+        assert session.restorer.unrestored == {}
+        assert [late.case_id for late in session.whole_run.late] == ["a.case"]
+        assert bench.channel.receive(0) is None
+
+
 def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:
     server = _Refusing(reference_entries(NODE_ID))
     begin = server.values()
@@ -121,7 +168,7 @@ def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:
         sdo = bench.dialogue()
         sdo.download(NUMBER, b"\1\2\3\4")
         sdo.download(TEXT, b"also written")
-        server.downloads = 1
+        server.downloads = 2
         restorer.restore(sdo)
         assert list(restorer.unrestored) == [NUMBER.mux]
         text = restorer.unrestored[NUMBER.mux]
