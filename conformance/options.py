@@ -12,6 +12,7 @@ from conformance.bus.opening import BusSettings
 from conformance.device.client_channel import ClientRecord, read_client_channel
 from conformance.device.deny import PERMISSIONS
 from conformance.device.description import Description, read_description
+from conformance.device.device import STORAGE_TIME
 from conformance.device.eds import read_eds
 from conformance.device.files import FileError
 from conformance.device.known_deviations import Deviation, read_deviations
@@ -82,6 +83,7 @@ def read_options(config: pytest.Config) -> Options | None:
             config.getoption("scan"),
             neighbours,
             _process(config, description, node_ids),
+            description.storage or STORAGE_TIME,
         )
         deviations = _deviations(config, description)
     except (UnknownServer, BusNotOpened, FileError, NotPermitted) as error:

@@ -24,7 +24,8 @@ class Description:
     Times are in seconds. ``all_rw`` allows writes to everything that the EDS calls rw from 2000h
     on; ``at_defaults`` says that the defaults were loaded before the run. ``can_options`` are names
     and values of what else the interface takes. The ``command`` is started for the run in
-    ``folder``, ``recover`` when the device is lost.
+    ``folder``, ``recover`` when the device is lost. Within ``storage`` the device stores its
+    parameters or restores their defaults.
     """
 
     folder: Path = Path()
@@ -41,6 +42,7 @@ class Description:
     at_defaults: bool = False
     response: float | None = None
     server_timeout: float | None = None
+    storage: float | None = None
     command: tuple[str, ...] = ()
     recover: tuple[str, ...] = ()
     permissions: frozenset[str] = frozenset()
@@ -71,6 +73,7 @@ def read_description(path: Path) -> Description:
         at_defaults=objects.read("at-defaults", _flag, "write true or false", False),
         response=timing.read("response", _seconds, _TIME, None),
         server_timeout=timing.read("server-timeout", _seconds, _TIME, None),
+        storage=timing.read("storage", _seconds, _TIME, None),
         command=process.read("command", _command, 'write a list, as in ["./my_server"]', ()),
         recover=process.read("recover", _command, 'write a command, as in "./cycle.sh"', ()),
         permissions=_permissions(file, top),

@@ -13,6 +13,8 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.storage import COMMANDS
 
+# Within how many seconds a device stores its parameters, if nothing else is declared.
+STORAGE_TIME = 5.0
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
@@ -34,7 +36,8 @@ class Device:
     not be read; such an object is never written. ``block_download_refusal`` is how the device
     refuses block downloads, empty if it serves them, None as long as nobody asked;
     ``block_upload_refusal`` is the same of block uploads. ``server_timeout`` is the declared time
-    in seconds after which the device gives up a transfer. ``parameters`` holds the values of
+    in seconds after which the device gives up a transfer, ``storage_time`` the one within which it
+    stores its parameters or restores their defaults. ``parameters`` holds the values of
     communication parameters that cases write by permission, before the first write;
     ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
     looked. The ``listing`` is what an EDS or the user says of its objects. ``neighbours`` are
@@ -57,6 +60,7 @@ class Device:
     further_channels: tuple[int, ...] | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
     server_timeout: float | None = None
+    storage_time: float = STORAGE_TIME
     listing: Listing = field(default_factory=Listing)
     permits: Permits = field(default_factory=Permits)
     neighbours: frozenset[int] = frozenset()

@@ -12,7 +12,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError, ProcessFailed, SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.device.device import Device
+from conformance.device.device import STORAGE_TIME, Device
 from conformance.device.listing import Listing, mandatory_and
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
@@ -32,6 +32,7 @@ class RunSettings:
     """What the user asked for; times are in seconds.
 
     ``server_timeout`` is when the device gives up a transfer whose client is silent, None if never;
+    ``storage_time`` is how long it may take to store its parameters or to restore their defaults;
     ``sdo_channel`` is another channel of the device than the default one. ``listings`` holds by
     node-ID what an EDS, or the user, says of the objects; to ``scan`` is to read all indices.
     ``neighbours`` are devices on the same bus that another process tests at the same time.
@@ -48,6 +49,7 @@ class RunSettings:
     scan: bool = False
     neighbours: frozenset[int] = frozenset()
     process: ProcessSettings | None = None
+    storage_time: float = STORAGE_TIME
 
     @property
     def all_listings(self) -> dict[int, Listing]:
@@ -135,6 +137,7 @@ class Bench:
             listing=listed,
             permits=permits,
             server_timeout=settings.server_timeout,
+            storage_time=settings.storage_time,
             neighbours=settings.neighbours,
         )
         revival = self._revival(channel)

@@ -20,8 +20,6 @@ from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.storage import LOAD_ALL, SAVE_ALL, SIGNATURES
 
-# Within how many seconds a device stores its parameters or restores their defaults.
-STORAGE_TIME = 5.0
 MOST_NAMED = 8
 # COB-IDs and mappings of other services: they are written in an order of their own.
 IN_ORDER = frozenset((0x1005, 0x1012, 0x1014, *range(0x1400, 0x1C00)))
@@ -49,7 +47,7 @@ class StorageSteps(ChannelSteps):
         """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done."""
         signature = SIGNATURES[mux]
         words = f'"{signature.decode()}" to {mux}'
-        seconds = max(STORAGE_TIME, self.channel.response_timeout)
+        seconds = max(self.device.storage_time, self.channel.response_timeout)
         self.send(DownloadInitiate.with_data(mux, signature))
         frame = self.wait(seconds)
         if frame is None:

@@ -38,6 +38,7 @@ never = ["2100", "2101:02"]
 [timing]
 response = 0.5
 server-timeout = 2
+storage = 12
 
 [process]
 command = ["./my_server", "vcan0"]
@@ -79,6 +80,7 @@ def test_everything(tmp_path: Path) -> None:
         never=said.never,
         response=0.5,
         server_timeout=2.0,
+        storage=12.0,
         command=("./my_server", "vcan0"),
         recover=("./power-cycle.sh", "{node_id}"),
         permissions=frozenset({"nmt", "load-defaults"}),

@@ -225,6 +225,15 @@ def test_a_device_without_the_command(name: str) -> None:
         assert watched.commands == []
 
 
+def test_storing_has_a_time_of_its_own() -> None:
+    """It is no response time: storing may take longer."""
+    with configured("load-defaults-silent") as (bench, _):
+        bench.channel.response_timeout = HASTY
+        bench.device.storage_time = 2 * HASTY
+        with pytest.raises(Violation, match=r"nothing within 0\.1 s"):
+            bench.dialogue().command(LOAD_ALL)
+
+
 def test_what_has_failed_is_not_tried_again() -> None:
     """One case says what is wrong; the others name it."""
     with configured("load-defaults-refused") as (bench, watched):
