@@ -292,10 +292,12 @@ class MoreThanListed(_Reads):
 
     def react(self, request: Request) -> list[Response]:
         """Read them as 0."""
-        if isinstance(request, UploadInitiate) and not request.mux.sub_index:
-            try:
-                self.objects.find(request.mux)
-            except Refusal:
-                self.transfer = None
-                return [self.start_upload(request.mux, bytes(4))]
+        if isinstance(request, UploadInitiate) and self._is_extra(request.mux):
+            self.transfer = None
+            return [self.start_upload(request.mux, bytes(4))]
         return super().react(request)
+
+    def _is_extra(self, mux: Multiplexer) -> bool:
+        if mux.sub_index or self.objects.get(mux) is not None:
+            return False
+        return self.objects.get(Multiplexer(mux.index - 1)) is not None

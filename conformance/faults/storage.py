@@ -253,12 +253,16 @@ class SignatureWrongCode(Node):
 
 @fault("channel-gone-after-reset", STATE, "channel.records-after-reset")
 class ChannelGone(Node):
-    """Has 1202h no more after a reset of the communication."""
+    """Has 1202h no more after a reset of the communication, and again after the next."""
 
     def follow(self, command: NmtCommand) -> list[CanFrame]:
-        """Take it out."""
+        """Take it out, or put it in."""
         if command is NmtCommand.RESET_COMMUNICATION:
-            self.objects.remove(0x1202)
+            record = self.channels[2].record.by_multiplexer()
+            if self.objects.get(Multiplexer(0x1202, 1)) is None:
+                self.objects.add(record)
+            else:
+                self.objects.remove(0x1202)
         return super().follow(command)
 
 
