@@ -252,7 +252,7 @@ class Steps(Wire):
         its own value again then.
         """
         room = self.device.room
-        if room.get(known.mux, 0) >= size:
+        if self.has_room(known, size):
             return
         if known.mux not in room:
             served = self.try_download(known, self.payload(MUCH_ROOM), segmented=True) is None
@@ -261,6 +261,10 @@ class Steps(Wire):
             self.store(known, self.payload(size), segmented=True)
             room[known.mux] = size
         self.download(known, self.device.values[known.mux])
+
+    def has_room(self, known: KnownObject, size: int) -> bool:
+        """Say whether an object has taken ``size`` bytes or more in this run."""
+        return self.device.room.get(known.mux, 0) >= size
 
     def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of so many bytes means: too small an object, or a breach."""
