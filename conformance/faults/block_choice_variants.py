@@ -44,13 +44,19 @@ class LastRepeatedRefused(HearsLastRepeated):
 
 @variant("old-numbers-refused")
 class OldNumbersRefused(Server):
-    """Ends a block download whose next sub-block begins with segment 3 or a later one."""
+    """Ends a block download whose client goes on behind a gap with the old numbers, from 3 on."""
+
+    old_number = 0
+
+    def acknowledge(self, transfer: BlockDownload) -> BlockAck:
+        """Remember what would be next if the numbers went on."""
+        self.old_number = transfer.due if transfer.broken else 0
+        return super().acknowledge(transfer)
 
     def on_block_segment(self, request: BlockSegment) -> list[Response]:
-        """Refuse any other number there, once something is stored."""
-        transfer = self.transfer
-        begins = isinstance(transfer, BlockDownload) and transfer.data and transfer.due == 1
-        if begins and request.sequence > 2:
+        """Refuse it where a new sub-block begins."""
+        old_number, self.old_number = self.old_number, 0
+        if isinstance(self.transfer, BlockDownload) and request.sequence == old_number > 2:
             raise Refusal(AbortCode.INVALID_SEQUENCE_NUMBER)
         return super().on_block_segment(request)
 

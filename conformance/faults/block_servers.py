@@ -8,7 +8,6 @@ from conformance.sdo.frames import (
     Request,
     Response,
 )
-from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 
@@ -45,10 +44,12 @@ class KnowsBlockUploads(Server):
 class HearsLastRepeated(Server):
     """Knows the last segment when it comes again where the end is due."""
 
+    last_segment = b""
+
     def decode(self, frame: bytes) -> Request:
-        """Take byte 0 with bit 7 set for a last segment, but for 80h and the end itself."""
+        """Take the same 8 bytes for the same segment."""
         at_end = isinstance(self.transfer, BlockDownload) and self.transfer.ended
-        if at_end and len(frame) == FRAME_LENGTH and 0x80 < frame[0] < 0xA0:
+        if at_end and frame == self.last_segment:
             return decode_segment(frame)
         return super().decode(frame)
 
@@ -57,6 +58,8 @@ class HearsLastRepeated(Server):
         transfer = self.transfer
         if isinstance(transfer, BlockDownload) and transfer.ended:
             return self.on_repeated(transfer, request)
+        if request.last:
+            self.last_segment = request.encode()
         return super().on_block_segment(request)
 
     def on_repeated(self, transfer: BlockDownload, request: BlockSegment) -> list[Response]:
