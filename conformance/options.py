@@ -113,11 +113,6 @@ def _check_together(config: pytest.Config, *, self_test: bool) -> None:
         raise pytest.UsageError("--simulated goes with --self-test: a real device takes its time.")
     if config.getoption("answer_delay") and not self_test:
         raise pytest.UsageError("--answer-delay goes with --self-test.")
-    if config.getoption("answer_delay") and config.getoption("simulated"):
-        raise pytest.UsageError(
-            "--answer-delay lets the device take its time, with --simulated nothing takes any: "
-            "leave one of them out."
-        )
     if self_test and (config.getoption("process") or config.getoption("recover")):
         raise pytest.UsageError("--process and --recover go with a device, not with --self-test.")
 

@@ -115,7 +115,12 @@ class Running:
         options = self._state.options
         run, folder = options.run, self._state.report_dir
         if options.simulated:
-            bus = simulated_bus(run.node_ids, options.server, server_timeout=run.server_timeout)
+            bus = simulated_bus(
+                run.node_ids,
+                options.server,
+                options.answer_delay,
+                server_timeout=run.server_timeout,
+            )
             return Bench(run, [], listener, folder, lambda settings: bus)
         hosts: list[AbstractContextManager[object]] = []
         if options.self_test and run.bus.channel is not None:

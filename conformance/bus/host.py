@@ -7,13 +7,12 @@ from typing import Protocol, Self
 
 import can
 
+from conformance.bus.alarm import Alarm
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
 # How long a stop may go unseen: nothing but a frame interrupts python-can's waiting.
 POLL = 0.05
-# A timer fires late, by about as much each time: how fast the host learns by how much.
-LEARNING = 0.1
 
 
 class HostedNode(Protocol):
@@ -48,8 +47,8 @@ class NodeHost:
         self._bus = bus
         self._node = node
         self._delay = delay
-        self._lateness = 0.0
         self._stopping = threading.Event()
+        self._alarm = Alarm(self._stopping.wait)
         self._thread = threading.Thread(target=self.run, name="node", daemon=True)
 
     def __enter__(self) -> Self:
@@ -90,9 +89,7 @@ class NodeHost:
 
     def _answer(self, frames: list[CanFrame], due: float) -> None:
         if frames and self._delay:
-            self._stopping.wait(due - time.monotonic() - self._lateness)
-            late = time.monotonic() - due
-            self._lateness = max(0.0, self._lateness + LEARNING * late)
+            self._alarm.wait_until(due)
         self._send(frames)
 
     def _send(self, frames: list[CanFrame]) -> None:

@@ -6,7 +6,7 @@ import can
 
 from conformance.bus.host import NodeHost
 from conformance.faults.catalogue import build_node
-from conformance.faults.simulated import SimulatedBus
+from conformance.faults.simulated import RealClock, SimulatedBus
 
 
 def virtual_host(
@@ -27,12 +27,16 @@ def virtual_host(
 
 
 def simulated_bus(
-    node_ids: Iterable[int], server: str | None, *, server_timeout: float | None = None
+    node_ids: Iterable[int],
+    server: str | None,
+    delay: float = 0.0,
+    *,
+    server_timeout: float | None = None,
 ) -> SimulatedBus:
     """Return a bus with such servers on it, which answer within the call that sends.
 
+    With a ``delay`` in seconds an answer arrives that much later; time passes as it does then.
     Raises UnknownServer.
     """
-    return SimulatedBus(
-        build_node(server, node_id, server_timeout=server_timeout) for node_id in node_ids
-    )
+    nodes = (build_node(server, node_id, server_timeout=server_timeout) for node_id in node_ids)
+    return SimulatedBus(nodes, delay, RealClock() if delay else None)
