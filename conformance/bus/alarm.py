@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-# How fast it is learned how late timers fire, and the most that they are trusted to.
+# How fast it is learned how late timers fire, and what a busy machine may make of it at most.
 LEARNING = 0.1
 MOST_LATE = 0.0002
 
@@ -22,5 +22,5 @@ class Alarm:
         if left <= 0:
             return
         self._wait(left)
-        late = min(time.monotonic() - due, MOST_LATE)
-        self._lateness = max(0.0, self._lateness + LEARNING * late)
+        late = time.monotonic() - due
+        self._lateness = min(MOST_LATE, max(0.0, self._lateness + LEARNING * late))
