@@ -3,7 +3,8 @@
 from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE, NotTestable
-from conformance.run.steps import Steps, Target, mux_of
+from conformance.run.room_steps import RoomSteps
+from conformance.run.steps import Target, mux_of
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
@@ -35,7 +36,7 @@ def segments_of(data: bytes) -> list[bytes]:
     return [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
 
 
-class BlockSteps(Steps):
+class BlockSteps(RoomSteps):
     """Exchanges and transfers in blocks. A server without them gets ``Unimplemented``."""
 
     def initiate_block_download(

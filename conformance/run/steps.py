@@ -14,7 +14,7 @@ from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import IDENTITY, written_by
 from conformance.run.wire import Wire
-from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.describe import describe, describe_response, hex_bytes
@@ -35,15 +35,8 @@ from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, 
 from conformance.sdo.stepping import Ended, Result, advance
 
 MOST_NOTED = 100
-MUCH_ROOM = 4096
 Target = Multiplexer | KnownObject
 PRINTABLE = bytes(range(0x21, 0x7F))
-NO_ROOM = (
-    AbortCode.LENGTH_TOO_HIGH,
-    AbortCode.LENGTH_MISMATCH,
-    AbortCode.LENGTH_TOO_LOW,
-    AbortCode.OUT_OF_MEMORY,
-)
 # An upload that is refused like this met something: it must not count as missing.
 EXISTS = (
     AbortCode.READ_OF_WRITE_ONLY,
@@ -221,72 +214,6 @@ class Steps(Wire):
             f"{known} takes no value near its present one ({hex_bytes(before)}): name another"
         )
 
-    def store(
-        self,
-        known: KnownObject,
-        data: bytes,
-        *,
-        segmented: bool | None = None,
-        sized: bool = True,
-    ) -> None:
-        """Write ``data`` to a string or domain that may be too small for it.
-
-        Raises NotTestable when the object is too small. A device that refuses this length and
-        takes a longer one is at fault.
-        """
-        abort = self.try_download(known, data, segmented=segmented, sized=sized)
-        if abort is None:
-            return
-        if abort.code not in NO_ROOM or self._takes_otherwise(known, data):
-            raise Violation(
-                NOT_REFUSED,
-                expected=f"a download of {len(data)} bytes to {known}, as another way",
-                actual=describe_response(abort.encode()),
-            )
-        raise self.no_room(known, len(data), abort)
-
-    def need_room(self, known: KnownObject, size: int) -> None:
-        """Raise NotTestable unless a string or domain takes ``size`` bytes.
-
-        Most devices are asked once in a run, for more room than most cases need. The object has
-        its own value again then.
-        """
-        room = self.device.room
-        if self.has_room(known, size):
-            return
-        if known.mux not in room:
-            served = self.try_download(known, self.payload(MUCH_ROOM), segmented=True) is None
-            room[known.mux] = MUCH_ROOM if served else 0
-        if room[known.mux] < size:
-            self.store(known, self.payload(size), segmented=True)
-            room[known.mux] = size
-        self.download(known, self.device.values[known.mux])
-
-    def has_room(self, known: KnownObject, size: int) -> bool:
-        """Say whether an object has taken ``size`` bytes or more in this run."""
-        return self.device.room.get(known.mux, 0) >= size
-
-    def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
-        """Build what a refusal of so many bytes means: too small an object, or a breach."""
-        if abort.code not in NO_ROOM:
-            return Violation(
-                NOT_REFUSED,
-                expected=f"a download of {size} bytes to {known}, or that it is too small",
-                actual=describe_response(abort.encode()),
-            )
-        return NotTestable(
-            f"{known} has no room for {size} bytes (refused with "
-            f"{describe_code(abort.code)}): name a larger string or domain"
-        )
-
-    def _takes_otherwise(self, known: KnownObject, data: bytes) -> bool:
-        """Say whether an object that refused a download takes a longer one, or one without size."""
-        longer = self.payload(len(data) + 1)
-        return (
-            self.try_download(known, longer, segmented=True) is None
-            or self.try_download(known, data, segmented=True, sized=False) is None
-        )
-
     def finish_upload(self, target: Target, response: UploadInitiateResponse) -> bytes:
         """Take what is left of an upload after the answer to its initiate."""
         if response.expedited:
@@ -295,28 +222,6 @@ class Steps(Wire):
         with self._served():
             rest = self.client.upload_segments(mux_of(target), response.size)
             return self._run(rest).data
-
-    def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:
-        """Return an object whose upload takes so many segments or more, and its value.
-
-        That is a string or domain that may be written, else what reads long enough by itself.
-        """
-        needed = 7 * (segments - 1) + 1
-        try:
-            known = self.device.variable()
-            data = self.payload(7 * segments - 1)
-            self.store(known, data)
-        except NotTestable:
-            for known in self.device.objects:
-                data = self.device.values.get(known.mux, b"")
-                if len(data) >= needed:
-                    return known, data
-            raise NotTestable(
-                f"needs an object of {needed} bytes or more: name a string or domain, "
-                "--object=2010=visible_string or in device.toml [objects] writable = "
-                '["2010=visible_string"]'
-            ) from None
-        return known, data
 
     def missing_object(self) -> Multiplexer:
         """Return the multiplexer of an object that the device refuses to read."""

@@ -11,7 +11,7 @@ from conformance.device.permits import Permits
 from conformance.faults.catalogue import build_node
 from conformance.run.afterwards import Restorer
 from conformance.run.dialogue import Dialogue
-from conformance.run.steps import MUCH_ROOM
+from conformance.run.room_steps import MUCH_ROOM
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,

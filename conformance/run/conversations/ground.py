@@ -15,7 +15,8 @@ from conformance.run.conversations.transfers import Transfer
 from conformance.run.dialogue import Dialogue
 from conformance.run.lockstep import knowledge_of
 from conformance.run.matrix.stimuli import Targets
-from conformance.run.steps import NO_ROOM, PRINTABLE
+from conformance.run.room_steps import NO_ROOM
+from conformance.run.steps import PRINTABLE
 from conformance.sdo.client import SEGMENT_LENGTH
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe_response
