@@ -11,6 +11,7 @@ from conformance.outcome import NOT_RUN, Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
 from conformance.reporting.junit import write_junit
 from conformance.reporting.summary import (
+    counted,
     device_lines,
     found_lines,
     run_properties,
@@ -117,7 +118,7 @@ class Closing:
             for error in dict.fromkeys(map(str, findings.bench_errors)):
                 write(error)
         for node_id, cases in findings.not_run.items():
-            write(f"not run: {cases} cases of node {node_id}: {findings.out[node_id]}")
+            write(f"not run: {counted(cases)} of node {node_id}: {findings.out[node_id]}")
 
     def _summary(self) -> Iterator[str]:
         state = self._state

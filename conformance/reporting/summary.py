@@ -105,8 +105,13 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     ]
     lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
     missing = Counter(result.actual for result in results if result.verdict is Verdict.NOT_TESTABLE)
-    lines += [f"not testable ({cases} cases): {reason}" for reason, cases in missing.items()]
+    lines += [f"not testable ({counted(cases)}): {reason}" for reason, cases in missing.items()]
     waited = sum(result.waited for result in results)
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")
     return list(dict.fromkeys(lines))  # several devices may say the same
+
+
+def counted(cases: int) -> str:
+    """Write a number of cases."""
+    return "1 case" if cases == 1 else f"{cases} cases"

@@ -194,5 +194,5 @@ def test_a_command_that_recovers_nothing(pytester: pytest.Pytester) -> None:
         result = run(pytester, NODE, *bus, *WRITABLE, f"--recover={fails}", "test_mine.py")
     assert result.ret == ExitCode.DEVICE_LOST
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["not run: 1 cases of node 5: *recovers the device failed*"])
+    result.stdout.fnmatch_lines(["not run: 1 case of node 5: *recovers the device failed*"])
     assert device_log(pytester).splitlines() == ["no relay"] * 3

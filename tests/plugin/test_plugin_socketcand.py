@@ -32,8 +32,8 @@ def test_several_devices_on_one_bus(pytester: pytest.Pytester) -> None:
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(
         [
-            "not testable (1 cases): node 5 is under test as well: test node 4 alone",
-            "not testable (1 cases): node 4 is under test as well: test node 5 alone",
+            "not testable (1 case): node 5 is under test as well: test node 4 alone",
+            "not testable (1 case): node 4 is under test as well: test node 5 alone",
         ]
     )
     (log,) = (pytester.path / "left behind").glob("*/bus*.log")

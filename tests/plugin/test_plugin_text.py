@@ -34,11 +34,11 @@ found by reading: 17 objects, by length in bytes 1: 7, 2: 1, 3: 1, 4: 6, more: 2
 6 pass, 1 non-strict, 3 not testable
 non-strict: frame.extended-ignored: upload initiate response 1018h:01, expedited, 4 bytes: \
 00 00 00 00 [43 18 10 01 00 00 00 00]
-not testable (1 cases): needs a writable number of 2 bytes: name one with its type, \
+not testable (1 case): needs a writable number of 2 bytes: name one with its type, \
 --object=2001=unsigned16 or in device.toml [objects] writable = ["2001=unsigned16"]
-not testable (1 cases): needs a writable number of 3 bytes: name one with its type, \
+not testable (1 case): needs a writable number of 3 bytes: name one with its type, \
 --object=2001=unsigned24 or in device.toml [objects] writable = ["2001=unsigned24"]
-not testable (1 cases): needs a writable number of 4 bytes: name one with its type, \
+not testable (1 case): needs a writable number of 4 bytes: name one with its type, \
 --object=2001=unsigned32 or in device.toml [objects] writable = ["2001=unsigned32"]
 reports: FOLDER"""
 
