@@ -10,6 +10,7 @@ from conformance.closing import Closing
 from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
 from conformance.device.listing import Listing
 from conformance.options import read_options
+from conformance.parcels import Parcels
 from conformance.run.bench import RunSettings
 from conformance.running import Running
 from conformance.state import STATE, RunState, is_left_to
@@ -40,6 +41,8 @@ def pytest_configure(config: pytest.Config) -> None:
             divisible=options.self_test,
         )
         config.pluginmanager.register(controller, "conformance-controller")
+    if controller is not None or options.share.worker:
+        config.pluginmanager.register(Parcels(), "conformance-parcels")
     if not options.share.worker:
         config.pluginmanager.register(Closing(state, controller), "conformance-closing")
     if controller is None:
