@@ -92,11 +92,11 @@ class Channel:
         deadline = time.monotonic() + left
         # Past the deadline the link looks at what has arrived already, and that not for ever.
         while (frame := self.link.receive(left)) is not None:
+            if queue:
+                return queue.popleft()
             request = self.ids.request
             if frame.can_id == request.can_id and frame.extended == request.extended:
                 raise second_client(request)
-            if queue:
-                return queue.popleft()
             left = deadline - time.monotonic()
         return None
 

@@ -76,9 +76,12 @@ class NodeHost:
             while not self._stopping.is_set():
                 message = self._bus.recv(self._patience())
                 now = time.monotonic()
-                self._send(self._node.advance(now))
+                if due := self._node.advance(now):
+                    self._send(due)
                 if message is not None and not message.is_error_frame:
-                    self._answer(self._node.receive(to_frame(message)), now + self._delay)
+                    answers = self._node.receive(to_frame(message))
+                    if answers:
+                        self._answer(answers, now + self._delay)
         finally:
             self._bus.shutdown()
 
@@ -88,7 +91,7 @@ class NodeHost:
         return POLL if due is None else min(POLL, max(0.0, due - time.monotonic()))
 
     def _answer(self, frames: list[CanFrame], due: float) -> None:
-        if frames and self._delay:
+        if self._delay:
             self._alarm.wait_until(due)
         self._send(frames)
 

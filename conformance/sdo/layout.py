@@ -122,20 +122,21 @@ class _Codec:
             for part in (("mux.index", "mux.sub_index") if name == "mux" else (name,))
         ]
         lengths = {name: stop - start for name, (start, stop) in layout.body.items()}
-        self._raw = [(parts.index(name), lengths[name]) for name in parts if name in _RAW]
-        self._bits = _getter(list(layout.bits))
-        self._body = _getter(parts)
+        named = [*layout.bits, *parts]
+        self._raw = [(named.index(name), lengths[name]) for name in parts if name in _RAW]
+        self._values = _getter(named)
+        self._body = len(layout.bits)  # where the values of the body begin
         found = [*layout.bits, *layout.body]
         self._in_order = _picker([found.index(field.name) for field in fields(kind)])
 
     def encode(self, message: Message) -> bytes:
         """Return the 8 bytes of a message; raises ValueError."""
-        body = self._body(message)
+        values, body = self._values(message), self._body
         for position, size in self._raw:  # a struct would cut or fill what has another length
-            if len(body[position]) != size:
+            if len(values[position]) != size:
                 raise ValueError(self._misfit(message))
         try:
-            return self._struct.pack(self._command_of[self._bits(message)], *body)
+            return self._struct.pack(self._command_of[values[:body]], *values[body:])
         except (struct.error, KeyError) as error:
             raise ValueError(self._misfit(message)) from error
 

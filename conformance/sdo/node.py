@@ -135,10 +135,11 @@ class Node:
         """Let it be ``now`` (seconds, never less than before); return what was due by then."""
         self.now = now
         frames: list[CanFrame] = []
-        for channel in self.channels:
-            if channel.deadline is not None and now >= channel.deadline:
-                channel.deadline = None
-                frames += self.answers(channel, channel.server.expire())
+        if self.server_timeout is not None:
+            for channel in self.channels:
+                if channel.deadline is not None and now >= channel.deadline:
+                    channel.deadline = None
+                    frames += self.answers(channel, channel.server.expire())
         if self._heartbeat_due is not None and now >= self._heartbeat_due:
             # Beats that nobody woke the node for are left out, not made up for.
             missed = (now - self._heartbeat_due) // self._heartbeat_period

@@ -101,20 +101,8 @@ class _Refusing(Recording):
         return super().on_download_initiate(request)
 
 
-def test_put_back_also_when_it_cannot_be_read_at_first() -> None:
-    server = _Refusing(reference_entries(NODE_ID))
-    begin = server.values()
-    with discovered(server) as bench:
-        sdo = bench.dialogue()
-        sdo.download(NUMBER, b"\1\2\3\4")
-        server.uploads = 1
-        restorer = Restorer(bench.device)
-        restorer.restore(sdo)
-    assert server.values() == begin
-    assert restorer.unrestored == {}
-
-
-def test_a_value_that_is_refused_once_is_written_again() -> None:
+@pytest.mark.parametrize("refused", ["uploads", "downloads"])
+def test_what_is_refused_once_is_asked_for_again(refused: str) -> None:
     """A device that is busy for a moment has done nothing wrong."""
     server = _Refusing(reference_entries(NODE_ID))
     begin = server.values()
@@ -122,8 +110,9 @@ def test_a_value_that_is_refused_once_is_written_again() -> None:
         restorer = Restorer(bench.device)
         sdo = bench.dialogue()
         sdo.download(NUMBER, b"\1\2\3\4")
-        server.downloads = 1
+        setattr(server, refused, 1)
         restorer.restore(sdo)
+    assert getattr(server, refused) == 0
     assert (restorer.unrestored, restorer.late) == ({}, [])
     assert server.values() == begin
 
