@@ -4,7 +4,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from conformance.bus.link import Captured, Direction, Link, second_client
+from conformance.bus.link import Link, second_client
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort, Unknown
@@ -40,7 +40,7 @@ class Channel:
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
         self._responses: deque[CanFrame] = deque()
         self._error_control: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
-        link.listen(self._take)
+        link.add_receiver(self._take)
 
     @property
     def request_id(self) -> int:
@@ -54,7 +54,7 @@ class Channel:
 
     def close(self) -> None:
         """Take no more frames from the link."""
-        self.link.ignore(self._take)
+        self.link.remove_receiver(self._take)
 
     def send(self, request: Message | Unknown | bytes) -> None:
         """Send a request: a message, or data bytes as they are."""
@@ -100,10 +100,7 @@ class Channel:
             left = deadline - time.monotonic()
         return None
 
-    def _take(self, captured: Captured) -> None:
-        if captured.direction is Direction.SENT:
-            return
-        frame = captured.frame
+    def _take(self, frame: CanFrame) -> None:
         if frame.can_id == self.ids.response.can_id:
             self._responses.append(frame)
             return

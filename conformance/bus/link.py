@@ -50,13 +50,14 @@ class Captured(NamedTuple):
 
 
 class Link:
-    """A bus in use. Listeners are handed every frame, in order."""
+    """A bus in use. Listeners are handed every frame, in order, receivers what others sent."""
 
     def __init__(self, bus: can.BusABC, name: str) -> None:
         """``name`` is what error messages call the bus."""
         self.name = name
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
+        self._receivers: list[Callable[[CanFrame], None]] = []
         self._shortest_look = 0.0 if isinstance(bus, EXACT) else SHORTEST_LOOK
         # SocketCAN marks frames of all processes on this machine as not received, and echoes
         # none of ours unless it was asked to.
@@ -72,6 +73,14 @@ class Link:
     def ignore(self, listener: Callable[[Captured], None]) -> None:
         """Hand no more frames to a listener."""
         self._listeners.remove(listener)
+
+    def add_receiver(self, receiver: Callable[[CanFrame], None]) -> None:
+        """Hand the frames of other nodes to ``receiver``, before any listener has them."""
+        self._receivers.append(receiver)
+
+    def remove_receiver(self, receiver: Callable[[CanFrame], None]) -> None:
+        """Hand no more frames to a receiver."""
+        self._receivers.remove(receiver)
 
     def send(self, frame: CanFrame) -> None:
         """Send one frame; raises TransmitBufferFull or InterfaceLost."""
@@ -97,7 +106,8 @@ class Link:
                     ) from error
                 # The kernel has no event for room in the queue of the network device.
                 time.sleep(RETRY_PAUSE)
-        self._publish(Direction.SENT, frame)
+        if self._listeners:
+            self._publish(Direction.SENT, frame)
 
     def receive(self, timeout: float) -> CanFrame | None:
         """Return the next frame of another node within ``timeout`` seconds, or None.
@@ -118,7 +128,10 @@ class Link:
             elif message.is_rx or not self._marks_echoes:
                 frame = to_frame(message)
                 if self._unmarked is None or not self._unmarked.is_echo(frame):
-                    self._publish(Direction.RECEIVED, frame)
+                    for receiver in self._receivers:
+                        receiver(frame)
+                    if self._listeners:
+                        self._publish(Direction.RECEIVED, frame)
                     return frame
             left = deadline - time.monotonic()
         return None
@@ -164,10 +177,9 @@ class Link:
         self._bus.shutdown()
 
     def _publish(self, direction: Direction, frame: CanFrame) -> None:
-        if self._listeners:
-            captured = Captured(time.time(), direction, frame)
-            for listener in self._listeners:
-                listener(captured)
+        captured = Captured(time.time(), direction, frame)
+        for listener in self._listeners:
+            listener(captured)
 
 
 def second_client(request: CobId) -> SecondClient:
