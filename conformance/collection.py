@@ -1,7 +1,8 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
+from functools import cache, partial
+from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,25 @@ SLOW = "slow"
 
 class CaseModule(pytest.Module):
     """A file of cases; it has the same node-ID wherever the suite is installed."""
+
+
+class Variation(partial[object]):
+    """A case's function with its argument, if it has one.
+
+    pytest asks each for its signature, which is the same for all variations of a function.
+    """
+
+    @property
+    def __signature__(self) -> Signature:
+        return _signature(self.func, tuple(self.keywords))
+
+
+@cache
+def _signature(function: Callable[..., object], given: tuple[str, ...]) -> Signature:
+    found = signature(function)
+    return found.replace(
+        parameters=[each for name, each in found.parameters.items() if name not in given]
+    )
 
 
 class CaseFunction(pytest.Function):
@@ -89,7 +109,7 @@ def _items(
 ) -> Iterator[CaseFunction]:
     for node_id, listing in listings.items():
         for case_id, arguments in info.variations(listing):
-            call = partial(function, **arguments)
+            call = Variation(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
             suffix = "" if alone else f"@{node_id}"
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)

@@ -1,5 +1,6 @@
 """The pytest plugin: options, header, collection. What happens in a run is in ``running``."""
 
+import gc
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,7 @@ def pytest_configure(config: pytest.Config) -> None:
     options = read_options(config)
     if options is None:
         return
+    gc.unfreeze()  # what an earlier run in this process has left
     state = RunState(options)
     config.stash[STATE] = state
     controller = None
@@ -106,6 +108,27 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         items[:] = [
             item for place, item in enumerate(items) if is_left_to(state.options, item, place)
         ]
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Spare the garbage collector the cases."""
+    _set_aside(session.config)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Spare it the results too: pytest has it look for leaks several times before it ends."""
+    _set_aside(session.config)
+
+
+def _set_aside(config: pytest.Config) -> None:
+    """Let the garbage collector look at what is there now once more, and then never again.
+
+    It would look at thousands of items over and over, which is a tenth of a run.
+    """
+    if STATE in config.stash:
+        gc.collect()
+        gc.freeze()
 
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)

@@ -1,6 +1,6 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from conformance.device.deny import group_of
@@ -49,7 +49,7 @@ class Device:
     """
 
     node_id: int
-    objects: list[KnownObject] = field(default_factory=list)
+    known: dict[Multiplexer, KnownObject] = field(default_factory=dict)
     values: dict[Multiplexer, bytes] = field(default_factory=dict)
     unreadable: dict[Multiplexer, str] = field(default_factory=dict)
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
@@ -68,6 +68,11 @@ class Device:
     without_defaults: str = ""
     to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
     room: dict[Multiplexer, int] = field(default_factory=dict)
+
+    @property
+    def objects(self) -> Collection[KnownObject]:
+        """What is known of its objects, in the order in which they were named or found."""
+        return self.known.values()
 
     @property
     def permissions(self) -> frozenset[str]:
@@ -164,7 +169,8 @@ class Device:
 
     def is_constant(self, mux: Multiplexer) -> bool:
         """Whether an entry that was read must read the same for ever."""
-        return any(known.mux == mux and known.access is Access.CONST for known in self.objects)
+        known = self.known.get(mux)
+        return known is not None and known.access is Access.CONST
 
     def writable(self) -> KnownObject:
         """Return any object that may be written and was read."""

@@ -1,6 +1,7 @@
 """The objects of a device as the suite knows them, and how users name them on a command line."""
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -84,6 +85,11 @@ class KnownObject:
 
     def __str__(self) -> str:
         return str(self.mux)
+
+
+def by_multiplexer(objects: Iterable[KnownObject]) -> dict[Multiplexer, KnownObject]:
+    """Return objects in a way that each is found at once, in the same order."""
+    return {known.mux: known for known in objects}
 
 
 def parse_object(text: str) -> KnownObject:

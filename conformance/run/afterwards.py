@@ -105,20 +105,15 @@ class Restorer:
 
     def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
         """Return the values that have to be back: a read-only object has kept its own."""
-        wanted = set(written)
-        if not wanted:
-            return {}
-        device = self.device
-        known = {
-            known.mux: device.values[known.mux]
-            for known in device.objects
-            if known.mux in wanted
-            and known.mux in device.values
-            and known.access.writable
-            and known.mux.index not in COMMANDS
-        }
-        due = device.parameters | known
-        return {mux: due[mux] for mux in sorted(due.keys() & wanted)}
+        device, due = self.device, {}
+        for mux in sorted(written):
+            known = device.known.get(mux)
+            kept = known is not None and known.access.writable and mux.index not in COMMANDS
+            if kept and mux in device.values:
+                due[mux] = device.values[mux]
+            elif mux in device.parameters:
+                due[mux] = device.parameters[mux]
+        return due
 
     def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
         for mux, value in due.items():
@@ -152,10 +147,9 @@ class Restorer:
         self.device.to_store = {}
 
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
-        objects = {known.mux: known for known in self.device.objects}
         pending = []
         for mux, value in due.items():
-            known = objects.get(mux) or KnownObject(mux)
+            known = self.device.known.get(mux) or KnownObject(mux)
             self.unrestored[mux] = shown(value)
             if self._reads(sdo, known, value):
                 del self.unrestored[mux]

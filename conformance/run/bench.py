@@ -14,6 +14,7 @@ from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import STORAGE_TIME, Device
 from conformance.device.listing import Listing, mandatory_and
+from conformance.device.objects import by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
@@ -132,7 +133,7 @@ class Bench:
         allowed = permits.allowed(known_objects(permits.named, listed))
         device = Device(
             node_id,
-            objects,
+            by_multiplexer(objects),
             policy=WritePolicy(allowed, permits.permissions),
             listing=listed,
             permits=permits,

@@ -78,12 +78,12 @@ def discover(channel: Channel, device: Device) -> None:
     for entry in device.objects:
         if entry.access.readable and not entry.refuses_scan:
             _learn(sdo, entry)
-    known = {entry.mux for entry in device.objects}
+    named = set(device.known)
     for entry in _MANDATORY:
-        if entry.mux not in known and (_learn(sdo, entry) or entry.mux == DEVICE_TYPE):
-            device.objects.append(entry)
+        if entry.mux not in named and (_learn(sdo, entry) or entry.mux == DEVICE_TYPE):
+            device.known[entry.mux] = entry
     if not device.listing.is_complete:
-        _try_common(sdo, known)
+        _try_common(sdo, named)
         _ask_for_block_upload(sdo)
 
 
@@ -98,12 +98,12 @@ def _ask_for_block_upload(sdo: Dialogue) -> None:
         sdo.drain()
 
 
-def _try_common(sdo: Dialogue, known: set[Multiplexer]) -> None:
+def _try_common(sdo: Dialogue, named: set[Multiplexer]) -> None:
     for entry in COMMON:
-        if entry.mux in known:
+        if entry.mux in named:
             continue
         if _learn(sdo, entry):
-            sdo.device.objects.append(entry)
+            sdo.device.known[entry.mux] = entry
         else:
             del sdo.device.unreadable[entry.mux]  # nobody said that it is there
 

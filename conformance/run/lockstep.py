@@ -1,6 +1,6 @@
 """A conversation with a device in lockstep with the oracle, which judges each of its responses."""
 
-from collections.abc import Container, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from conformance.bus.link import Captured, Direction
@@ -16,7 +16,7 @@ from conformance.sdo.rules import Level, Violation
 
 
 def knowledge_of(
-    device: Device, capacity: dict[Multiplexer, int], about: Container[Multiplexer] | None = None
+    device: Device, capacity: dict[Multiplexer, int], about: Iterable[Multiplexer] | None = None
 ) -> Knowledge:
     """Return what the oracle may take for granted of a device's objects.
 
@@ -25,16 +25,16 @@ def knowledge_of(
     """
     return Knowledge(
         {
-            known.mux: Facts(
+            mux: Facts(
                 Presence.PRESENT,
                 known.access,
                 known.data_type,
-                device.values.get(known.mux),
-                steady=known.is_steady and known.mux in device.values,
-                capacity=capacity.get(known.mux),
+                device.values.get(mux),
+                steady=known.is_steady and mux in device.values,
+                capacity=capacity.get(mux),
             )
-            for known in device.objects
-            if about is None or known.mux in about
+            for mux in (device.known if about is None else about)
+            if (known := device.known.get(mux)) is not None
         }
     )
 

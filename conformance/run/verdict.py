@@ -1,6 +1,6 @@
 """What a case found: verdicts, the second axis, and results as the reports take them."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Self
 
@@ -79,7 +79,7 @@ class CaseResult:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""
-        values = asdict(self)
+        values = {name: getattr(self, name) for name in _FIELDS}
         values["verdict"] = self.verdict.value
         values["afterwards"] = self.afterwards.value
         return values
@@ -91,3 +91,6 @@ class CaseResult:
         result.verdict = Verdict(result.verdict)
         result.afterwards = Afterwards(result.afterwards)
         return result
+
+
+_FIELDS = tuple(each.name for each in fields(CaseResult))

@@ -11,7 +11,7 @@ from conformance.bus.host import HostedNode, NodeHost
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import Device
-from conformance.device.objects import KnownObject
+from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.safety import WritePolicy
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.bench import private_channel
@@ -120,7 +120,9 @@ def undiscovered(
     hosted = Node(NODE_ID, node) if isinstance(node, Server) else node
     known = list(objects)
     writable = [entry.mux for entry in known if entry.access.writable]
-    device = Device(NODE_ID, known, baseline=[(READ, BASELINE)], policy=WritePolicy(writable))
+    device = Device(
+        NODE_ID, by_multiplexer(known), baseline=[(READ, BASELINE)], policy=WritePolicy(writable)
+    )
     link = Link(open_bus(BusSettings("virtual", name)), name)
     try:
         with NodeHost(open_bus(BusSettings("virtual", name)), hosted) as host:

@@ -10,6 +10,7 @@ from run_bench import NODE_ID
 from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Direction, Link
 from conformance.device.device import Device
+from conformance.device.objects import by_multiplexer
 from conformance.device.safety import WritePolicy, written_by
 from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.faults.hosting import simulated_bus
@@ -49,7 +50,7 @@ class Searched:
     def __init__(self, server: str | None, folder: Path) -> None:
         link = Link(simulated_bus([NODE_ID], server), "simulated")
         writable = [known.mux for known in REFERENCE_OBJECTS if known.access.writable]
-        device = Device(NODE_ID, list(REFERENCE_OBJECTS), policy=WritePolicy(writable))
+        device = Device(NODE_ID, by_multiplexer(REFERENCE_OBJECTS), policy=WritePolicy(writable))
         channel = Channel(link, NODE_ID, 0.05)
         discover(channel, device)
         self.sent: list[str] = []

@@ -46,7 +46,7 @@ def test_what_is_known_afterwards() -> None:
     assert device.values[NAME] == b"Conformance reference server"
     assert device.values[NUMBER.mux] == bytes.fromhex("11223344")
     assert device.unreadable == {}
-    added = {known.mux.index: known.access for known in device.objects[len(REFERENCE_OBJECTS) :]}
+    added = {known.mux.index: known.access for known in [*device.objects][len(REFERENCE_OBJECTS) :]}
     for index in (0x1000, 0x1008, 0x1009, 0x100A, 0x1018):
         assert added.pop(index) is Access.CONST
     # What else is often there may change by itself, and is never written.

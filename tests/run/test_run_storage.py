@@ -13,6 +13,7 @@ from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.deny import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
 from conformance.device.device import Device, NotTestable
+from conformance.device.objects import by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.safety import WritePolicy
 from conformance.faults.catalogue import build_node
@@ -92,7 +93,7 @@ def configured(
     objects = known_objects(permits.named, listing)
     device = Device(
         NODE_ID,
-        objects,
+        by_multiplexer(objects),
         policy=WritePolicy(permits.allowed(objects), permits.permissions),
         listing=listing,
         permits=permits,

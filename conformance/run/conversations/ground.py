@@ -66,7 +66,7 @@ class Ground:
 
     def known(self, mux: Multiplexer) -> KnownObject | None:
         """Return what is known of an object."""
-        return next((known for known in self.device.objects if known.mux == mux), None)
+        return self.device.known.get(mux)
 
     def data(self, transfer: Transfer) -> bytes:
         """Return what a download writes; to a number its value with the lowest bit as it may be."""

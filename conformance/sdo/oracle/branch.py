@@ -90,9 +90,15 @@ class Branch:
         """Add breaches that do not stop the following."""
         return replace(self, findings=(*self.findings, *findings)) if findings else self
 
+    def unburdened(self) -> "Branch":
+        """Drop the breaches, once they are reported."""
+        return replace(self, findings=()) if self.findings else self
+
     def choosing(self, *freedoms: Freedom) -> "Branch":
         """Add choices that the server made."""
-        return replace(self, freedoms=self.freedoms.union(freedoms)) if freedoms else self
+        if self.freedoms.issuperset(freedoms):
+            return self
+        return replace(self, freedoms=self.freedoms.union(freedoms))
 
 
 def quiet(state: State, memory: Memory, row: str, *freedoms: Freedom) -> Branch:

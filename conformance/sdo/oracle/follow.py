@@ -234,7 +234,7 @@ class Oracle:
         fewest = min(branch.failures for branch in branches)
         kept = [branch for branch in branches if branch.failures == fewest]
         best = min(kept, key=lambda branch: len(branch.findings))
-        self._go_to([replace(branch, findings=()) for branch in kept])
+        self._go_to([branch.unburdened() for branch in kept])
         return list(best.findings)
 
     def _go_to(self, branches: list[Branch]) -> None:

@@ -1,0 +1,51 @@
+"""The garbage collector is spared what a run keeps, and gets it back when another one begins."""
+
+import gc
+from collections.abc import Iterator
+
+import pytest
+from plugin_runs import QUICK, reports
+
+pytest_plugins = ["pytester"]
+
+
+class Looking:
+    """Notes how many objects the garbage collector is spared."""
+
+    def __init__(self) -> None:
+        self.at_first = self.in_the_end = -1
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionstart(self) -> None:
+        self.at_first = gc.get_freeze_count()
+
+    def pytest_unconfigure(self) -> None:
+        self.in_the_end = gc.get_freeze_count()
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_spared() -> Iterator[None]:
+    gc.unfreeze()
+    yield
+    gc.unfreeze()
+
+
+def look(pytester: pytest.Pytester, *arguments: str) -> Looking:
+    """Run an ordinary test, as a run on a device or not."""
+    pytester.makepyfile(test_ordinary="def test_nothing(): pass")
+    looking = Looking()
+    given = (*QUICK, f"--report-dir={reports(pytester)}", "test_ordinary.py", *arguments)
+    result = pytester.runpytest_inprocess(*given, plugins=[looking])
+    result.assert_outcomes(passed=1)
+    return looking
+
+
+def test_each_run_gives_back_what_the_one_before_was_spared(pytester: pytest.Pytester) -> None:
+    first = look(pytester, "--self-test")
+    assert (first.at_first, first.in_the_end > 0) == (0, True)
+    second = look(pytester, "--self-test")
+    assert (second.at_first, second.in_the_end > 0) == (0, True)
+
+
+def test_a_run_without_devices_is_left_alone(pytester: pytest.Pytester) -> None:
+    assert look(pytester).in_the_end == 0
