@@ -1,7 +1,7 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ import pytest
 
 from conformance.device.listing import Listing
 from conformance.outcome import CaseFailed
+from conformance.parcels import BUNDLED, Bundle
 from conformance.run.case import CaseInfo, case_info
 
 _BESIDE = Path(__file__).parent / "cases"
@@ -47,6 +48,12 @@ class CaseFunction(pytest.Function):
     case: CaseInfo
     case_id: str
     node_id: int
+
+    @cached_property
+    def ihook(self) -> Any:
+        """The hooks that this case calls; in a worker, what they tell of it goes together."""
+        hooks = super().ihook
+        return Bundle(hooks, self.config) if self.config.stash.get(BUNDLED, False) else hooks
 
     @property
     def service(self) -> str:

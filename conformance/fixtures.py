@@ -17,87 +17,89 @@ from conformance.state import CASE_RUN, RESULT, STATE, case_of
 Role = TypeVar("Role")
 
 
-@pytest.fixture
-def device_session(request: pytest.FixtureRequest) -> DeviceSession:
-    """The device of this case within the run."""
-    state = request.config.stash.get(STATE, None)
-    if state is None:
-        raise pytest.UsageError(
-            "This test talks to a device: say which one with --node-id=N, or use --self-test."
-        )
-    return state.session(case_of(request.node).node_id)
+class Fixtures:
+    """The fixtures of the suite, for the item that is set up.
 
+    They do not ask pytest for ``request``, which it builds anew for each that does, and slowly.
+    """
 
-@pytest.fixture
-def device(device_session: DeviceSession) -> Device:
-    """What is known of the device."""
-    return device_session.device
+    _item: pytest.Item
 
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Note for which item they are."""
+        self._item = item
 
-@pytest.fixture
-def sdo(request: pytest.FixtureRequest, device_session: DeviceSession) -> Iterator[Dialogue]:
-    """The conversation with the device; afterwards it is left idle and its values as they were."""
-    case = case_of(request.node)
-    run = device_session.begin(case.case_id, case.service, case.rule)
-    request.node.stash[CASE_RUN] = run
-    yield run.sdo
-    if RESULT not in request.node.stash:
-        run.conclude(None)  # another fixture failed: what was written is put back all the same
+    @pytest.fixture
+    def device_session(self) -> DeviceSession:
+        """The device of this case within the run."""
+        state = self._item.config.stash.get(STATE, None)
+        if state is None:
+            raise pytest.UsageError(
+                "This test talks to a device: say which one with --node-id=N, or use --self-test."
+            )
+        return state.session(case_of(self._item).node_id)
 
+    @pytest.fixture
+    def device(self, device_session: DeviceSession) -> Device:
+        """What is known of the device."""
+        return device_session.device
 
-@pytest.fixture
-def conversations(
-    request: pytest.FixtureRequest, device_session: DeviceSession, sdo: Dialogue
-) -> Search:
-    """Random conversations with the device, as many as --examples says."""
-    del sdo  # it begins the case
-    case, run = case_of(request.node), request.node.stash[CASE_RUN]
-    options = request.config.stash[STATE].options
-    folder = options.report_dir / "failing"
-    store = FailingStore.of(folder, case.node_id, case.case_id)
-    return Search(device_session, run, Plan(options.examples, options.run.seed), store)
+    @pytest.fixture
+    def sdo(self, device_session: DeviceSession) -> Iterator[Dialogue]:
+        """The conversation with the device, which is left idle, with its values as they were."""
+        item = self._item
+        case = case_of(item)
+        run = device_session.begin(case.case_id, case.service, case.rule)
+        item.stash[CASE_RUN] = run
+        yield run.sdo
+        if RESULT not in item.stash:
+            run.conclude(None)  # another fixture failed: what was written is put back all the same
 
+    @pytest.fixture
+    def conversations(self, device_session: DeviceSession, sdo: Dialogue) -> Search:
+        """Random conversations with the device, as many as --examples says."""
+        del sdo  # it begins the case
+        case, run = case_of(self._item), self._item.stash[CASE_RUN]
+        options = self._item.config.stash[STATE].options
+        folder = options.report_dir / "failing"
+        store = FailingStore.of(folder, case.node_id, case.case_id)
+        return Search(device_session, run, Plan(options.examples, options.run.seed), store)
 
-@pytest.fixture
-def whole_run(device_session: DeviceSession) -> WholeRun:
-    """What all cases before this one saw on the way."""
-    return device_session.whole_run
+    @pytest.fixture
+    def whole_run(self, device_session: DeviceSession) -> WholeRun:
+        """What all cases before this one saw on the way."""
+        return device_session.whole_run
 
+    @pytest.fixture
+    def number(self, device: Device) -> KnownObject:
+        """A writable number."""
+        return _role(device.number)
 
-@pytest.fixture
-def number(device: Device) -> KnownObject:
-    """A writable number."""
-    return _role(device.number)
+    @pytest.fixture
+    def variable(self, device: Device) -> KnownObject:
+        """A writable string or domain."""
+        return _role(device.variable)
 
+    @pytest.fixture
+    def text(self, device: Device) -> KnownObject:
+        """A writable string."""
+        return _role(device.text)
 
-@pytest.fixture
-def variable(device: Device) -> KnownObject:
-    """A writable string or domain."""
-    return _role(device.variable)
+    @pytest.fixture
+    def write_only(self, device: Device) -> KnownObject:
+        """A write-only object."""
+        return _role(device.write_only)
 
+    @pytest.fixture
+    def read_only_text(self, device: Device) -> KnownObject:
+        """A read-only object of more than 4 bytes."""
+        return _role(device.read_only_text)
 
-@pytest.fixture
-def text(device: Device) -> KnownObject:
-    """A writable string."""
-    return _role(device.text)
-
-
-@pytest.fixture
-def write_only(device: Device) -> KnownObject:
-    """A write-only object."""
-    return _role(device.write_only)
-
-
-@pytest.fixture
-def read_only_text(device: Device) -> KnownObject:
-    """A read-only object of more than 4 bytes."""
-    return _role(device.read_only_text)
-
-
-@pytest.fixture
-def server_timeout(device: Device) -> float:
-    """The seconds after which the device gives up a transfer whose client is silent."""
-    return _role(device.declared_timeout)
+    @pytest.fixture
+    def server_timeout(self, device: Device) -> float:
+        """The seconds after which the device gives up a transfer whose client is silent."""
+        return _role(device.declared_timeout)
 
 
 def _role(find: Callable[[], Role]) -> Role:

@@ -1,7 +1,7 @@
-"""How reports travel between the processes of pytest-xdist: each as one piece.
+"""How reports travel between the processes of pytest-xdist: all of a case at once, in one piece.
 
-pytest-xdist takes a report apart and writes value by value, in Python, and a case has many: of
-sixteen devices side by side that took more time than all else the controller does.
+pytest-xdist sends six messages for each case. It takes a report apart and writes value by value, in
+Python. Of sixteen devices side by side that took more time than all else the controller does.
 """
 
 import pickle
@@ -10,28 +10,104 @@ from typing import Any
 
 import pytest
 
-KEY = "conformance-parcel"
+PARCEL = "conformance-parcel"
+AROUND = "conformance_around"
+BUNDLED = pytest.StashKey[bool]()
 # The controller may run another Python than its workers: one that all of them can read.
 PROTOCOL = 4
 
+Values = dict[str, Any]
 
-class Parcels:
-    """The hooks of a worker and of the controller.
 
-    A parcel holds what pytest and other plugins have made of a report for the way, so nothing but
-    strings, numbers and what is built of them. The controller reads what its own workers wrote.
+class Bundle:
+    """The hooks of pytest as a case in a worker calls them.
+
+    What is told of the case waits until it is over. Then its reports go together, as one report
+    with the others ``AROUND`` it; those of a case that failed go as ever, because pytest-xdist
+    counts failures report by report.
     """
 
+    def __init__(self, hooks: Any, config: pytest.Config) -> None:
+        """Take the hooks that pytest would call."""
+        self._hooks = hooks
+        self._config = config
+        self._reports: list[pytest.TestReport] = []
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._hooks, name)
+
+    def pytest_runtest_logstart(self, *, nodeid: str, location: tuple[str, int, str]) -> None:
+        """Wait."""
+
+    def pytest_runtest_logreport(self, *, report: pytest.TestReport) -> None:
+        """Keep a report."""
+        self._reports.append(report)
+
+    def pytest_runtest_logfinish(self, *, nodeid: str, location: tuple[str, int, str]) -> None:
+        """Tell all that is known of the case."""
+        reports, self._reports = self._reports, []
+        if any(report.failed for report in reports):
+            self._hooks.pytest_runtest_logstart(nodeid=nodeid, location=location)
+            for report in reports:
+                self._hooks.pytest_runtest_logreport(report=report)
+            self._hooks.pytest_runtest_logfinish(nodeid=nodeid, location=location)
+            return
+        place = next((at for at, report in enumerate(reports) if report.when == "call"), 0)
+        first, last = (
+            [
+                self._hooks.pytest_report_to_serializable(config=self._config, report=report)
+                for report in part
+            ]
+            for part in (reports[:place], reports[place + 1 :])
+        )
+        setattr(reports[place], AROUND, (first, last))
+        self._hooks.pytest_runtest_logreport(report=reports[place])
+
+
+class Sender:
+    """The hooks of a worker."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        """Have cases bundle their reports from now on."""
+        config.stash[BUNDLED] = True
+
     @pytest.hookimpl(wrapper=True)
-    def pytest_report_to_serializable(
-        self,
-    ) -> Generator[None, dict[str, Any] | None, dict[str, Any] | None]:
-        """Pack a report, in a worker."""
+    def pytest_report_to_serializable(self) -> Generator[None, Values | None, Values | None]:
+        """Pack what pytest and other plugins have made of a report: strings, numbers, lists."""
         values = yield
-        return None if values is None else {KEY: pickle.dumps(values, PROTOCOL)}
+        return None if values is None else {PARCEL: pickle.dumps(values, PROTOCOL)}
+
+
+class Receiver:
+    """The hooks of the controller."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        """Take the hooks that are told of each case."""
+        self._config = config
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_report_from_serializable(self, data: dict[str, Any]) -> None:
-        """Unpack a report, in the controller; whose report it is will read it."""
-        if KEY in data:
-            data.update(pickle.loads(data.pop(KEY)))  # noqa: S301 - our own process wrote it
+    def pytest_report_from_serializable(self, data: Values) -> None:
+        """Unpack a report for whoever knows how to read it."""
+        if PARCEL in data:
+            data.update(pickle.loads(data.pop(PARCEL)))  # noqa: S301 - our own process wrote it
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> Generator[None, None, None]:
+        """Tell of a bundle as of any other case."""
+        first, last = report.__dict__.pop(AROUND, (None, None))
+        if first is None:
+            yield
+            return
+        hook = self._config.hook
+        hook.pytest_runtest_logstart(nodeid=report.nodeid, location=report.location)
+        self._tell(first, report)
+        yield
+        self._tell(last, report)
+        hook.pytest_runtest_logfinish(nodeid=report.nodeid, location=report.location)
+
+    def _tell(self, bundled: list[Values], beside: pytest.TestReport) -> None:
+        hook = self._config.hook
+        for values in bundled:
+            report = hook.pytest_report_from_serializable(config=self._config, data=values)
+            report.node = beside.node
+            hook.pytest_runtest_logreport(report=report)

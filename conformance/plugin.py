@@ -5,13 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from conformance import __version__, fixtures
+from conformance import __version__
 from conformance.arguments import add_options
 from conformance.closing import Closing
 from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
 from conformance.device.listing import Listing
+from conformance.fixtures import Fixtures
 from conformance.options import read_options
-from conformance.parcels import Parcels
+from conformance.parcels import Receiver, Sender
 from conformance.run.bench import RunSettings
 from conformance.running import Running
 from conformance.state import STATE, RunState, is_left_to
@@ -25,7 +26,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Read the options; without a path, run the suite's own cases."""
-    config.pluginmanager.register(fixtures, "conformance-fixtures")
+    config.pluginmanager.register(Fixtures(), "conformance-fixtures")
     config.addinivalue_line("markers", f"{SLOW}: waits for a time that the device declares")
     options = read_options(config)
     if options is None:
@@ -43,8 +44,9 @@ def pytest_configure(config: pytest.Config) -> None:
             divisible=options.self_test,
         )
         config.pluginmanager.register(controller, "conformance-controller")
-    if controller is not None or options.share.worker:
-        config.pluginmanager.register(Parcels(), "conformance-parcels")
+        config.pluginmanager.register(Receiver(config), "conformance-receiver")
+    if options.share.worker:
+        config.pluginmanager.register(Sender(config), "conformance-sender")
     if not options.share.worker:
         config.pluginmanager.register(Closing(state, controller), "conformance-closing")
     if controller is None:

@@ -1,15 +1,14 @@
-"""What a report says is the same on either side of the way to the controller."""
+"""What is told of a case is the same on either side of the way to the controller."""
 
 import pytest
 from plugin_runs import QUICK, reports
 
-from conformance.parcels import KEY
+from conformance.parcels import PARCEL
 
 pytest_plugins = ["pytester"]
 
 OTHER = ("-p", "other_plugin", "-n", "1", "-s")
 BOTH_SIDES = f"""
-    import os
     import pytest
 
     MINE = {{"tuple": ("a", 1), "list": [None, 2.5], "text": "\\u20ac"}}
@@ -23,26 +22,50 @@ BOTH_SIDES = f"""
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_report_to_serializable():
         values = yield
-        assert set(values) == {{{KEY!r}}}
+        assert set(values) == {{{PARCEL!r}}}
         return values
 
-    def pytest_runtest_logreport(report):
-        if "PYTEST_XDIST_WORKER" not in os.environ:
+    def pytest_configure(config):
+        if not hasattr(config, "workerinput"):
+            config.pluginmanager.register(AtTheController())
+
+    class AtTheController:
+        def pytest_runtest_logstart(self, nodeid):
+            print("here: begin", nodeid)
+
+        def pytest_runtest_logfinish(self, nodeid):
+            print("here: end", nodeid)
+
+        def pytest_runtest_logreport(self, report):
             assert report.mine == MINE
-            assert type(report.longrepr) is (tuple if report.skipped else type(None))
-            print("here:", report.when, report.outcome)
+            if not report.failed:
+                assert type(report.longrepr) is (tuple if report.skipped else type(None))
+            print("here:", report.when, report.outcome, report.node.workerinput["workerid"])
 """
 
 
-def test_what_other_plugins_put_into_a_report(pytester: pytest.Pytester) -> None:
+PASSES = "vanished-client.next-transfer[block-upload-sub-block-sent]"
+SKIPPED = "server-timeout.once[block-upload-sub-block-sent]"
+FAILS = "upload.identity"
+TOLD = [
+    (FAILS, ["begin", "setup passed gw0", "call failed gw0", "teardown passed gw0", "end"]),
+    (SKIPPED, ["begin", "setup skipped gw0", "teardown passed gw0", "end"]),
+    (PASSES, ["begin", "setup passed gw0", "call passed gw0", "teardown passed gw0", "end"]),
+]
+
+
+def test_the_controller_is_told_what_a_worker_was(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(other_plugin=BOTH_SIDES)
     pytester.syspathinsert()
-    chosen = (
-        "-k",
-        "upload.identity or block-upload-sub-block-sent",
-        f"--report-dir={reports(pytester)}",
-    )
-    result = pytester.runpytest_subprocess(*QUICK, "--self-test", *chosen, *OTHER)
-    result.assert_outcomes(passed=2, skipped=2)
-    arrived = sorted(line for line in result.outlines if "here: " in line)
-    assert len(arrived) == 10, arrived
+    chosen = f"{FAILS} or next-transfer and sub-block-sent or timeout.once and sub-block-sent"
+    arguments = ("--self-test", "--fault=identity-count-wrong", "-k", chosen, *OTHER)
+    folder = f"--report-dir={reports(pytester)}"
+    result = pytester.runpytest_subprocess(*QUICK, folder, *arguments)
+    result.assert_outcomes(passed=1, skipped=1, failed=1)
+    told = [line.partition("here: ")[2] for line in result.outlines if "here: " in line]
+    begins = [at for at, line in enumerate(told) if line.startswith("begin")]
+    by_case = [told[at:end] for at, end in zip(begins, [*begins[1:], len(told)], strict=True)]
+    for (case, due), found in zip(TOLD, by_case, strict=True):
+        assert found[0].endswith(f"::{case}")
+        assert found[-1].endswith(f"::{case}")
+        assert [found[0].split()[0], *found[1:-1], found[-1].split()[0]] == due

@@ -238,29 +238,33 @@ class Oracle:
         return list(best.findings)
 
     def _go_to(self, branches: list[Branch]) -> None:
-        """Merge what is the same, and record the choices that all have in common.
-
-        Of two reasons that lead to the same, the one that comes first is recorded; of two choices
-        in one matter neither is.
-        """
-        by_due: dict[int, list[Branch]] = {}
-        for branch in branches:
-            alike = by_due.setdefault(id(branch.due), [])
-            for position, other in enumerate(alike):
-                if _same(branch, other):
-                    alike[position] = replace(other, freedoms=_undisputed(other, branch))
-                    break
-            else:
-                alike.append(branch)
-        merged = list(chain.from_iterable(by_due.values()))
-        if len(merged) > MOST_BRANCHES:
-            merged = [_given_up(merged)]
+        """Merge what is the same, and record the choices that all have in common."""
+        merged = _merged(branches) if len(branches) > 1 else branches
         common = frozenset.intersection(*(branch.freedoms for branch in merged))
         self.profile.add(common)
         self._branches = [
             replace(branch, freedoms=branch.freedoms - common) if common else branch
             for branch in merged
         ]
+
+
+def _merged(branches: list[Branch]) -> list[Branch]:
+    """Merge branches that are the same.
+
+    Of two reasons that lead to the same, the one that comes first is kept; of two choices in one
+    matter neither is.
+    """
+    by_due: dict[int, list[Branch]] = {}
+    for branch in branches:
+        alike = by_due.setdefault(id(branch.due), [])
+        for position, other in enumerate(alike):
+            if _same(branch, other):
+                alike[position] = replace(other, freedoms=_undisputed(other, branch))
+                break
+        else:
+            alike.append(branch)
+    merged = list(chain.from_iterable(by_due.values()))
+    return [_given_up(merged)] if len(merged) > MOST_BRANCHES else merged
 
 
 def _waiting(branch: Branch) -> int:
