@@ -46,7 +46,7 @@ class Bundle:
     def pytest_runtest_logfinish(self, *, nodeid: str, location: tuple[str, int, str]) -> None:
         """Tell all that is known of the case."""
         reports, self._reports = self._reports, []
-        if any(report.failed for report in reports):
+        if not reports or any(report.failed for report in reports):
             self._hooks.pytest_runtest_logstart(nodeid=nodeid, location=location)
             for report in reports:
                 self._hooks.pytest_runtest_logreport(report=report)
