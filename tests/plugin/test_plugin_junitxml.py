@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ElementTree
 
 import pytest
-from plugin_runs import parsed, reference, run, self_test, the_report
+from plugin_runs import QUICK, parsed, reference, reports, run, self_test, the_report
 
 pytest_plugins = ["pytester"]
 
@@ -137,6 +137,23 @@ def test_one_case_on_two_devices(pytester: pytest.Pytester) -> None:
         "abort.frame@9": "9",
     }
     assert {properties(case)["id"] for case in found.values()} == {"abort.frame"}
+
+
+def test_workers_tell_the_same(pytester: pytest.Pytester) -> None:
+    chosen = ("--self-test", "--fault=answers-extended", "-k", MIXED, "--junitxml=junit.xml")
+    told = []
+    for workers in ("0", "1"):
+        folder = f"--report-dir={reports(pytester)}"
+        pytester.runpytest_subprocess(*QUICK, folder, "-n", workers, *chosen)
+        found = {}
+        for name, case in cases(pytester).items():
+            values = properties(case)
+            del values["latency-ms"], values["trace"]
+            outcomes = [(child.tag, child.get("message")) for child in case]
+            found[name] = case.attrib["classname"], outcomes, values
+        told.append(found)
+    assert len(told[0]) > 5
+    assert told[0] == told[1]
 
 
 def test_a_device_of_the_users_own(pytester: pytest.Pytester) -> None:
