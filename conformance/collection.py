@@ -1,7 +1,7 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache, cached_property, partial
+from functools import cached_property, lru_cache, partial
 from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,8 @@ class Variation(partial[object]):
         return _signature(self.func, tuple(self.keywords))
 
 
-@cache
+# Its variations are made one after another, and a function may be gone in the next run.
+@lru_cache(maxsize=1)
 def _signature(function: Callable[..., object], given: tuple[str, ...]) -> Signature:
     found = signature(function)
     return found.replace(

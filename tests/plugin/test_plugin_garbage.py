@@ -2,9 +2,13 @@
 
 import gc
 from collections.abc import Iterator
+from inspect import signature
+from weakref import ref
 
 import pytest
 from plugin_runs import QUICK, reports
+
+from conformance.collection import Variation
 
 pytest_plugins = ["pytester"]
 
@@ -49,3 +53,17 @@ def test_each_run_gives_back_what_the_one_before_was_spared(pytester: pytest.Pyt
 
 def test_a_run_without_devices_is_left_alone(pytester: pytest.Pytester) -> None:
     assert look(pytester).in_the_end == 0
+
+
+def test_the_functions_of_an_earlier_run_are_let_go() -> None:
+    """Only the last one whose signature was asked for is kept."""
+    functions = []
+    for _ in range(3):
+
+        def case(sdo: object, size: int) -> None: ...
+
+        assert list(signature(Variation(case, size=7)).parameters) == ["sdo"]
+        functions.append(ref(case))
+        del case
+    gc.collect()
+    assert [function() is None for function in functions] == [True, True, False]
