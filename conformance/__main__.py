@@ -74,7 +74,12 @@ def _parser() -> argparse.ArgumentParser:
     listing.set_defaults(command=_faults)
 
     rules = commands.add_parser("rules", help="list what is required of a server, and its cases")
-    rules.add_argument("names", nargs="*", metavar="RULE", help="only these, by id or row")
+    rules.add_argument(
+        "names",
+        nargs="*",
+        metavar="RULE",
+        help="only these, by id, by row or by step of the official test",
+    )
     rules.set_defaults(command=_rules)
 
     decode = commands.add_parser("decode", help="show a candump log as SDO messages in words")

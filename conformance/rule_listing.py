@@ -6,6 +6,7 @@ from pathlib import Path
 
 from conformance.collection import case_files
 from conformance.run.case import CaseInfo, case_info
+from conformance.run.official_steps import OFFICIAL_STEPS
 from conformance.sdo.abort_codes import describe_code
 from conformance.sdo.rules import CHAPTERS, RULES, Rule, rule_of
 
@@ -37,12 +38,13 @@ def cases_of_rules(cases: Iterable[CaseInfo]) -> dict[str, list[str]]:
 
 
 def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the lines of ``conformance rules``: all rules, or those of these ids and rows.
+    """Yield the lines of ``conformance rules``: all rules, or those of these ids, rows and steps.
 
-    Raises UnknownRule.
+    A step is one of the official conformance test, such as "SDO 17". Raises UnknownRule.
     """
-    tested = cases_of_rules(scripted_cases())
-    chosen = [rule_of(name) for name in names] or list(RULES)
+    cases = scripted_cases()
+    tested = cases_of_rules(cases)
+    chosen = [rule for name in names for rule in _named(name, cases)] or list(RULES)
     for chapter in CHAPTERS:
         rules = [rule for rule in chapter.rules if rule in chosen]
         if rules:
@@ -51,6 +53,14 @@ def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
             yield from _lines(rule, tested[rule.id])
     if not names:
         yield _totals(tested)
+
+
+def _named(name: str, cases: Iterable[CaseInfo]) -> Iterable[Rule]:
+    """Return the rule of an id or a row, or those that the cases of an official step test."""
+    step = next((step for step in OFFICIAL_STEPS if step.name == name.upper()), None)
+    if step is None:
+        return [rule_of(name)]
+    return [rule for case in cases if case.rule.id in step.cases for rule in case.cites]
 
 
 def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
@@ -65,6 +75,9 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
         yield f"      open: {rule.open}"
     if cases:
         yield f"      tested by: {', '.join(cases)}"
+        steps = [step.name for step in OFFICIAL_STEPS if not {*step.cases}.isdisjoint(cases)]
+        if steps:
+            yield f"      official test: {', '.join(steps)}"
     else:
         yield f"      not tested: {rule.untestable or 'there is no case yet'}"
 

@@ -15,6 +15,11 @@ class OfficialStep:
     what: str
     stems: tuple[str, ...]
 
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """The ids of the cases, without what they vary in."""
+        return tuple(stem.partition("[")[0] for stem in self.stems)
+
 
 def _step(name: str, what: str, *stems: str) -> OfficialStep:
     return OfficialStep(name, what, stems)

@@ -5,6 +5,7 @@ import pytest
 from conformance.__main__ import DONE, WRONG_USE, main
 from conformance.collection import case_files
 from conformance.rule_listing import cases_of_rules, scripted_cases
+from conformance.run.official_steps import OFFICIAL_STEPS
 from conformance.sdo.rules import RULES, Rule
 
 TOGGLE = """\
@@ -23,6 +24,17 @@ sizes:
       accepted: served, or abort
       open: the effect of values above 1
       not tested: Any effect is right, and a value above 1 might set off one in the device.
+"""
+
+
+SDO_17 = """\
+segmented upload:
+  segmented-upload.toggle  MUST  7.2.4.3.7  [U2]
+      A toggle bit that did not alternate ends the upload and brings no data.
+      accepted: abort, idle
+      abort codes: 05030000h (toggle bit not alternated)
+      tested by: segmented-upload.toggle-first, segmented-upload.toggle-repeated
+      official test: SDO 17
 """
 
 
@@ -54,8 +66,13 @@ def test_the_cases_are_those_of_all_files() -> None:
 
 @pytest.mark.parametrize(
     ("names", "due"),
-    [(["D3"], TOGGLE), (["data.boolean"], BOOLEAN), (["6-boolean", "D3"], TOGGLE + BOOLEAN)],
-    ids=["row", "id", "both"],
+    [
+        (["D3"], TOGGLE),
+        (["data.boolean"], BOOLEAN),
+        (["6-boolean", "D3"], TOGGLE + BOOLEAN),
+        (["sdo 17"], SDO_17),
+    ],
+    ids=["row", "id", "both", "official-step"],
 )
 def test_what_it_prints(names: list[str], due: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rules", *names]) == DONE
@@ -68,6 +85,14 @@ def test_it_prints_all_and_counts_them(capsys: pytest.CaptureFixture[str]) -> No
     printed = [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "]
     assert printed == [rule.id for rule in RULES]
     assert totals.startswith(f"{len(RULES)} rules on {sum(len(rule.rows) for rule in RULES)} rows")
+
+
+def test_every_step_of_the_official_test_is_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["rules"]) == DONE
+    lines = capsys.readouterr().out.splitlines()
+    told = [line.partition("official test: ")[2] for line in lines if "official test: " in line]
+    named = {step for line in told for step in line.split(", ")}
+    assert named == {step.name for step in OFFICIAL_STEPS}
 
 
 def test_an_unknown_rule_is_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
