@@ -2,6 +2,7 @@
 
 import argparse
 import math
+import os
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -37,7 +38,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     options = _parser().parse_args(arguments)
     try:
-        return int(options.command(options))
+        status = int(options.command(options))
+        sys.stdout.flush()
+        return status
+    except BrokenPipeError as error:
+        if options.command is _serve:  # it is the connection to a bus
+            print(f"conformance: {error}", file=sys.stderr)
+            return BROKEN_BENCH
+        # Whoever reads has seen enough, as ``head`` does; Python would complain once more.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
     except (BenchError, OSError, can.CanError) as error:
         print(f"conformance: {error}", file=sys.stderr)
         return BROKEN_BENCH

@@ -1,5 +1,8 @@
 """``conformance rules``: every rule has a case that tests it, or says why it has none."""
 
+import sys
+from subprocess import PIPE, Popen
+
 import pytest
 
 from conformance.__main__ import DONE, WRONG_USE, main
@@ -93,6 +96,18 @@ def test_every_step_of_the_official_test_is_there(capsys: pytest.CaptureFixture[
     told = [line.partition("official test: ")[2] for line in lines if "official test: " in line]
     named = {step for line in told for step in line.split(", ")}
     assert named == {step.name for step in OFFICIAL_STEPS}
+
+
+def test_whoever_reads_may_have_seen_enough() -> None:
+    """As with ``conformance rules | head -1``: that is no error."""
+    command = [sys.executable, "-m", "conformance", "rules"]
+    with Popen(command, stdout=PIPE, stderr=PIPE, text=True) as run:  # noqa: S603 - it is our own
+        assert run.stdout is not None
+        assert run.stderr is not None
+        assert run.stdout.readline()
+        run.stdout.close()
+        assert run.stderr.read() == ""
+        assert run.wait() == DONE
 
 
 def test_an_unknown_rule_is_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:

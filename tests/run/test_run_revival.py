@@ -14,8 +14,10 @@ BOOT_UP = CanFrame(0x700 + NODE_ID, b"\0")
 SHORT = 0.3
 
 
-def revival(bench: Workbench, folder: Path, **settings: object) -> Revival:
-    chosen = ProcessSettings(start_limit=SHORT, **settings)  # type: ignore[arg-type]
+def revival(
+    bench: Workbench, folder: Path, recover: str | None = None, restarts: int = 3
+) -> Revival:
+    chosen = ProcessSettings(start_limit=SHORT, recover=recover, restarts=restarts)
     return Revival(chosen, DeviceProcess(chosen, folder / "log"), bench.channel)
 
 
