@@ -38,7 +38,7 @@ def test_device_type(sdo: Dialogue) -> None:
         raise sdo.breach("4 bytes", f"{len(data)} bytes")
 
 
-@must("upload.identity", "1.4-mandatory-objects", "I1", clause="7.5.2.19")
+@must("upload.identity", "1.4-mandatory-objects", "I1", clause="7.5.2.21")
 def test_identity(sdo: Dialogue) -> None:
     """The identity (1018h), which every device has, counts 1 to 4 entries and has a vendor-ID."""
     count = sdo.upload(KnownObject(IDENTITY_COUNT, DataType.UNSIGNED8, Access.CONST))

@@ -1,4 +1,4 @@
-"""CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.5)."""
+"""CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.3)."""
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
 from conformance.device.objects import KnownObject
@@ -19,7 +19,7 @@ from conformance.sdo.frames import (
 )
 
 SHAPE = "7.2.4.3"
-CHANNEL = "7.3.5"
+CHANNEL = "7.3.3"
 READ_VENDOR_ID = UploadInitiate(VENDOR_ID.mux).encode()
 
 

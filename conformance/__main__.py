@@ -192,7 +192,7 @@ def _found(finding: Finding) -> str:
     seen, violation = finding.seen, finding.violation
     return (
         f"line {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}, node {finding.node_id}: "
-        f"{violation.rule.id} ({violation.rule.level}) {violation.rule.sentence}\n"
+        f"{violation.rule.id} ({violation.level}) {violation.rule.sentence}\n"
         f"    expected: {violation.expected}\n"
         f"    actual:   {violation.actual} [{seen.frame}]"
     )

@@ -38,7 +38,7 @@ class Finding:
     @property
     def is_failure(self) -> bool:
         """Whether it was not allowed: a breach of a SHOULD is."""
-        return self.violation.rule.level is Level.MUST
+        return self.violation.level is Level.MUST
 
 
 @dataclass(slots=True)

@@ -63,6 +63,12 @@ def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None =
     return [*lines[:FIRST_LINES], f"# {_left_out(total)}", *lines[-LAST_LINES:]]
 
 
+def _broken_rule(result: CaseResult) -> str:
+    """Return the rule that was broken; its sentence stands once, if it is that of the case."""
+    sentence = result.broken_rule.partition(": ")[2]
+    return result.broken_rule_id if sentence == result.requirement else result.broken_rule
+
+
 def _left_out(number: int) -> str:
     return f"… {number - FIRST_LINES - LAST_LINES} frames left out; bus.log has them all"
 
@@ -77,7 +83,7 @@ def evidence_text(result: CaseResult) -> str:
         f"  requirement: {result.requirement}",
     ]
     for name, value in (
-        ("broken rule", result.broken_rule),
+        ("broken rule", _broken_rule(result)),
         ("expected", result.expected),
         ("actual", result.actual),
         ("afterwards", result.afterwards),

@@ -96,6 +96,6 @@ class Lockstep:
         """Raise the first breach found that fails a device; note the others."""
         findings, self._findings = self._findings, []
         for found in findings:
-            if found.rule.level is Level.MUST and found.rule not in INCIDENTAL:
+            if found.level is Level.MUST and found.rule not in INCIDENTAL:
                 raise found
             self._sdo.minor.append(found)

@@ -248,7 +248,8 @@ class CaseRun:
         if result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR):
             result.notes.append(f"also {violation}")
             return
-        soft = violation.rule.level is Level.SHOULD
+        soft = violation.level is Level.SHOULD
+        result.level = violation.level.value
         result.verdict = Verdict.NON_STRICT if soft else Verdict.FAIL
         result.broken_rule = f"{violation.rule.id}: {violation.rule.sentence}"
         result.expected, result.actual = violation.expected, violation.actual

@@ -42,7 +42,7 @@ class Unimplemented(Exception):
 class CaseResult:
     """One case on one device: what was required, what happened, and the frames.
 
-    ``rows`` are the rules that the case names. Times are in seconds: ``duration`` of the case, the
+    ``level`` is that of the case, or of the breach that made the verdict. ``rows`` are the rules that the case names. Times are in seconds: ``duration`` of the case, the
     longest ``latency`` of an answer, and what was ``waited`` for answers that did not come.
     ``trace`` holds the decoded frames, a line each, ``reproduce`` the commands that send the
     requests again. ``reason`` is why a known deviation may be one, ``output`` what a device that

@@ -99,7 +99,7 @@ class ChannelIds:
 
     @classmethod
     def default(cls, node_id: int) -> Self:
-        """Return those of the default channel of a node (CiA 301, 7.3.5)."""
+        """Return those of the default channel of a node (CiA 301, 7.3.3)."""
         return cls(CobId(REQUEST_BASE + node_id), CobId(RESPONSE_BASE + node_id))
 
     @classmethod

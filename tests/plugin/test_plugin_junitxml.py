@@ -78,7 +78,7 @@ def test_a_case_that_failed(pytester: pytest.Pytester) -> None:
     message = f"expected {values['expected']}; got {values['actual']}"
     assert failure.attrib["message"] == message
     text = failure.text or ""
-    assert text.startswith("upload.identity: FAIL (MUST, CiA 301 clause 7.5.2.19, node 5)\n")
+    assert text.startswith("upload.identity: FAIL (MUST, CiA 301 clause 7.5.2.21, node 5)\n")
     for line in (*values["trace"].splitlines(), values["expected"], values["actual"]):
         assert line.strip() in text
     assert "cansend can0 605#40181000" in text

@@ -22,7 +22,7 @@ segmented download:
 """
 BOOLEAN = """\
 sizes:
-  data.boolean  MAY  7.4.7  [6-boolean]
+  data.boolean  MAY  7.1.4.3  [6-boolean]
       A BOOLEAN is 00h or 01h; what another value does is left to the device.
       accepted: served, or abort
       open: the effect of values above 1

@@ -1,5 +1,7 @@
 """What a failure shows: the frames in words, the middle of many left out, and how to send them."""
 
+from dataclasses import replace
+
 import pytest
 
 from conformance.bus.link import Captured, Direction
@@ -154,6 +156,11 @@ def test_everything_that_a_failure_has_to_show() -> None:
         "  to repeat what was sent:",
         "    cansend can0 605#4000100000000000",
     ]
+
+
+def test_the_sentence_of_a_case_that_is_broken_itself_stands_once() -> None:
+    result = replace(RESULT, broken_rule="upload.size: A sentence.")
+    assert "  broken rule: upload.size" in evidence_text(result).splitlines()
 
 
 def test_a_result_survives_being_written_and_read() -> None:

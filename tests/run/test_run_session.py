@@ -117,6 +117,15 @@ def test_a_bus_that_goes_while_the_device_is_looked_at_is_told(
     assert isinstance(run.bench_error, InterfaceLost)
 
 
+@pytest.mark.parametrize(
+    ("broken", "level"), [(Level.MUST, "MUST"), (Level.SHOULD, "SHOULD"), (Level.MAY, "MUST")]
+)
+def test_the_level_is_that_of_the_breach(bench: Workbench, broken: Level, level: str) -> None:
+    """What a freedom does not allow is forbidden, whatever the level of the case."""
+    rule = Rule("a.rule", "7.2.4", broken, "A sentence.")
+    assert concluded(bench, violation(rule)).level == level
+
+
 def test_the_rule_that_was_broken_is_named(bench: Workbench) -> None:
     """It need not be the rule that the case is about."""
     result = concluded(bench, violation(ANSWERED))

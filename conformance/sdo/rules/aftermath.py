@@ -4,6 +4,7 @@ from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 SERVICES = "7.2.4.2"
 ABORT = "7.2.4.3.17"
+ACCESS = "7.4.5"
 
 IDLE_AFTERWARDS = Rule(
     "server.idle-afterwards",
@@ -15,7 +16,7 @@ IDLE_AFTERWARDS = Rule(
 )
 CONSTANT = Rule(
     "object.constant",
-    "7.4.7",
+    ACCESS,
     MUST,
     "A constant reads the same from the beginning of a run to its end.",
 )

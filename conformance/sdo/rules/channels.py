@@ -7,14 +7,15 @@ from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 PARAMETER = "7.5.2.33"
 SERVICES = "7.2.4.2"
 ABORT = "7.2.4.3.17"
-COB_IDS = "7.3.5"
+CONNECTION_SET = "7.3.3"
+RESTRICTED = "7.3.5"
 NMT = "7.3.2.2"
 RESET = "7.3.2.2.1"
 
 CHANNEL_RULES = (
     Rule(
         "channel.request-identifier",
-        COB_IDS,
+        CONNECTION_SET,
         MUST,
         "A server takes requests on the COB-ID of its channel and on no other.",
         rows=("1.2-request",),
@@ -118,7 +119,7 @@ CHANNEL_RULES = (
     ),
     Rule(
         "channel.restricted-identifier",
-        COB_IDS,
+        RESTRICTED,
         MUST,
         "No channel takes one of the CAN-IDs that are kept for other services.",
         rows=("P8", "1.3-identifier"),

@@ -5,12 +5,12 @@ from conformance.sdo.rules.accepted import NOT_VALID
 from conformance.sdo.rules.model import MAY, SHOULD, Rule
 
 PROTOCOLS = "7.2.4.3"
-INITIATE = "7.2.4.3.3"
+DOWNLOAD = "7.2.4.3.2"
 ABORT = "7.2.4.3.17"
 
 RESTART = Rule(
     "server.new-initiate-served",
-    INITIATE,
+    DOWNLOAD,
     SHOULD,
     "A new initiate ends the running transfer and is served.",
     rows=("O8", "O9"),

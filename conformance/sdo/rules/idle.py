@@ -8,6 +8,7 @@ PROTOCOLS = "7.2.4.3"
 DOWNLOAD_SEGMENT = "7.2.4.3.4"
 UPLOAD_SEGMENT = "7.2.4.3.7"
 ABORT = "7.2.4.3.17"
+ERROR_LIST = "7.5.2.4"
 
 NOT_REFUSED = Rule(
     "response.not-refused",
@@ -141,7 +142,7 @@ IDLE_RULES = (
     ),
     Rule(
         "object.no-data",
-        ABORT,
+        ERROR_LIST,
         MUST,
         "An entry that holds nothing yet is not read as if it did.",
         rows=("I37",),

@@ -51,3 +51,8 @@ class Violation(Exception):
         self.rule = rule
         self.expected = expected
         self.actual = actual
+
+    @property
+    def level(self) -> Level:
+        """How bad the breach is: a SHOULD may be missed, what no freedom allows must not be."""
+        return SHOULD if self.rule.level is SHOULD else MUST

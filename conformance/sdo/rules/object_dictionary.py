@@ -6,7 +6,7 @@ from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 EDS = "CiA 306-1"
 ACCESS = "7.4.5"
 STRUCTURE = "7.4.2"
-IDENTITY = "7.5.2.19"
+IDENTITY = "7.5.2.21"
 STORE = "7.5.2.13"
 RESTORE = "7.5.2.14"
 

@@ -10,6 +10,7 @@ from conformance.sdo.rules.accepted import (
 )
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
+DOWNLOAD = "7.2.4.3.2"
 INITIATE = "7.2.4.3.3"
 SEGMENT = "7.2.4.3.4"
 ABORT = "7.2.4.3.17"
@@ -122,7 +123,7 @@ SEGMENTED_DOWNLOAD_RULES = (
     ),
     Rule(
         "segmented-download.new-initiate",
-        INITIATE,
+        DOWNLOAD,
         MUST,
         "An initiate of any kind ends the download that is running; nothing of it is stored.",
         rows=("D13",),

@@ -3,7 +3,7 @@
 from conformance.sdo.rules.accepted import NOT_VALID, TIMED_OUT, TOGGLE_ERROR
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
-INITIATE = "7.2.4.3.6"
+UPLOAD = "7.2.4.3.5"
 SEGMENT = "7.2.4.3.7"
 ABORT = "7.2.4.3.17"
 
@@ -45,7 +45,7 @@ SEGMENTED_UPLOAD_RULES = (
     ),
     Rule(
         "segmented-upload.new-initiate",
-        INITIATE,
+        UPLOAD,
         MUST,
         "An initiate of any kind ends the upload that is running.",
         rows=("U5",),
@@ -54,7 +54,7 @@ SEGMENTED_UPLOAD_RULES = (
     ),
     Rule(
         "segmented-upload.restart",
-        INITIATE,
+        UPLOAD,
         MUST,
         "The same upload initiate again begins with the first byte and t = 0, or is refused.",
         rows=("U6",),

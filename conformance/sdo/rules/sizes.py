@@ -7,6 +7,8 @@ from conformance.sdo.rules.model import MAY, MUST, Rule
 DOWNLOAD = "7.2.4.3.3"
 UPLOAD = "7.2.4.3.6"
 ABORT = "7.2.4.3.17"
+BOOLEAN = "7.1.4.3"
+STRINGS = "7.1.6"
 TYPES = "7.4.7"
 
 SIZE_RULES = (
@@ -81,7 +83,7 @@ SIZE_RULES = (
     ),
     Rule(
         "data.boolean",
-        TYPES,
+        BOOLEAN,
         MAY,
         "A BOOLEAN is 00h or 01h; what another value does is left to the device.",
         rows=("6-boolean",),
@@ -91,7 +93,7 @@ SIZE_RULES = (
     ),
     Rule(
         "data.variable-length",
-        TYPES,
+        STRINGS,
         MUST,
         "A string or domain takes data that is shorter than its room.",
         rows=("6-variable-length",),
@@ -101,7 +103,7 @@ SIZE_RULES = (
     ),
     Rule(
         "data.unicode",
-        TYPES,
+        STRINGS,
         MAY,
         "A UNICODE_STRING has 2 bytes for each character; an odd number is left to the device.",
         rows=("6-unicode",),

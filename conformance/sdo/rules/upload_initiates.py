@@ -5,6 +5,7 @@ from conformance.sdo.rules.accepted import NOT_VALID
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 PROTOCOL_SWITCH = "7.2.4.3.5"
+THRESHOLD = "7.2.4.3.5 and 7.2.4.3.13"
 UPLOAD = "7.2.4.3.6"
 BLOCK_UPLOAD = "7.2.4.3.13"
 
@@ -62,7 +63,7 @@ UPLOAD_INITIATE_RULES = (
     ),
     Rule(
         "block-upload.no-switch",
-        PROTOCOL_SWITCH,
+        THRESHOLD,
         MUST,
         "pst = 0 forbids the switch to an ordinary upload.",
         rows=("I31",),
