@@ -42,12 +42,12 @@ class Unimplemented(Exception):
 class CaseResult:
     """One case on one device: what was required, what happened, and the frames.
 
-    ``level`` is that of the case, or of the breach that made the verdict. ``rows`` are the rules that the case names. Times are in seconds: ``duration`` of the case, the
-    longest ``latency`` of an answer, and what was ``waited`` for answers that did not come.
-    ``trace`` holds the decoded frames, a line each, ``reproduce`` the commands that send the
-    requests again. ``reason`` is why a known deviation may be one, ``output`` what a device that
-    was lost has written last; ``progress`` says how many of its examples a random case has
-    tried.
+    ``level`` is that of the case, or of the breach that made the verdict. ``rows`` are the rules
+    that the case names. Times are in seconds: ``duration`` of the case, the longest ``latency`` of
+    an answer, and what was ``waited`` for answers that did not come. ``trace`` holds the decoded
+    frames, a line each, ``reproduce`` the commands that send the requests again. ``reason`` is why
+    a known deviation may be one, ``output`` what a device that was lost has written last;
+    ``progress`` says how many of its examples a random case has tried.
     """
 
     case_id: str

@@ -136,3 +136,59 @@ def test_nodes_of_two_buses_are_told_apart(
     shown = capsys.readouterr().out.splitlines()
     assert [line for line in shown if "can1 585#" in line and line.endswith("1 byte: 41")]
     assert [line for line in shown if "can0 585#0054" in line and "upload segment" in line]
+
+
+# NMT: in Stopped nothing is answered
+
+
+READ, ANSWER = "605#4018100100000000", "585#4318100104000000"
+STOP, START, STOP_ALL = "000#0205", "000#0105", "000#0200"
+
+
+@pytest.mark.parametrize("stop", [STOP, STOP_ALL])
+def test_an_answer_in_stopped_is_found(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stop: str
+) -> None:
+    log = written(
+        tmp_path, f"0.000 {stop}", f"0.010 {READ}", f"0.011 {ANSWER}",
+        f"0.020 {START}", f"0.030 {READ}", f"0.031 {ANSWER}",
+    )  # fmt: skip
+    status, text = judged(log, capsys)
+    assert status == NOT_ALLOWED
+    assert text.startswith("line 3, 11.0 ms, can0, node 5: nmt.stopped (MUST)")
+    assert text.splitlines()[-1] == "1 not allowed"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (f"0.000 {STOP}", f"0.010 {READ}", f"0.300 {READ}"),
+        (f"0.000 {STOP}", f"0.010 {START}", f"0.020 {READ}", f"0.021 {ANSWER}"),
+        (f"0.000 {READ}", f"0.001 {STOP}", f"0.002 {ANSWER}", f"0.003 {READ}"),
+        (f"0.000 {READ}", f"0.001 {STOP}", f"0.002 {READ}", f"0.003 {ANSWER}"),
+        ("0.000 000#0206", f"0.010 {READ}", f"0.011 {ANSWER}"),
+        (f"0.000 {STOP}", "0.010 705#05", f"0.020 {READ}", f"0.021 {ANSWER}"),
+        (f"0.000 {STOP}", "0.010 705#00", f"0.020 {READ}", f"0.021 {ANSWER}"),
+    ],
+    ids=["silent", "started", "under-way", "crossed", "another-node", "says-it-runs", "booted"],
+)
+def test_what_a_stopped_node_may_do(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], lines: tuple[str, ...]
+) -> None:
+    assert judged(written(tmp_path, *lines), capsys)[0] == DONE
+
+
+def test_the_log_of_a_server_that_answers_in_stopped(
+    pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
+) -> None:
+    self_test(pytester, "--fault=nmt-stopped-answers", "-k", "nmt.stopped")
+    status, text = judged(the_report(pytester) / "bus.log", capsys)
+    assert status == NOT_ALLOWED
+    assert "nmt.stopped (MUST)" in text
+
+
+def test_a_heartbeat_of_a_stopped_node_changes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = written(tmp_path, f"0.000 {STOP}", "0.010 705#04", f"0.020 {READ}", f"0.021 {ANSWER}")
+    assert judged(log, capsys)[0] == NOT_ALLOWED
