@@ -163,7 +163,7 @@ class LogJudge:
         node_ids = NODE_IDS if node_id is None else (node_id,)
         for each in node_ids:
             channel = self.channels.get((seen.bus, each))
-            last = None if channel is None else channel.last
+            last = None if channel is None or channel.oracle.idle else channel.last
             owing = last is not None and seen.time - last.time < PATIENCE
             self._stopped.setdefault((seen.bus, each), Stopped(seen.time, owing))
 
