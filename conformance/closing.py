@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from conformance.bus.errors import BenchError, DeviceLost, SilentNode
+from conformance.bus.errors import BenchError, DeviceLost, SilentNode, SuiteError
 from conformance.device.known_deviations import write_deviations
 from conformance.outcome import NOT_RUN, Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
@@ -135,6 +135,8 @@ class Closing:
 
 def _exit_code(errors: list[BenchError]) -> ExitCode:
     kinds = {type(error) for error in errors}
-    if not kinds <= {SilentNode, DeviceLost}:
+    if not kinds <= {SilentNode, DeviceLost, SuiteError}:
         return ExitCode.BENCH_ERROR
+    if SuiteError in kinds:
+        return ExitCode.SUITE_ERROR
     return ExitCode.SILENT_NODE if SilentNode in kinds else ExitCode.DEVICE_LOST

@@ -15,7 +15,10 @@ from conformance.run.case import CaseInfo, case_info
 
 _BESIDE = Path(__file__).parent / "cases"
 CASES = _BESIDE if _BESIDE.is_dir() else Path(__file__).parent.parent / "cases"
-WHOLE_RUN = "whole_run"
+# What stands before the names of the fixtures that the suite's own cases get.
+OWN = "_conformance_"
+WHOLE_RUN = f"{OWN}whole_run"
+DEVICE_SESSION = f"{OWN}device_session"
 SLOW = "slow"
 
 
@@ -34,12 +37,33 @@ class Variation(partial[object]):
         return _signature(self.func, tuple(self.keywords))
 
 
+class OwnVariation(Variation):
+    """A case of the suite: whatever fixtures there are outside, it gets those of the suite."""
+
+    @property
+    def __signature__(self) -> Signature:
+        return _own_signature(self.func, tuple(self.keywords))
+
+    def __call__(self, /, **arguments: object) -> object:
+        """Call the function with what bears its own names."""
+        given = {name.removeprefix(OWN): value for name, value in arguments.items()}
+        return super().__call__(**given)
+
+
 # Its variations are made one after another, and a function may be gone in the next run.
 @lru_cache(maxsize=1)
 def _signature(function: Callable[..., object], given: tuple[str, ...]) -> Signature:
     found = signature(function)
     return found.replace(
         parameters=[each for name, each in found.parameters.items() if name not in given]
+    )
+
+
+@lru_cache(maxsize=1)
+def _own_signature(function: Callable[..., object], given: tuple[str, ...]) -> Signature:
+    found = _signature(function, given)
+    return found.replace(
+        parameters=[each.replace(name=OWN + name) for name, each in found.parameters.items()]
     )
 
 
@@ -55,6 +79,11 @@ class CaseFunction(pytest.Function):
         """The hooks that this case calls; in a worker, what they tell of it goes together."""
         hooks = super().ihook
         return Bundle(hooks, self.config) if self.config.stash.get(BUNDLED, False) else hooks
+
+    @property
+    def is_own(self) -> bool:
+        """Whether the case is one of the suite's, not of the user's."""
+        return isinstance(self.parent, CaseModule)
 
     @property
     def service(self) -> str:
@@ -115,9 +144,10 @@ def _items(
     listings: Mapping[int, Listing],
     alone: bool,
 ) -> Iterator[CaseFunction]:
+    variation = OwnVariation if isinstance(collector, CaseModule) else Variation
     for node_id, listing in listings.items():
         for case_id, arguments in info.variations(listing):
-            call = Variation(function, **arguments)
+            call = variation(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
             suffix = "" if alone else f"@{node_id}"
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)

@@ -1,109 +1,71 @@
-"""What a case, or a user's own test, may ask for."""
+"""What a user's own test may ask for: the same as the suite's cases get, under short names.
 
-from collections.abc import Callable, Iterator
-from typing import TypeVar
+They may be overridden like any fixture: no case of the suite asks for them.
+"""
 
 import pytest
 
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.run.conversations.search import Plan, Search
-from conformance.run.conversations.store import FailingStore
+from conformance.run.conversations.search import Search
 from conformance.run.dialogue import Dialogue
 from conformance.run.session import DeviceSession, WholeRun
-from conformance.run.verdict import Verdict
-from conformance.state import CASE_RUN, RESULT, STATE, case_of
-
-Role = TypeVar("Role")
 
 
 class Fixtures:
-    """The fixtures of the suite, for the item that is set up.
-
-    They do not ask pytest for ``request``, which it builds anew for each that does, and slowly.
-    """
-
-    _item: pytest.Item
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        """Note for which item they are."""
-        self._item = item
+    """The fixtures of the suite for tests of the user's own."""
 
     @pytest.fixture
-    def device_session(self) -> DeviceSession:
+    def device_session(self, _conformance_device_session: DeviceSession) -> DeviceSession:
         """The device of this case within the run."""
-        state = self._item.config.stash.get(STATE, None)
-        if state is None:
-            raise pytest.UsageError(
-                "This test talks to a device: say which one with --node-id=N, or use --self-test."
-            )
-        return state.session(case_of(self._item).node_id)
+        return _conformance_device_session
 
     @pytest.fixture
-    def device(self, device_session: DeviceSession) -> Device:
+    def device(self, _conformance_device: Device) -> Device:
         """What is known of the device."""
-        return device_session.device
+        return _conformance_device
 
     @pytest.fixture
-    def sdo(self, device_session: DeviceSession) -> Iterator[Dialogue]:
+    def sdo(self, _conformance_sdo: Dialogue) -> Dialogue:
         """The conversation with the device, which is left idle, with its values as they were."""
-        item = self._item
-        case = case_of(item)
-        run = device_session.begin(case.case_id, case.service, case.rule)
-        item.stash[CASE_RUN] = run
-        yield run.sdo
-        if RESULT not in item.stash:
-            run.conclude(None)  # another fixture failed: what was written is put back all the same
+        return _conformance_sdo
 
     @pytest.fixture
-    def conversations(self, device_session: DeviceSession, sdo: Dialogue) -> Search:
+    def conversations(self, _conformance_conversations: Search) -> Search:
         """Random conversations with the device, as many as --examples says."""
-        del sdo  # it begins the case
-        case, run = case_of(self._item), self._item.stash[CASE_RUN]
-        options = self._item.config.stash[STATE].options
-        folder = options.report_dir / "failing"
-        store = FailingStore.of(folder, case.node_id, case.case_id)
-        return Search(device_session, run, Plan(options.examples, options.run.seed), store)
+        return _conformance_conversations
 
     @pytest.fixture
-    def whole_run(self, device_session: DeviceSession) -> WholeRun:
+    def whole_run(self, _conformance_whole_run: WholeRun) -> WholeRun:
         """What all cases before this one saw on the way."""
-        return device_session.whole_run
+        return _conformance_whole_run
 
     @pytest.fixture
-    def number(self, device: Device) -> KnownObject:
+    def number(self, _conformance_number: KnownObject) -> KnownObject:
         """A writable number."""
-        return _role(device.number)
+        return _conformance_number
 
     @pytest.fixture
-    def variable(self, device: Device) -> KnownObject:
+    def variable(self, _conformance_variable: KnownObject) -> KnownObject:
         """A writable string or domain."""
-        return _role(device.variable)
+        return _conformance_variable
 
     @pytest.fixture
-    def text(self, device: Device) -> KnownObject:
+    def text(self, _conformance_text: KnownObject) -> KnownObject:
         """A writable string."""
-        return _role(device.text)
+        return _conformance_text
 
     @pytest.fixture
-    def write_only(self, device: Device) -> KnownObject:
+    def write_only(self, _conformance_write_only: KnownObject) -> KnownObject:
         """A write-only object."""
-        return _role(device.write_only)
+        return _conformance_write_only
 
     @pytest.fixture
-    def read_only_text(self, device: Device) -> KnownObject:
+    def read_only_text(self, _conformance_read_only_text: KnownObject) -> KnownObject:
         """A read-only object of more than 4 bytes."""
-        return _role(device.read_only_text)
+        return _conformance_read_only_text
 
     @pytest.fixture
-    def server_timeout(self, device: Device) -> float:
+    def server_timeout(self, _conformance_server_timeout: float) -> float:
         """The seconds after which the device gives up a transfer whose client is silent."""
-        return _role(device.declared_timeout)
-
-
-def _role(find: Callable[[], Role]) -> Role:
-    try:
-        return find()
-    except NotTestable as missing:
-        pytest.skip(f"{Verdict.NOT_TESTABLE}: {missing}")
+        return _conformance_server_timeout

@@ -7,6 +7,7 @@ import pytest
 
 from conformance import __version__
 from conformance.arguments import add_options
+from conformance.case_fixtures import CaseFixtures
 from conformance.closing import Closing
 from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
 from conformance.device.listing import Listing
@@ -26,6 +27,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Read the options; without a path, run the suite's own cases."""
+    config.pluginmanager.register(CaseFixtures(), "conformance-case-fixtures")
     config.pluginmanager.register(Fixtures(), "conformance-fixtures")
     config.addinivalue_line("markers", f"{SLOW}: waits for a time that the device declares")
     options = read_options(config)

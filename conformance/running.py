@@ -6,7 +6,7 @@ from enum import IntEnum
 
 import pytest
 
-from conformance.bus.errors import BenchError, BusOff, InterfaceLost
+from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError
 from conformance.bus.link import Captured
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
@@ -27,6 +27,13 @@ from conformance.run.bench import Bench
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.state import CASE_RUN, RESULT, RunState, case_of, uses_device
+from conformance.suite_errors import (
+    comes_from_here,
+    conclude,
+    is_own_case,
+    suite_error,
+    traceback_of,
+)
 from conformance.workers import belongs_here, hand_back
 
 # The case that judges what came too late; where it was not selected, the run itself does.
@@ -39,6 +46,7 @@ class ExitCode(IntEnum):
     SILENT_NODE = 10
     BENCH_ERROR = 11
     DEVICE_LOST = 12
+    SUITE_ERROR = 13
 
 
 class Running:
@@ -179,14 +187,14 @@ class Running:
         outcome: object = None
         try:
             outcome = yield
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, pytest.exit.Exception):
             run.conclude(None)  # the values are put back all the same
             raise
         except BaseException as caught:
             # Also what derives from BaseException alone, as the outcomes of pytest do.
             error = caught
         told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
-        result = run.conclude(NotTestable(str(error)) if told else error)
+        result = conclude(item, run, NotTestable(str(error)) if told else error)
         state = self._state
         self._look_after(state.session(result.node_id), result, run)
         account(result, state.options.deviations, strict=state.options.strict)
@@ -226,9 +234,11 @@ class Running:
             attach_not_run(item, case_of(item).case_id)
             report.user_properties = list(item.user_properties)
         elif call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
-            item.stash[RESULT] = _not_set_up(item, str(error))
+            item.stash[RESULT] = _not_set_up(item, Verdict.NOT_TESTABLE, str(error))
             attach(item, item.stash[RESULT])
             report.user_properties = list(item.user_properties)
+        elif call.when != "call" and report.failed:
+            self._take_suite_error(item, report, error)
         if isinstance(error, BenchError):
             self._state.findings.bench_errors.append(error)
             report.longrepr = str(error)
@@ -246,9 +256,26 @@ class Running:
             if isinstance(error, BenchError):
                 # A broken bench is an error of the set-up, whenever it shows.
                 report.when = "setup"
+            if isinstance(error, SuiteError):
+                report.sections.append(("traceback", traceback_of(error)))
         elif report.failed:
             report.sections.append(("frames on the bus", "\n".join(result.trace)))
         return report
+
+    def _take_suite_error(
+        self, item: pytest.Item, report: pytest.TestReport, error: BaseException | None
+    ) -> None:
+        """Keep an error that a fixture of the suite has raised for one of its cases."""
+        own = isinstance(item, CaseFunction) and is_own_case(item)
+        if not own or error is None or isinstance(error, BenchError) or not comes_from_here(error):
+            return
+        found = suite_error(error)
+        self._state.findings.bench_errors.append(found)
+        if report.when == "setup":
+            result = _not_set_up(item, Verdict.BENCH_ERROR, str(found))
+            attach(item, result)
+            report.user_properties = list(item.user_properties)
+            report.conformance = result.as_dict()  # type: ignore[attr-defined]
 
     # The end
 
@@ -269,7 +296,7 @@ class Running:
             hand_back(self._config, state.findings)
 
 
-def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
+def _not_set_up(item: pytest.Item, verdict: Verdict, reason: str) -> CaseResult:
     case = case_of(item)
     rule = case.rule
     return CaseResult(
@@ -279,7 +306,7 @@ def _not_set_up(item: CaseFunction, reason: str) -> CaseResult:
         rule.level.value,
         rule.clause,
         rule.sentence,
-        Verdict.NOT_TESTABLE,
+        verdict,
         rows=list(rule.rows),
         actual=reason.removeprefix(f"{Verdict.NOT_TESTABLE}: "),
     )

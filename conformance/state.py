@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import BenchError
-from conformance.collection import CaseFunction
+from conformance.collection import DEVICE_SESSION, CaseFunction
 from conformance.findings import Findings
 from conformance.options import Options
 from conformance.reporting.bus_log import BusLog
@@ -78,7 +78,7 @@ class ItemCase:
 
 def uses_device(item: pytest.Item) -> bool:
     """Say whether a test talks to a device."""
-    return "device_session" in getattr(item, "fixturenames", ())
+    return DEVICE_SESSION in getattr(item, "fixturenames", ())
 
 
 def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:

@@ -5,7 +5,7 @@ In the order of a run: the bus cannot be opened (BusNotOpened); the device never
 or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
 (SecondClient); the device stops answering (DeviceLost); a case would write where nobody allowed
 it (WriteNotPermitted); the device's program does not run (ProcessFailed); one of several processes
-that test is gone (WorkerLost).
+that test is gone (WorkerLost); the suite itself has an error (SuiteError).
 """
 
 import errno
@@ -59,6 +59,10 @@ class ProcessFailed(BenchError):
 
 class WorkerLost(BenchError):
     """A process that tested some of the devices ended before its time."""
+
+
+class SuiteError(BenchError):
+    """A case of the suite ended by an error of its own program: it says nothing of the device."""
 
 
 def error_named(kind: str, text: str) -> BenchError:

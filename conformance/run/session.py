@@ -215,6 +215,16 @@ class CaseRun:
         self._session.end()
         return result
 
+    def give_up(self, error: BenchError) -> CaseResult:
+        """End a case that could not be concluded; what it wrote stays listed."""
+        result = self.result
+        self.bench_error = error
+        result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
+        frames = self._session.frames_so_far()
+        result.trace = self._session.trace(frames, self.sdo.channels)
+        self._session.end()
+        return result
+
     def _judge(self, error: BaseException | None) -> None:
         result = self.result
         match error:

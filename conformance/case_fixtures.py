@@ -1,0 +1,116 @@
+"""What the suite's own cases get, under names that nobody gives a fixture of his own.
+
+A conftest.py may have a fixture called ``device`` or ``text``: it is for the tests of its folder,
+and must not decide what a case of the suite is run on.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import pytest
+
+from conformance.device.device import Device, NotTestable
+from conformance.device.objects import KnownObject
+from conformance.run.conversations.search import Plan, Search
+from conformance.run.conversations.store import FailingStore
+from conformance.run.dialogue import Dialogue
+from conformance.run.session import DeviceSession, WholeRun
+from conformance.run.verdict import Verdict
+from conformance.state import CASE_RUN, RESULT, STATE, case_of
+
+Role = TypeVar("Role")
+
+
+class CaseFixtures:
+    """The fixtures of the suite's cases, for the item that is set up.
+
+    They do not ask pytest for ``request``, which it builds anew for each that does, and slowly.
+    """
+
+    _item: pytest.Item
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Note for which item they are."""
+        self._item = item
+
+    @pytest.fixture(name="_conformance_device_session")
+    def device_session(self) -> DeviceSession:
+        """The device of this case within the run."""
+        state = self._item.config.stash.get(STATE, None)
+        if state is None:
+            raise pytest.UsageError(
+                "This test talks to a device: say which one with --node-id=N, or use --self-test."
+            )
+        return state.session(case_of(self._item).node_id)
+
+    @pytest.fixture(name="_conformance_device")
+    def device(self, _conformance_device_session: DeviceSession) -> Device:
+        """What is known of the device."""
+        return _conformance_device_session.device
+
+    @pytest.fixture(name="_conformance_sdo")
+    def sdo(self, _conformance_device_session: DeviceSession) -> Iterator[Dialogue]:
+        """The conversation with the device, which is left idle, with its values as they were."""
+        item = self._item
+        case = case_of(item)
+        run = _conformance_device_session.begin(case.case_id, case.service, case.rule)
+        item.stash[CASE_RUN] = run
+        yield run.sdo
+        if RESULT not in item.stash:
+            run.conclude(None)  # another fixture failed: what was written is put back all the same
+
+    @pytest.fixture(name="_conformance_conversations")
+    def conversations(
+        self, _conformance_device_session: DeviceSession, _conformance_sdo: Dialogue
+    ) -> Search:
+        """Random conversations with the device, as many as --examples says."""
+        del _conformance_sdo  # it begins the case
+        case, run = case_of(self._item), self._item.stash[CASE_RUN]
+        options = self._item.config.stash[STATE].options
+        folder = options.report_dir / "failing"
+        store = FailingStore.of(folder, case.node_id, case.case_id)
+        plan = Plan(options.examples, options.run.seed)
+        return Search(_conformance_device_session, run, plan, store)
+
+    @pytest.fixture(name="_conformance_whole_run")
+    def whole_run(self, _conformance_device_session: DeviceSession) -> WholeRun:
+        """What all cases before this one saw on the way."""
+        return _conformance_device_session.whole_run
+
+    @pytest.fixture(name="_conformance_number")
+    def number(self, _conformance_device: Device) -> KnownObject:
+        """A writable number."""
+        return _role(_conformance_device.number)
+
+    @pytest.fixture(name="_conformance_variable")
+    def variable(self, _conformance_device: Device) -> KnownObject:
+        """A writable string or domain."""
+        return _role(_conformance_device.variable)
+
+    @pytest.fixture(name="_conformance_text")
+    def text(self, _conformance_device: Device) -> KnownObject:
+        """A writable string."""
+        return _role(_conformance_device.text)
+
+    @pytest.fixture(name="_conformance_write_only")
+    def write_only(self, _conformance_device: Device) -> KnownObject:
+        """A write-only object."""
+        return _role(_conformance_device.write_only)
+
+    @pytest.fixture(name="_conformance_read_only_text")
+    def read_only_text(self, _conformance_device: Device) -> KnownObject:
+        """A read-only object of more than 4 bytes."""
+        return _role(_conformance_device.read_only_text)
+
+    @pytest.fixture(name="_conformance_server_timeout")
+    def server_timeout(self, _conformance_device: Device) -> float:
+        """The seconds after which the device gives up a transfer whose client is silent."""
+        return _role(_conformance_device.declared_timeout)
+
+
+def _role(find: Callable[[], Role]) -> Role:
+    try:
+        return find()
+    except NotTestable as missing:
+        pytest.skip(f"{Verdict.NOT_TESTABLE}: {missing}")

@@ -1,0 +1,75 @@
+"""Errors of the suite's own program: told as what they are, never as something of the device."""
+
+import traceback
+from pathlib import Path
+
+import pytest
+
+from conformance.bus.errors import BenchError, SuiteError
+from conformance.collection import CASES, CaseFunction
+from conformance.device.device import NotTestable
+from conformance.run.session import CaseRun
+from conformance.run.verdict import CaseResult, Unimplemented
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.rules import Violation
+
+# By what a case ends that says something, if only that it has nothing to say.
+OUTCOMES = (
+    Violation,
+    ServerAborted,
+    NotTestable,
+    Unimplemented,
+    BenchError,
+    pytest.skip.Exception,
+    pytest.xfail.Exception,
+)
+_PACKAGE = Path(__file__).parent
+
+
+def is_own_case(item: pytest.Item) -> bool:
+    """Say whether an item is a case of the suite, as opposed to one of the user's."""
+    return isinstance(item, CaseFunction) and item.is_own
+
+
+def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> CaseResult:
+    """Conclude a case that ended with ``error``, if with any.
+
+    What a user's test raises is its failure; what a case of the suite raises beside its outcomes is
+    an error of the suite, and so is whatever is raised while a case is concluded.
+    """
+    if error is not None and is_own_case(item) and not isinstance(error, OUTCOMES):
+        error = run.bench_error = suite_error(error)
+    try:
+        return run.conclude(error)
+    except Exception as unforeseen:
+        return run.give_up(suite_error(unforeseen))
+
+
+def suite_error(error: BaseException) -> SuiteError:
+    """Describe an error of the suite by what it is and where; the same each time that it comes."""
+    found = SuiteError(
+        f"The suite itself has an error: {_in_words(error)}. It says nothing of the device. Please "
+        "report it with the traceback that the case shows."
+    )
+    found.__cause__ = error
+    return found
+
+
+def comes_from_here(error: BaseException) -> bool:
+    """Say whether the suite's own code had a part in an error."""
+    files = (Path(frame.filename) for frame in traceback.extract_tb(error.__traceback__))
+    return any(file.is_relative_to(_PACKAGE) or file.is_relative_to(CASES) for file in files)
+
+
+def traceback_of(error: SuiteError) -> str:
+    """Return the traceback of what has become an error of the suite."""
+    return "".join(traceback.format_exception(error.__cause__)).rstrip()
+
+
+def _in_words(error: BaseException) -> str:
+    words = f"{type(error).__name__}: {error}".rstrip(": ")
+    frames = traceback.extract_tb(error.__traceback__)
+    if not frames:
+        return words
+    last = frames[-1]
+    return f"{words} ({Path(last.filename).name}, line {last.lineno}, in {last.name})"
