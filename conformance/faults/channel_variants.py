@@ -1,7 +1,7 @@
 """Nodes that are unusual, and right, in their SDO channels, in NMT and in what else they send."""
 
 from conformance.faults.altered_nodes import AlteredNode
-from conformance.faults.initiates import initiated
+from conformance.faults.initiates import DOWNLOADS, initiated
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -10,10 +10,11 @@ from conformance.sdo.errors import register_of
 from conformance.sdo.frames import Abort
 from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
 from conformance.sdo.node import HEARTBEAT_TIME, Node, ServerChannel
-from conformance.sdo.objects import Refusal
-from conformance.sdo.parameters import ServerParameter
+from conformance.sdo.objects import Access, DataType, Refusal
+from conformance.sdo.parameters import CheckedEntry, ServerParameter
 
 COMMUNICATION_ERROR = 0x8100
+SHORTEST_HEARTBEAT = 50
 
 
 @variant("no-further-channels")
@@ -143,6 +144,66 @@ class NoHeartbeat(AlteredNode):
     def alter(self) -> None:
         """Take it out of the object dictionary."""
         self.objects.remove(HEARTBEAT_TIME.index)
+
+
+@variant("heartbeat-time-constant")
+class HeartbeatConstant(AlteredNode):
+    """Has a 1017h that reads 0 and refuses every write."""
+
+    def alter(self) -> None:
+        """Make it a constant."""
+        self.heartbeat_time.access = Access.CONST
+
+
+@variant("heartbeat-time-constant-5-ms")
+class HeartbeatConstantFast(AlteredNode):
+    """Tells its state every 5 ms, and refuses every write of 1017h."""
+
+    def alter(self) -> None:
+        """Set the time that it powers on with, and make it a constant."""
+        self.heartbeat_time.value = b"\x05\0"
+        self.heartbeat_time.access = Access.CONST
+        self.defaults = self.power_on = self.present()
+
+
+@variant("heartbeat-every-3-ms")
+class HeartbeatEvery3Ms(AlteredNode):
+    """Tells its state every 3 ms until 1017h is written."""
+
+    def alter(self) -> None:
+        """Set the time that it powers on with."""
+        self.heartbeat_time.value = b"\3\0"
+        self.defaults = self.power_on = self.present()
+
+
+@variant("heartbeats-of-20-ms-refused")
+class HeartbeatsRare(AlteredNode):
+    """Takes no time of fewer than 50 ms in 1017h but 0."""
+
+    def alter(self) -> None:
+        """Set up a check."""
+        entry = CheckedEntry(bytes(2), DataType.UNSIGNED16, check=self.check_period)
+        self.heartbeat_time = entry
+        self.objects.add({HEARTBEAT_TIME: entry})
+        self.defaults = self.power_on = self.present()
+
+    def check_period(self, old: bytes, new: bytes) -> None:
+        """Refuse what is too short."""
+        if 0 < int.from_bytes(new, "little") < SHORTEST_HEARTBEAT:
+            raise Refusal(AbortCode.VALUE_TOO_LOW)
+
+
+@variant("heartbeats-queued")
+class HeartbeatsQueued(Node):
+    """Sends three heartbeats that were queued when 1017h is written, and one more behind that."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """The answer has the higher priority: it overtakes the last of them."""
+        beating = self.heartbeat_seconds() > 0
+        frames = super().receive(frame)
+        if not beating or initiated(frame, DOWNLOADS) != HEARTBEAT_TIME:
+            return frames
+        return [self.heartbeat()] * 3 + frames + [self.heartbeat()]
 
 
 @variant("operational-at-once")

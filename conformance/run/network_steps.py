@@ -4,10 +4,13 @@ All of it needs a permission of the user. What was done is undone: the device en
 and the parameters get back what they held.
 """
 
+import time
+
 from conformance.bus.channel import Channel
 from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PARAMETERS
 from conformance.device.device import Device, NotTestable
 from conformance.run.block_steps import BlockSteps
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort
@@ -22,11 +25,17 @@ from conformance.sdo.nmt import (
 from conformance.sdo.rules import Rule
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
-HEARTBEAT_PERIOD = 0.02
+# What is asked for, in seconds; the second where the first is refused as too short.
+HEARTBEAT_PERIODS = (0.02, 0.1)
+# A device that has a time of its own is watched by it, unless that takes longer than this.
+LONGEST_PERIOD = 0.25
+# How many heartbeats a device may have in its queue when it stops to send them.
+MOST_QUEUED = 8
 # Within how many seconds a device boots.
 BOOT_TIME = 5.0
 # How long a device without heartbeats gets to enter a state that nobody can see.
 SETTLING_TIME = 0.1
+TOO_SHORT = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 PURPOSES = {
     NMT: "to send NMT commands to the device",
     SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
@@ -44,7 +53,8 @@ class NetworkSteps(BlockSteps):
         self.nmt_state: NmtState | None = None
         self.expected_boot_ups = 0
         self._booting = False
-        self._beating = False
+        # The time between heartbeats in seconds, 0 where there are none, or too few.
+        self._period = 0.0
 
     def require(self, permission: str) -> None:
         """Raise NotTestable without a permission."""
@@ -67,7 +77,7 @@ class NetworkSteps(BlockSteps):
                 raise NotTestable("a reset may end this channel: needs the default SDO channel")
             self.expected_boot_ups += 1
             self._booting = True
-            self._beating = False
+            self._period = 0.0
             self._expect_reset(command)
         if not state.serves_sdo:
             self.tracker.open = None
@@ -98,26 +108,37 @@ class NetworkSteps(BlockSteps):
         self.nmt(command)
         self.expect_boot_up()
 
-    def produce_heartbeats(self) -> bool:
-        """Let the device tell its state by a time in 1017h; say whether it can."""
+    def produce_heartbeats(self) -> Abort | None:
+        """Let the device tell its state by a time in 1017h; return the abort if it refuses.
+
+        One that has a time of its own, which cannot be written, tells its state all the same.
+        """
         self.require(NMT)
-        period = round(HEARTBEAT_PERIOD * 1000).to_bytes(2, "little")
-        self._beating = (
-            self.learn(HEARTBEAT_TIME) and self.write_parameter(HEARTBEAT_TIME, period) is None
-        )
-        return self._beating
+        refusal = self.learn_or_refusal(HEARTBEAT_TIME)
+        if refusal is not None:
+            return refusal
+        for self._period in HEARTBEAT_PERIODS:
+            data = round(self._period * 1000).to_bytes(2, "little")
+            refusal = self.write_parameter(HEARTBEAT_TIME, data)
+            if refusal is None or refusal.code not in TOO_SHORT:
+                break
+        if refusal is not None:
+            own = int.from_bytes(self.device.parameters[HEARTBEAT_TIME], "little") / 1000
+            self._period = own if own <= LONGEST_PERIOD else 0.0
+        return refusal
 
     def settle(self) -> None:
         """Wait until the device tells that it is in the state last asked for, twice if it beats.
 
         The first heartbeat may have been on its way when the last frame was sent to the device.
         """
-        if not self._beating:
-            self.channel.receive_error_control(SETTLING_TIME)
+        if not self._period:
+            self._wait_settled()
             return
         told = 0
-        for _ in range(round(self.channel.response_timeout / HEARTBEAT_PERIOD) + 2):
-            frame = self.channel.receive_error_control()
+        patience = max(self.channel.response_timeout, 2 * self._period)
+        for _ in range(round(patience / self._period) + 2):
+            frame = self.channel.receive_error_control(patience)
             if frame is None:
                 raise self.breach("heartbeats, as 1017h says", "none")
             told = told + 1 if frame.data[0] & 0x7F == self.nmt_state else 0
@@ -125,6 +146,23 @@ class NetworkSteps(BlockSteps):
                 return
         state = NmtState.INITIALISING if self.nmt_state is None else self.nmt_state
         raise self.breach(f"heartbeats with {state:02X}h", f"{frame}")
+
+    def _wait_settled(self) -> None:
+        """Let the time pass in which a device settles; a heartbeat now and then does not end it."""
+        deadline = time.monotonic() + SETTLING_TIME
+        while (left := deadline - time.monotonic()) > 0:
+            if self.channel.receive_error_control(left) is None:
+                return
+
+    def end_heartbeats(self) -> None:
+        """Write 0 to 1017h, and expect no heartbeat beyond those that had been queued before."""
+        self.download(HEARTBEAT_TIME, bytes(2))
+        for _ in range(MOST_QUEUED):
+            if self.channel.receive_error_control(self._period / 2) is None:
+                break
+        if self.channel.receive_error_control(2 * self._period) is not None:
+            raise self.breach("no heartbeat with 1017h = 0", "one came")
+        self._period = 0.0
 
     def end_nmt(self) -> None:
         """Leave the device in a state in which it serves, whatever became of the case."""
@@ -138,12 +176,16 @@ class NetworkSteps(BlockSteps):
 
     def learn(self, mux: Multiplexer) -> bool:
         """Read a parameter before it is written for the first time; say whether it is there."""
+        return self.learn_or_refusal(mux) is None
+
+    def learn_or_refusal(self, mux: Multiplexer) -> Abort | None:
+        """Read a parameter before it is written for the first time; return the abort if refused."""
         if mux not in self.device.parameters:
             try:
                 self.device.parameters[mux] = self.read(mux)
-            except ServerAborted:
-                return False
-        return True
+            except ServerAborted as aborted:
+                return aborted.abort
+        return None
 
     def write_parameter(self, mux: Multiplexer, data: bytes) -> Abort | None:
         """Write a parameter that was learned; return the abort if the server refuses."""

@@ -81,7 +81,7 @@ class Node:
         self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
         for channel in self.channels:
             self.objects.add(channel.record.by_multiplexer())
-        self.defaults = self.power_on = self._present()
+        self.defaults = self.power_on = self.present()
         self._commands = [
             (entry, SIGNATURES[mux], follow)
             for mux, follow in ((SAVE_ALL, self.save), (LOAD_ALL, self.load_defaults))
@@ -97,7 +97,7 @@ class Node:
 
     # What is kept without power: 1010h and 1011h, where the device has them
 
-    def _present(self) -> list[tuple[Entry, bool, bytes]]:
+    def present(self) -> list[tuple[Entry, bool, bytes]]:
         """Return all entries, whether a reset of the communication is about them, their values."""
         return [
             (entry, mux.index in COMMUNICATION_AREA, entry.value)
@@ -113,7 +113,7 @@ class Node:
 
     def save(self) -> None:
         """Store all values: a reset leads to them from now on."""
-        self.power_on = self._present()
+        self.power_on = self.present()
 
     def load_defaults(self) -> None:
         """Forget what was stored: the next reset leads to the defaults."""

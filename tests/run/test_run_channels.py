@@ -11,6 +11,7 @@ from conformance.faults.catalogue import build_node
 from conformance.run.channel_steps import TEST_CHANNELS, interleave
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import Unimplemented, Verdict
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.layout import Multiplexer
@@ -197,10 +198,43 @@ def test_a_state_is_seen_in_heartbeats(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        assert sdo.produce_heartbeats()
+        assert sdo.produce_heartbeats() is None
         sdo.nmt(NmtCommand.STOP)
         sdo.settle()
         assert node.state is NmtState.STOPPED
         sdo.end_nmt()
         sdo.settle()
         assert sdo.fence() == []
+
+
+@pytest.mark.parametrize(
+    ("name", "code"),
+    [
+        ("heartbeat-time-constant", AbortCode.WRITE_OF_READ_ONLY),
+        ("heartbeat-time-constant-5-ms", AbortCode.WRITE_OF_READ_ONLY),
+        ("no-heartbeat", AbortCode.OBJECT_MISSING),
+        ("heartbeats-of-20-ms-refused", None),
+        ("heartbeats-queued", None),
+    ],
+)
+def test_a_device_may_have_its_own_way_with_heartbeats(name: str, code: AbortCode | None) -> None:
+    node = build_node(name, NODE_ID)
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        refusal = sdo.produce_heartbeats()
+        assert (refusal and refusal.code) == code
+        sdo.nmt(NmtCommand.START)
+        sdo.settle()
+        assert node.state is NmtState.OPERATIONAL
+        if refusal is None:
+            sdo.end_heartbeats()
+
+
+def test_heartbeats_that_do_not_end() -> None:
+    with discovered(build_node("nmt-heartbeat-for-ever", NODE_ID)) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        assert sdo.produce_heartbeats() is None
+        with pytest.raises(Violation, match="no heartbeat with 1017h = 0"):
+            sdo.end_heartbeats()
