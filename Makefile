@@ -8,7 +8,7 @@ WORKERS ?= 2
 
 OLDEST := .venv-oldest
 
-.PHONY: selftest test tests-on-virtual-buses socketcan check oldest detection bench clean
+.PHONY: selftest test tests-on-virtual-buses socketcan check oldest detection fleet bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -27,6 +27,11 @@ socketcan: $(VENV)/installed-for-tests
 # Every case against every faulty and every unusual server, as a table; an hour on two cores.
 detection: $(VENV)/installed-for-tests
 	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
+
+# The suite against servers that others wrote. Those that need cargo or npm are left out without it;
+# FLEET="node -- -k upload" names servers and options of pytest.
+fleet: $(VENV)/installed-for-tests
+	$(BIN)/python tests/fleet/fleet.py $(FLEET)
 
 # How fast transfers and the self-test go, beside canopen's client and beside python-can alone.
 bench: $(VENV)/installed-for-tests
@@ -66,4 +71,4 @@ $(VENV)/installed-for-tests: $(VENV)/bin/python pyproject.toml
 	touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) $(OLDEST) .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+	rm -rf $(VENV) $(OLDEST) .fleet .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
