@@ -17,6 +17,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.nmt import NmtCommand
 
+UNKNOWN_SPECIFIER = bytes((0xE0, *bytes(7)))
 RESETS = {"node": NmtCommand.RESET_NODE, "communication": NmtCommand.RESET_COMMUNICATION}
 SERVING = {
     "operational": NmtCommand.START,
@@ -139,6 +140,18 @@ def test_reset_from_stopped(sdo: Dialogue, command: NmtCommand) -> None:
     sdo.nmt(NmtCommand.STOP)
     sdo.reset(command)
     sdo.fence()
+
+
+@must("nmt.first-request", "1.5-initialising", "I1", "I6", kind=["download", "unknown-specifier"])
+def test_first_request(sdo: Dialogue, number: KnownObject, kind: str) -> None:
+    """The first request after a boot-up message is served, whatever it is."""
+    value = sdo.upload(number)
+    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    if kind == "download":
+        sdo.download(number, value)
+        return
+    sdo.send(UNKNOWN_SPECIFIER)
+    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
 
 
 @must("nmt.reset-ends-transfer", "1.5-interrupted", clause="7.3.2.2.1", kind=["upload", "download"])

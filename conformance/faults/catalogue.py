@@ -34,6 +34,9 @@ from conformance.faults import (
     leaks,
     narrow,
     nmt_states,
+    pervasive,
+    pervasive_nodes,
+    pervasive_states,
     server_timeouts,
     states,
     storage,
@@ -44,7 +47,7 @@ from conformance.faults import (
 )
 from conformance.faults.described import described_device
 from conformance.faults.dictionary import reference_device
-from conformance.faults.registry import Deviation, assemble, deviations_in
+from conformance.faults.registry import Deviation, assemble, combine, deviations_in
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
@@ -82,6 +85,9 @@ _MODULES = (
     storage,
     capacities,
     histories,
+    pervasive,
+    pervasive_states,
+    pervasive_nodes,
     variants,
     block_variants,
     block_choice_variants,
@@ -115,10 +121,16 @@ def unusual() -> list[Deviation]:
 def find_deviation(name: str | None) -> Deviation | None:
     """Return the fault or variant of that name; None stands for the reference server.
 
-    Raises UnknownServer with the nearest name.
+    Two names with a + between them are a server that deviates in both ways. Raises UnknownServer
+    with the nearest name.
     """
     if name is None:
         return None
+    first, plus, second = name.partition("+")
+    return combine(_known(first), _known(second)) if plus else _known(name)
+
+
+def _known(name: str) -> Deviation:
     known = {deviation.name: deviation for deviation in all_deviations()}
     if name in known:
         return known[name]

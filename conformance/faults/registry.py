@@ -1,9 +1,10 @@
 """What a faulty or an unusual server is: a class, and the name and sentence that go with it."""
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from types import ModuleType
+from typing import TypeVar
 
 from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
@@ -11,6 +12,7 @@ from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.server import Server
 
 Kind = type[SegmentedServer] | type[Node]
+Base = TypeVar("Base", SegmentedServer, Node)
 ATTRIBUTE = "conformance_deviations"
 # The channels that the built-in device has beside the default one: 1201h and 1202h.
 FURTHER_CHANNELS = 2
@@ -42,7 +44,7 @@ class Deviation:
 
     A fault is wrong: ``defect_class`` is its family, ``caught_by`` the beginning of the id of a
     case that says what is wrong. A variant is unusual and right; both are empty. What is ``soft``
-    misses a SHOULD and no MUST.
+    misses a SHOULD and no MUST. ``server`` is the server of a ``kind`` that is a node.
     """
 
     name: str
@@ -51,6 +53,7 @@ class Deviation:
     defect_class: DefectClass | None = None
     caught_by: str = ""
     soft: bool = False
+    server: type[SegmentedServer] = Server
 
     @property
     def is_fault(self) -> bool:
@@ -63,7 +66,26 @@ class Deviation:
         """Return a node that deviates in this way; ``server_timeout`` is in seconds."""
         if issubclass(self.kind, SegmentedServer):
             return assemble(Node, self.kind, node_id, objects, server_timeout)
-        return assemble(self.kind, Server, node_id, objects, server_timeout)
+        return assemble(self.kind, self.server, node_id, objects, server_timeout)
+
+
+def combine(first: Deviation, second: Deviation) -> Deviation:
+    """Return what deviates in both ways.
+
+    Where both change one reaction the first comes first, and may leave it to the second.
+    """
+    pair = (first, second)
+    name = "+".join(each.name for each in pair)
+    nodes = [each.kind for each in pair if issubclass(each.kind, Node)]
+    servers = [each.kind for each in pair if issubclass(each.kind, SegmentedServer)]
+    return replace(
+        first,
+        name=name,
+        kind=_joined(name, nodes) if nodes else _joined(name, servers),
+        sentence=f"{first.sentence} {second.sentence}",
+        soft=first.soft and second.soft,
+        server=_joined(name, servers) if nodes and servers else Server,
+    )
 
 
 def assemble(
@@ -116,6 +138,10 @@ def deviations_in(modules: Iterable[ModuleType]) -> list[Deviation]:
                 raise ValueError(f"two deviations are called {deviation.name}")
             found[deviation.name] = deviation
     return list(found.values())
+
+
+def _joined(name: str, kinds: Sequence[type[Base]]) -> type[Base]:
+    return kinds[0] if len(kinds) == 1 else type(name, tuple(kinds), {})
 
 
 def _sentence(kind: Kind) -> str:

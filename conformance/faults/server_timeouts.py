@@ -16,7 +16,7 @@ TIMING = DefectClass.TIMING
 GIVES_UP = "server-timeout.gives-up"
 
 
-class _OwnClock(Node):
+class OwnClock(Node):
     """Gives up, or does something else, at a time of its own choice."""
 
     own_due: float | None = None
@@ -41,7 +41,7 @@ class _OwnClock(Node):
 
 
 @fault("server-timeout-from-the-first-frame", TIMING, "server-timeout.slow-client")
-class FromTheFirstFrame(_OwnClock):
+class FromTheFirstFrame(OwnClock):
     """Counts its time-out from the beginning of a transfer."""
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
@@ -56,7 +56,7 @@ class FromTheFirstFrame(_OwnClock):
 
 
 @fault("server-timeout-too-early", TIMING, GIVES_UP)
-class TooEarly(_OwnClock):
+class TooEarly(OwnClock):
     """Gives up after a fifth of the time that it declares."""
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
@@ -164,7 +164,7 @@ class StoresWhatCame(Server):
         return super().expire()
 
 
-class _Acknowledging(_OwnClock):
+class _Acknowledging(OwnClock):
     """Acknowledges a sub-block that does not go on, after a part of the time-out."""
 
     part = 1.0
@@ -201,7 +201,7 @@ class AcknowledgesBeforeGivingUp(_Acknowledging):
 
 
 @variant("server-timeout-takes-half-as-long-again")
-class HalfAsLongAgain(_OwnClock):
+class HalfAsLongAgain(OwnClock):
     """Gives up somewhat later than declared: its timer is coarse."""
 
     def __init__(

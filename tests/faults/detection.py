@@ -12,23 +12,18 @@ a random conversation have each caught it; from then on only cases that no serve
 """
 
 import argparse
-import contextlib
-import io
 import os
 import sys
-import tempfile
-import time
 from collections.abc import Iterator, Sequence, Set
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import dataclass, field
 
 import pytest
+from case_runs import Run, run_cases
 
 from conformance.collection import CASES, CaseFunction, case_files
 from conformance.faults import server_timeouts
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.registry import Deviation
-from conformance.run.verdict import Verdict
 from conformance.running import ExitCode
 
 # A faulty server may keep silent a hundred times; a right one never does.
@@ -70,36 +65,6 @@ BEYOND_TRANSFERS = (
 )
 # Long enough for a right server on a loaded machine, short enough to wait for with the faulty ones.
 SERVER_TIMEOUT, SERVER_TIMEOUT_OF_FAULTS = "--server-timeout=1", "--server-timeout=0.4"
-FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
-
-
-@dataclass(slots=True)
-class Run:
-    """What the cases said of one server."""
-
-    name: str
-    exit_code: int = 0
-    verdicts: dict[str, Verdict] = field(default_factory=dict)
-    seconds: float = 0.0
-    output: str = ""
-
-    def failed(self, *, strict: bool = False) -> list[str]:
-        """Return the ids of the cases that failed, in the order of the run."""
-        counts = (*FAILED, Verdict.NON_STRICT) if strict else FAILED
-        return [case_id for case_id, verdict in self.verdicts.items() if verdict in counts]
-
-
-class _Collector:
-    """A pytest plugin that keeps verdicts."""
-
-    def __init__(self, run: Run) -> None:
-        self._run = run
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take the result that the suite puts into its reports."""
-        values = getattr(report, "conformance", None)
-        if values is not None:
-            self._run.verdicts[values["case_id"]] = Verdict(values["verdict"])
 
 
 class Sieve:
@@ -138,41 +103,6 @@ class Sieve:
         if subject_of(case_id) not in self._proven:
             return True
         return not any(kind_of(case) == kind_of(case_id) for case in failed)
-
-
-def run_cases(
-    name: str | None,
-    *arguments: str,
-    simulated: bool = True,
-    sieve: tuple[Deviation, frozenset[str]] | None = None,
-) -> Run:
-    """Run the cases against a server in this process; for None the reference server.
-
-    With a ``sieve``, the fault and the cases that are proven already, only those are run that
-    may say something new.
-    """
-    run = Run(name or "reference server")
-    begin = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as out:
-        command = [
-            *("--self-test", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
-            *(["--simulated"] if simulated else []),
-            *(f"--rootdir={folder}", f"--report-dir={folder}"),
-            *([f"--fault={name}"] if name else []),
-            *arguments,
-        ]
-        plugins: list[object] = [_Collector(run)]
-        if sieve is not None:
-            plugins.append(Sieve(sieve[0], run, sieve[1]))
-        here = os.getcwd()
-        os.chdir(folder)  # neither the options nor the tests of the checkout
-        try:
-            run.exit_code = int(pytest.main(command, plugins=plugins))
-        finally:
-            os.chdir(here)
-    run.seconds = time.monotonic() - begin
-    run.output = out.getvalue()
-    return run
 
 
 def timing_of(deviation: Deviation) -> list[str]:
@@ -219,9 +149,14 @@ def run_deviation(
             arguments.append(f"--examples={EXAMPLES_OF_FAULTS}")
     # Cases on time-outs look at the clock, which stands still on a simulated bus.
     sifted = deviation.is_fault and not quick and deviation.name not in AGAINST_ALL
-    sieve = (deviation, proven) if sifted else None
-    simulated = not timing_of(deviation)
-    return run_cases(deviation.name, *arguments, simulated=simulated, sieve=sieve)
+    run = Run(deviation.name)
+    return run_cases(
+        deviation.name,
+        *arguments,
+        simulated=not timing_of(deviation),
+        plugins=[Sieve(deviation, run, proven)] if sifted else [],
+        run=run,
+    )
 
 
 def problem_with(deviation: Deviation, run: Run) -> str:

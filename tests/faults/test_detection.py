@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from detection import Run, Sieve, files_of, idle_cases, problem_with, run_cases, scripts
+from case_runs import Run, run_cases
+from detection import Sieve, files_of, idle_cases, problem_with, scripts
 
 from conformance.faults.catalogue import build_node, faults, find_deviation, unusual
 from conformance.faults.registry import Deviation
