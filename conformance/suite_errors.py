@@ -8,8 +8,9 @@ import pytest
 from conformance.bus.errors import BenchError, SuiteError
 from conformance.collection import CASES, CaseFunction
 from conformance.device.device import NotTestable
+from conformance.run.pauses import NOT_JUDGED
 from conformance.run.session import CaseRun
-from conformance.run.verdict import CaseResult, Unimplemented
+from conformance.run.verdict import CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.rules import Violation
 
@@ -23,6 +24,7 @@ OUTCOMES = (
     pytest.skip.Exception,
     pytest.xfail.Exception,
 )
+BREACHES = (Verdict.FAIL, Verdict.NON_STRICT)
 _PACKAGE = Path(__file__).parent
 
 
@@ -39,10 +41,28 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
     """
     if error is not None and is_own_case(item) and not isinstance(error, OUTCOMES):
         error = run.bench_error = suite_error(error)
+    pauses, breach = run.sdo.pauses, isinstance(error, Violation | ServerAborted)
+    if breach and pauses.excuse:
+        pauses.notes.append(f"bench: what came of it: {error}")
+        error, breach = pauses.not_judged(), False
     try:
-        return run.conclude(error)
+        result = run.conclude(error)
     except Exception as unforeseen:
         return run.give_up(suite_error(unforeseen))
+    if not breach and result.verdict in BREACHES and pauses.excuse:
+        _take_back(result)
+    result.notes += pauses.notes
+    return result
+
+
+def _take_back(result: CaseResult) -> None:
+    """Take back a breach that was found when a case was over and the bench had not been running."""
+    result.notes.append(
+        f"bench: what came of it: {result.broken_rule} "
+        f"expected {result.expected}; got {result.actual}"
+    )
+    result.verdict, result.actual = Verdict.NOT_TESTABLE, NOT_JUDGED
+    result.broken_rule = result.expected = ""
 
 
 def suite_error(error: BaseException) -> SuiteError:

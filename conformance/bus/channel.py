@@ -1,10 +1,10 @@
 """An SDO channel to one device: its requests go out, its responses come in, the rest is watched."""
 
-import time
 from collections import deque
 from collections.abc import Callable
 
 from conformance.bus.link import Link, second_client
+from conformance.bus.patience import Patience
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort, Unknown
@@ -12,6 +12,10 @@ from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import NmtMessage, NmtState, error_control
 
 MOST_OVERHEARD = 1000
+# Frames with the times at which they arrived.
+Waiting = deque[tuple[CanFrame, float]]
+# A silence in doubt is waited out again, so many times at most.
+MOST_WAITS = 5
 
 
 class Channel:
@@ -38,8 +42,15 @@ class Channel:
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.on_boot_up: Callable[[], None] = lambda: None
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
-        self._responses: deque[CanFrame] = deque()
-        self._error_control: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
+        # When the response that was received last arrived, by the monotonic clock, in seconds.
+        self.arrived = 0.0
+        # Of the last wait: the seconds of it that this process was not running, whether the silence
+        # may be due to that, and whether one was waited out again for it.
+        self.missed = 0.0
+        self.in_doubt = False
+        self.waited_again = False
+        self._responses: Waiting = deque()
+        self._error_control: Waiting = deque(maxlen=MOST_OVERHEARD)
         link.add_receiver(self._take)
 
     @property
@@ -77,35 +88,53 @@ class Channel:
     def receive(self, timeout: float | None = None) -> CanFrame | None:
         """Return the device's next response within ``timeout`` seconds (default: the channel's).
 
-        None when there is none. Raises SecondClient when somebody else uses the channel.
+        None when there is none: so long a silence, while the suite was listening. One in doubt is
+        waited out again. Raises SecondClient when somebody else uses the channel.
         """
         return self._next(self._responses, timeout)
+
+    def pause(self, seconds: float) -> CanFrame | None:
+        """Send nothing for so many seconds by the clock; return a response that ends the pause."""
+        return self._next_within(self._responses, Patience(seconds, plain=True))
 
     def receive_error_control(self, timeout: float | None = None) -> CanFrame | None:
         """Return the device's next boot-up or heartbeat message, under the terms of ``receive``."""
         return self._next(self._error_control, timeout)
 
-    def _next(self, queue: deque[CanFrame], timeout: float | None) -> CanFrame | None:
-        if queue:
-            return queue.popleft()
-        left = self.response_timeout if timeout is None else timeout
-        deadline = time.monotonic() + left
-        # Past the deadline the link looks at what has arrived already, and that not for ever.
-        while (frame := self.link.receive(left)) is not None:
+    def _next(self, queue: Waiting, timeout: float | None) -> CanFrame | None:
+        seconds = self.response_timeout if timeout is None else timeout
+        waits, missed = 0, 0.0
+        while True:
+            frame = self._next_within(queue, Patience(seconds))
+            waits, missed = waits + 1, missed + self.missed
+            again = frame is None and self.in_doubt and seconds > 0 and waits < MOST_WAITS
+            if not again:
+                break
+        self.missed, self.waited_again = missed, waits > 1
+        return frame
+
+    def _next_within(self, queue: Waiting, patience: Patience) -> CanFrame | None:
+        while not queue:
+            frame = self.link.receive_with(patience)
             if queue:
-                return queue.popleft()
+                break
+            if frame is None:
+                self.missed, self.in_doubt = patience.missed, patience.in_doubt
+                return None
             request = self.ids.request
             if frame.can_id == request.can_id and frame.extended == request.extended:
                 raise second_client(request)
-            left = deadline - time.monotonic()
-        return None
+            patience.looked(silent=False)
+        self.missed, self.in_doubt = patience.missed, False
+        found, self.arrived = queue.popleft()
+        return found
 
     def _take(self, frame: CanFrame) -> None:
         if frame.can_id == self.ids.response.can_id:
-            self._responses.append(frame)
+            self._responses.append((frame, self.link.arrived))
             return
         self.overheard.append(frame)
         if frame.can_id == self._boot_up.can_id and not frame.extended and frame.dlc == 1:
-            self._error_control.append(frame)
+            self._error_control.append((frame, self.link.arrived))
             if frame == self._boot_up:
                 self.on_boot_up()

@@ -1,5 +1,6 @@
 """A node of the reference server on a python-can bus, answering in a thread of its own."""
 
+import math
 import threading
 import time
 from types import TracebackType
@@ -8,11 +9,14 @@ from typing import Protocol, Self
 import can
 
 from conformance.bus.alarm import Alarm
+from conformance.bus.arrivals import arrival, shortest_look
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
 # How long a stop may go unseen: nothing but a frame interrupts python-can's waiting.
 POLL = 0.05
+# A frame that has waited for so many seconds was kept waiting by the machine.
+LONG = 0.005
 
 
 class HostedNode(Protocol):
@@ -36,6 +40,29 @@ class HostedNode(Protocol):
         return None
 
 
+class NodeClock:
+    """The time of a node, in seconds: it stands still while frames wait to be taken.
+
+    Where a busy machine lets them wait, the client has not been silent for so long, nor the node.
+    """
+
+    def __init__(self, bus: can.BusABC) -> None:
+        """Take the bus that tells when frames arrived."""
+        self._bus = bus
+        self._held = 0.0
+        self._last = -math.inf
+
+    def at(self, message: can.Message | None, now: float) -> float:
+        """Return the node's time when it takes a frame, or none, at a time of the machine."""
+        taken = now - self._held
+        if message is not None:
+            arrived = max(self._last, arrival(self._bus, message) - self._held)
+            if taken - arrived > LONG:
+                self._held, taken = now - arrived, arrived
+        self._last = taken
+        return taken
+
+
 class NodeHost:
     """Runs a node until it is stopped; a context manager."""
 
@@ -47,6 +74,8 @@ class NodeHost:
         self._bus = bus
         self._node = node
         self._delay = delay
+        self._shortest_look = shortest_look(bus)
+        self._clock = NodeClock(bus)
         self._stopping = threading.Event()
         self._alarm = Alarm(self._stopping.wait)
         self._thread = threading.Thread(target=self.run, name="node", daemon=True)
@@ -71,12 +100,11 @@ class NodeHost:
     def run(self) -> None:
         """Serve until stopped, then close the bus."""
         try:
-            self._send(self._node.advance(time.monotonic()))
+            self._send(self._node.advance(self._clock.at(None, time.monotonic())))
             self._send(self._node.start())
             while not self._stopping.is_set():
-                message = self._bus.recv(self._patience())
-                now = time.monotonic()
-                if due := self._node.advance(now):
+                message, now = self._next()
+                if due := self._node.advance(self._clock.at(message, now)):
                     self._send(due)
                 if message is not None and not message.is_error_frame:
                     answers = self._node.receive(to_frame(message))
@@ -85,10 +113,20 @@ class NodeHost:
         finally:
             self._bus.shutdown()
 
+    def _next(self) -> tuple[can.Message | None, float]:
+        """Wait for a frame; return it, or None, and the time up to which there was no other."""
+        message = self._bus.recv(self._patience())
+        now = time.monotonic()
+        if message is None:
+            message = self._bus.recv(self._shortest_look)  # what came before ``now``
+        return message, now
+
     def _patience(self) -> float:
         """Return for how many seconds to wait for a frame."""
         due = self._node.wake_at
-        return POLL if due is None else min(POLL, max(0.0, due - time.monotonic()))
+        if due is None:
+            return POLL
+        return min(POLL, max(0.0, due - self._clock.at(None, time.monotonic())))
 
     def _answer(self, frames: list[CanFrame], due: float) -> None:
         if self._delay:

@@ -11,6 +11,7 @@ from can.interfaces.socketcand import SocketCanDaemonBus
 from can.interfaces.udp_multicast import UdpMulticastBus
 from can.interfaces.virtual import VirtualBus
 
+from conformance.bus.arrivals import arrival, shortest_look
 from conformance.bus.echoes import UnmarkedEchoes
 from conformance.bus.errors import (
     SecondClient,
@@ -20,18 +21,13 @@ from conformance.bus.errors import (
     lost,
 )
 from conformance.bus.messages import to_frame, to_message
+from conformance.bus.patience import Patience
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 
 SDO_BASES = (0x580, 0x600)
 SEND_LIMIT = 1.0
 RETRY_PAUSE = 0.002
-# Past its deadline, receiving looks at what has arrived already for so many seconds more.
-DRAIN_LIMIT = 0.25
-# Where python-can filters in software it would, given no time, look at one frame only.
-SHORTEST_LOOK = 0.001
-# What these pass on is filtered already, or not at all: a look at what is there takes no time.
-EXACT = (SocketcanBus, VirtualBus)
 
 
 class Direction(StrEnum):
@@ -58,7 +54,9 @@ class Link:
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
         self._receivers: list[Callable[[CanFrame], None]] = []
-        self._shortest_look = 0.0 if isinstance(bus, EXACT) else SHORTEST_LOOK
+        # When the frame that was received last arrived, by the monotonic clock, in seconds.
+        self.arrived = 0.0
+        self._shortest_look = shortest_look(bus)
         # SocketCAN marks frames of all processes on this machine as not received, and echoes
         # none of ours unless it was asked to.
         # python-can would send a remote frame to socketcand as a data frame that lacks its data.
@@ -114,26 +112,33 @@ class Link:
 
         Raises InterfaceLost, BusOff or FramesDropped.
         """
-        deadline = time.monotonic() + timeout
-        left = timeout
-        while left >= -DRAIN_LIMIT:
+        return self.receive_with(Patience(timeout))
+
+    def receive_with(self, patience: Patience) -> CanFrame | None:
+        """Return the next frame of another node while a wait lasts, or None.
+
+        Raises what ``receive`` raises.
+        """
+        while not patience.over:
             try:
-                message = self._bus.recv(max(self._shortest_look, left))
+                message = self._bus.recv(patience.look(self._shortest_look))
             except (can.CanError, OSError) as error:
                 raise lost(self.name, error) from error
             if message is None:
-                return None
+                patience.looked(silent=True)
+                continue
             if message.is_error_frame:
                 check_error_frame(self.name, message)
             elif message.is_rx or not self._marks_echoes:
                 frame = to_frame(message)
                 if self._unmarked is None or not self._unmarked.is_echo(frame):
+                    self.arrived = arrival(self._bus, message)
                     for receiver in self._receivers:
                         receiver(frame)
                     if self._listeners:
                         self._publish(Direction.RECEIVED, frame)
                     return frame
-            left = deadline - time.monotonic()
+            patience.looked(silent=False)
         return None
 
     def watch(

@@ -211,7 +211,7 @@ class Dialogue(StorageSteps):
 
         A server that waits for segments of a block may acknowledge what it has before.
         """
-        begin = time.monotonic()
+        begin = time.monotonic() if self.pauses.active_at is None else self.pauses.active_at
         for _ in range(MOST_ACKNOWLEDGEMENTS):
             frame = self.wait(seconds + self.channel.response_timeout)
             if frame is None or not isinstance(decode_response(frame), BlockAck):
@@ -220,7 +220,7 @@ class Dialogue(StorageSteps):
         if frame is None:
             raise self.breach(due, f"nothing within {time.monotonic() - begin:.3g} s")
         self.take_abort(frame, (AbortCode.TIMED_OUT,), target, tolerated=())
-        elapsed = time.monotonic() - begin
+        elapsed = self.channel.arrived - begin
         if elapsed < seconds * PROMPT:
             raise self.breach(due, f"it came after {elapsed:.3g} s")
 
@@ -229,7 +229,7 @@ class Dialogue(StorageSteps):
 
         It need not where it waits for segments of a block: it may acknowledge what it has.
         """
-        frame = self.wait(seconds)
+        frame = self.pause(seconds)
         if frame is not None and not isinstance(decode_response(frame), BlockAck):
             raise self.breach(f"no answer for {seconds:g} s", describe_response(frame))
         return frame is None

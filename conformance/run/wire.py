@@ -10,6 +10,7 @@ import time
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import Device, NotTestable
+from conformance.run.pauses import Pauses
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -18,8 +19,10 @@ from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
+    BlockUploadInitiate,
     Request,
     Unknown,
+    UploadInitiate,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
@@ -35,11 +38,13 @@ class Wire:
         self.channel = channel
         self.device = device
         self.tracker = TransferTracker()
+        self.pauses = Pauses(device.server_timeout)
         self.latency = 0.0
         self.waited = 0.0
         self.channels = [channel.ids]
         self._last_sent: Request = Unknown(b"")
         self._sent_at = 0.0
+        self._read = b""
         channel.overheard.clear()
 
     # One frame at a time
@@ -50,12 +55,16 @@ class Wire:
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
         data = request if isinstance(request, bytes) else request.encode()
+        within = self.tracker.open is not None
         decoded = self.tracker.request(data)
         if len(data) < FRAME_LENGTH:
             # What a careless device may take it for decides on what it may write.
             decoded = decode_request(data.ljust(FRAME_LENGTH, b"\0"))
         self.about_to_send(decoded)
         self.channel.send(data)
+        self.pauses.sent(within=within)
+        if isinstance(decoded, UploadInitiate | BlockUploadInitiate) and self.tracker.open is None:
+            self._read = data
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
@@ -63,12 +72,14 @@ class Wire:
             raise NotTestable(f"needs remote frames, which {self.channel.link.name} cannot send")
         self.about_to_send(decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")))
         self.channel.send_frame(frame)
+        self.pauses.sent(within=self.tracker.open is not None)
 
     def about_to_send(self, request: Request) -> None:
         """Take note of what goes out next; raises WriteNotPermitted."""
         self.device.policy.check(request)
         self._last_sent = request
         self._sent_at = time.monotonic()
+        self._read = b""
 
     def receive(self) -> bytes:
         """Return the data bytes of the next response, which has to come.
@@ -76,6 +87,8 @@ class Wire:
         Raises Violation when none comes in time, or one that has not the shape of a response.
         """
         frame = self.next_frame()
+        if frame is None and self._read and self.channel.waited_again:
+            frame = self._read_again()
         if frame is None:
             raise Violation(
                 ANSWERED,
@@ -85,21 +98,51 @@ class Wire:
             )
         return self._take(frame)
 
+    def _read_again(self) -> CanFrame | None:
+        """Repeat a read, once, of which the answer may have been missed; no other request is."""
+        self.pauses.repeated(self.channel.missed)
+        again = time.monotonic()
+        self.send(self._read)
+        frame = self.next_frame()
+        if frame is not None and self.channel.arrived < again:
+            self.channel.receive()  # the first answer has come after all, so there is another one
+        return frame
+
     def wait(self, seconds: float) -> bytes | None:
-        """Send nothing for so many seconds; return the response that comes all the same."""
+        """Send nothing for so many seconds; return the response that is due within them."""
         frame = self.channel.receive(seconds)
-        return None if frame is None else self._take(frame)
+        if frame is None:
+            self._note_missed()
+        data = None if frame is None else self._take(frame)
+        self.pauses.waited()
+        return data
+
+    def pause(self, seconds: float) -> bytes | None:
+        """Send nothing for so many seconds by the clock; return the response that ends the pause.
+
+        To the server that is a silence of its client like any other.
+        """
+        frame = self.channel.pause(seconds)
+        if frame is None:
+            return None
+        self.pauses.received(frame.data, self.channel.arrived)
+        return self._take(frame)
 
     def next_frame(self, timeout: float | None = None) -> CanFrame | None:
         """Return the next response as it came, or None."""
         begin = time.monotonic()
         frame = self.channel.receive(timeout)
-        now = time.monotonic()
         if frame is None:
-            self.waited += now - begin
+            self.waited += time.monotonic() - begin
+            self._note_missed()
         else:
-            self.latency = max(self.latency, now - self._sent_at)
+            self.latency = max(self.latency, self.channel.arrived - self._sent_at)
+            self.pauses.received(frame.data, self.channel.arrived)
         return frame
+
+    def _note_missed(self) -> None:
+        if self.channel.in_doubt:
+            self.pauses.missed(self.channel.missed)
 
     def _take(self, frame: CanFrame) -> bytes:
         check_shape(frame, self.channel.ids.response)
@@ -135,6 +178,8 @@ class Wire:
             data = self._take(frame)
             if data == self.device.baseline[0][1]:
                 break
+            if self.pauses.excuses(data):
+                continue
             stray.append(data)
             if len(stray) > MOST_STRAY:
                 raise _unsolicited(stray)
@@ -170,6 +215,7 @@ class Wire:
             abort = Abort(mux, AbortCode.GENERAL_ERROR)
             self.tracker.request(abort.encode())
             self.channel.send(abort)
+            self.pauses.sent(within=True)
 
     def overheard_of_others(self) -> set[int]:
         """Return the node-IDs to which somebody else sent requests during this case."""

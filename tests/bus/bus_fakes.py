@@ -66,7 +66,8 @@ class Bench:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, response_timeout: float = 0.5) -> None:
         self.clock = FakeClock()
         monkeypatch.setattr("conformance.bus.link.time", self.clock)
-        monkeypatch.setattr("conformance.bus.channel.time", self.clock)
+        monkeypatch.setattr("conformance.bus.patience.time", self.clock)
+        monkeypatch.setattr("conformance.bus.arrivals.time", self.clock)
         monkeypatch.setattr("can.bus.time", self.clock.time)
         self.bus = FakeBus(self.clock)
         self.link = Link(self.bus, "fake0")

@@ -6,6 +6,7 @@ from plugin_runs import case_ids, parsed, self_test, the_report
 from conformance.device.device import Device
 from conformance.run.afterwards import Restorer
 from conformance.run.dialogue import Dialogue
+from conformance.run.pauses import Pauses
 from conformance.running import ExitCode
 
 pytest_plugins = ["pytester"]
@@ -71,6 +72,21 @@ def test_mine(sdo):
     result = self_test(pytester, "test_mine.py")
     result.assert_outcomes(failed=1)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
+
+
+FAULTY = ("--fault=upload-toggle-ignored", "-k", "segmented-upload.toggle-first")
+
+
+def test_what_a_pause_of_the_bench_may_have_caused_is_no_failure(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    self_test(pytester, *FAULTY).assert_outcomes(failed=1)
+    monkeypatch.setattr(Pauses, "excuse", True)
+    result = self_test(pytester, *FAULTY, "--write-deviations=drafted.toml")
+    result.assert_outcomes(skipped=1)
+    assert result.ret == pytest.ExitCode.OK
+    assert "the bench itself was not running at times" in result.stdout.str()
+    assert "[[deviations]]" not in (pytester.path / "drafted.toml").read_text()
 
 
 NAMES = (

@@ -57,11 +57,15 @@ class Trials:
             converse(conversation, self._ground, self._sdo)
         except Violation as violation:
             failure = Failure(conversation, violation, self._session.frames)
+            excused = self._sdo.pauses.excuse
             self._recover()
+            if excused:
+                return None
             return failure if like in (None, failure.rule) else None
         except BenchError as error:
             self.bench_error, self.ended = error, True
         finally:
+            self._sdo.pauses.forget()
             self._keep_one_of_each()
         return None
 

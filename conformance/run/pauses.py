@@ -1,0 +1,102 @@
+"""When the bench itself was not running: what that may have brought about is not the device's.
+
+A server may give up a transfer whose client is silent. The suite answers within a millisecond, but
+a busy machine may keep it waiting: then the server is right, and the case says nothing about it.
+"""
+
+import time
+
+from conformance.device.device import NotTestable
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import Abort
+
+# The part of its declared time after which a server may have given up, as its clock goes.
+MAY_GIVE_UP = 0.75
+# Without a declared time: no server is known to give up sooner, in seconds.
+SHORTEST_TIMEOUT = 0.02
+NOT_JUDGED = (
+    "the bench itself was not running at times, as on a busy machine: what came of it is no fault "
+    "of the device, and the case has to be run again"
+)
+
+
+class Pauses:
+    """The silences of the bench within one case, in seconds of the monotonic clock.
+
+    ``active_at`` is when the last frame went or came; ``longest`` is the longest time from there to
+    the next one sent while a transfer was open. ``notes`` say what was met.
+    """
+
+    def __init__(self, server_timeout: float | None) -> None:
+        """``server_timeout`` is when the device gives up a silent client, None if not declared."""
+        self.active_at: float | None = None
+        self.longest = 0.0
+        self.notes: list[str] = []
+        self._declared = server_timeout is not None
+        self._limit = SHORTEST_TIMEOUT if server_timeout is None else server_timeout * MAY_GIVE_UP
+        self._told = False
+        self._given_up = False
+        self._deaf = False
+
+    def sent(self, *, within: bool) -> None:
+        """Take that a frame has just been sent, ``within`` a transfer or not, after a silence."""
+        now = time.monotonic()
+        if within and self.active_at is not None:
+            self.longest = max(self.longest, now - self.active_at)
+        self.active_at = now
+
+    def waited(self) -> None:
+        """Take that the silence up to now was meant: the server had to give up, or to go on."""
+        self.active_at = time.monotonic()
+
+    def received(self, data: bytes, arrived: float) -> None:
+        """Take a response, and when it arrived."""
+        if self.longest >= self._limit and is_timeout(data):
+            self._given_up = True
+        self.active_at = arrived
+
+    def missed(self, seconds: float) -> None:
+        """Take that an answer was not there, and that so much of the wait for it was missed."""
+        self._deaf = True
+        self.notes.append(
+            f"bench: it was not running for {seconds * 1000:.0f} ms while an answer was awaited"
+        )
+
+    def repeated(self, seconds: float) -> None:
+        """Take that a read was repeated because so much of the wait for its answer was missed."""
+        self.notes.append(
+            f"bench: it was not running for {seconds * 1000:.0f} ms while an answer was awaited; "
+            "the read was repeated"
+        )
+
+    @property
+    def excuse(self) -> bool:
+        """Whether what is wrong with the device from here on may be due to the bench."""
+        was_silent = self.longest >= self._limit and self._declared
+        if (was_silent or self._given_up) and not self._told:
+            self._told = True
+            self.notes.append(
+                f"bench: it was silent for {self.longest * 1000:.0f} ms, in which a server may "
+                "give up"
+            )
+        return was_silent or self._given_up or self._deaf
+
+    def excuses(self, data: bytes) -> bool:
+        """Whether a response that nobody asked for tells of a transfer that was given up."""
+        return self.longest >= self._limit and is_timeout(data)
+
+    def forget(self) -> None:
+        """Begin anew: what was met so far has been dealt with."""
+        self.longest = 0.0
+        self._told = self._given_up = self._deaf = False
+
+    def not_judged(self) -> NotTestable:
+        """Describe a case that says nothing about the device."""
+        return NotTestable(NOT_JUDGED)
+
+
+def is_timeout(data: bytes) -> bool:
+    """Say whether a response tells that the client was silent for too long."""
+    response = decode_response(data)
+    return isinstance(response, Abort) and response.code == AbortCode.TIMED_OUT

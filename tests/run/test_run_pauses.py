@@ -1,0 +1,140 @@
+"""What a pause of the bench brought about is a note of the case, never a failure."""
+
+import time
+from collections.abc import Callable
+
+import pytest
+from run_bench import BASELINE, HASTY, READ, TEXT, Scripted, discovered, recording, undiscovered
+
+from conformance.bus.channel import Channel
+from conformance.run.dialogue import Dialogue
+from conformance.run.pauses import Pauses
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import Abort, DownloadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import ANSWERED, Violation
+
+GAVE_UP = Abort(Multiplexer(0x2005), AbortCode.TIMED_OUT).encode()
+REFUSED = Abort(Multiplexer(0x2005), AbortCode.GENERAL_ERROR).encode()
+
+
+def silent(pauses: Pauses, seconds: float, *, within: bool = True) -> None:
+    """Let the bench send a frame, nothing for so many seconds, and another one."""
+    pauses.sent(within=within)
+    assert pauses.active_at is not None
+    pauses.active_at -= seconds
+    pauses.sent(within=within)
+
+
+@pytest.mark.parametrize(
+    ("declared", "seconds", "response", "excused"),
+    [
+        (1.0, 0.9, REFUSED, True),  # it may be anything that a server says that has given up
+        (1.0, 0.6, GAVE_UP, False),  # the case slow-client waits for half the time
+        (1.0, 0.9, GAVE_UP, True),
+        (None, 0.1, GAVE_UP, True),
+        (None, 0.1, REFUSED, False),
+        (None, 0.001, GAVE_UP, False),
+    ],
+)
+def test_what_a_silence_of_the_bench_excuses(
+    declared: float | None, seconds: float, response: bytes, excused: bool
+) -> None:
+    pauses = Pauses(declared)
+    silent(pauses, seconds)
+    pauses.received(response, time.monotonic())
+    assert pauses.excuse is excused
+    assert len(pauses.notes) == excused
+    pauses.forget()
+    assert not pauses.excuse
+
+
+def test_between_transfers_nobody_gives_up() -> None:
+    pauses = Pauses(1.0)
+    silent(pauses, 5.0, within=False)
+    assert not pauses.excuse
+
+
+def test_a_silence_that_the_server_was_to_end_is_no_pause() -> None:
+    pauses = Pauses(1.0)
+    pauses.sent(within=True)
+    assert pauses.active_at is not None
+    pauses.active_at -= 5.0
+    pauses.waited()
+    pauses.sent(within=True)
+    assert not pauses.excuse
+
+
+def in_doubt(monkeypatch: pytest.MonkeyPatch, waits: int) -> None:
+    """Let the first waits of any channel end in doubt."""
+    left = [waits]
+    receive = Channel.receive
+
+    def doubtful(self: Channel, timeout: float | None = None) -> CanFrame | None:
+        frame = receive(self, timeout)
+        if frame is None and left[0]:
+            left[0] -= 1
+            self.waited_again = self.in_doubt = True
+            self.missed = 0.5
+        return frame
+
+    monkeypatch.setattr(Channel, "receive", doubtful)
+
+
+def answering(from_the: int) -> Callable[[bytes], list[bytes]]:
+    """Return what a node does that answers only from the nth request on."""
+    seen: list[bytes] = []
+
+    def answers(data: bytes) -> list[bytes]:
+        seen.append(data)
+        return [BASELINE] if len(seen) >= from_the else []
+
+    return answers
+
+
+def test_a_read_is_repeated_once_when_its_answer_may_have_been_missed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    in_doubt(monkeypatch, 1)
+    node = Scripted(answering(2))
+    with undiscovered(node, timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        sdo.send(READ)
+        assert sdo.receive() == BASELINE
+    assert node.requests == [READ, READ]
+    assert "the read was repeated" in sdo.pauses.notes[-1]
+
+
+def test_nothing_else_is_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_doubt(monkeypatch, 9)
+    node = Scripted(lambda data: [])
+    with undiscovered(node, timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        sdo.send(DownloadInitiate.with_size(TEXT.mux, 5))
+        with pytest.raises(Violation):
+            sdo.receive()
+        assert sdo.pauses.excuse
+    assert len(node.requests) == 1
+
+
+def test_a_silence_that_is_certain_is_the_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    in_doubt(monkeypatch, 0)
+    with undiscovered(Scripted(lambda data: []), timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        sdo.send(READ)
+        with pytest.raises(Violation) as raised:
+            sdo.receive()
+        assert raised.value.rule is ANSWERED
+        assert not sdo.pauses.excuse
+
+
+def test_a_transfer_that_was_given_up_does_not_disturb_a_fence() -> None:
+    with discovered(recording()) as bench:
+        sdo: Dialogue = bench.dialogue()
+        silent(sdo.pauses, 0.5)
+        bench.send_from_elsewhere(CanFrame(0x585, GAVE_UP))
+        assert sdo.fence() == []
+        sdo.pauses.forget()
+        bench.send_from_elsewhere(CanFrame(0x585, GAVE_UP))
+        assert sdo.fence() == [GAVE_UP]
