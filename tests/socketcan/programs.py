@@ -1,9 +1,11 @@
 """The programs of these tests, each a process of its own: devices, runs of the suite, and ip."""
 
 import os
+import queue
 import runpy
 import subprocess
 import sys
+import threading
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -18,8 +20,9 @@ FLEET = ROOT / "tests" / "fleet"
 CHANNEL = "vcan0"
 NODE_ID = 5
 REFERENCE = ("-m", "conformance", "serve")
-# Seconds; far more than anything takes where the processor is emulated.
-LIMIT = 400
+# A program of which nothing has come for so many seconds hangs: how long it may take in all depends
+# on the machine, where the processor is emulated more than ever.
+QUIET = 1200
 RESPONSE_TIMEOUT = 2
 # Importing other plugins would take longer there than many a run.
 ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
@@ -45,6 +48,27 @@ def lines(process: subprocess.Popen[str]) -> IO[str]:
     return process.stdout
 
 
+def read_to_end(process: subprocess.Popen[str]) -> str:
+    """Return what a process prints from now on until it ends; one that hangs is a failure."""
+    printed: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+
+    def read() -> None:
+        for line in lines(process):
+            printed.put(line)
+        printed.put(None)
+
+    threading.Thread(target=read, daemon=True).start()
+    text = []
+    try:
+        while (line := printed.get(timeout=QUIET)) is not None:
+            text.append(line)
+        process.wait(QUIET)
+    except (queue.Empty, subprocess.TimeoutExpired):
+        process.kill()
+        raise AssertionError(f"nothing came for {QUIET} s behind:\n{''.join(text)}") from None
+    return "".join(text)
+
+
 @contextmanager
 def serving(*program: str, errors: Path, node_id: int = NODE_ID) -> Iterator[subprocess.Popen[str]]:
     """Run a device until the end of the block; when that begins, it serves.
@@ -62,7 +86,7 @@ def serving(*program: str, errors: Path, node_id: int = NODE_ID) -> Iterator[sub
             yield process
         finally:
             process.terminate()
-            process.wait(LIMIT)
+            process.wait(QUIET)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +130,7 @@ def start_suite(
 def suite(folder: Path, *options: str, node_id: int = NODE_ID, channel: str = CHANNEL) -> Run:
     """Run the suite."""
     with start_suite(folder, *options, node_id=node_id, channel=channel) as process:
-        output, _ = process.communicate(timeout=LIMIT)
+        output = read_to_end(process)
         return Run(process.returncode, output, folder)
 
 
@@ -130,5 +154,5 @@ def set_interface(state: str) -> None:
     """Set vcan0 up or down."""
     privilege = [] if os.geteuid() == 0 else ["sudo", "--non-interactive"]
     subprocess.run(  # noqa: S603 - nothing but "up" and "down" comes from outside
-        [*privilege, "ip", "link", "set", "dev", CHANNEL, state], check=True, timeout=LIMIT
+        [*privilege, "ip", "link", "set", "dev", CHANNEL, state], check=True, timeout=QUIET
     )

@@ -11,7 +11,16 @@ from conformance.collection import CASES
 from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.running import ExitCode
 
-from .programs import LIMIT, REFERENCE, lines, named, serving, set_interface, start_suite
+from .programs import (
+    QUIET,
+    REFERENCE,
+    lines,
+    named,
+    read_to_end,
+    serving,
+    set_interface,
+    start_suite,
+)
 
 
 @pytest.fixture
@@ -33,8 +42,7 @@ def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
     with start_suite(tmp_path / "reports", *named(REFERENCE_OBJECTS), cases) as process:
         begun = next(line for line in lines(process) if "PASSED" in line)
         set_interface("down")
-        rest, _ = process.communicate(timeout=LIMIT)
-    output = begun + rest
+        output = begun + read_to_end(process)
     assert process.returncode == ExitCode.BENCH_ERROR, output
     assert "socketcan vcan0 failed in the middle of the run: " in output
     assert "Network is down" in output
@@ -46,5 +54,5 @@ def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
 
 def test_the_reference_server_ends(server: subprocess.Popen[str], errors: Path) -> None:
     set_interface("down")
-    assert server.wait(LIMIT) == 1
+    assert server.wait(QUIET) == 1
     assert re.fullmatch(r"conformance: .*Network is down.*\n", errors.read_text())

@@ -16,7 +16,7 @@ from .programs import CHANNEL, NODE_ID
 
 FRAME = struct.Struct("=IB3x8s")
 # Seconds; on a vcan nothing is on its way for long.
-PATIENCE = 10
+PATIENCE = 120
 # As many frames as a block of a block transfer has at most.
 BURST = [CanFrame(0x580 + NODE_ID, bytes([number, *range(7)])) for number in range(1, 128)]
 LAST = CanFrame(0x580 + NODE_ID, b"the last")
