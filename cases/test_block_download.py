@@ -6,6 +6,7 @@ from conformance.run.begun import lose_segment
 from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import LOST_SEGMENT
 from conformance.run.steps import same_value, shown
 from conformance.run.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.sdo.abort_codes import AbortCode
@@ -106,6 +107,7 @@ def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     "5-covers",
     "8-ackseq",
     "8-break-moment",
+    risk=LOST_SEGMENT,
     lost={"first": (2, 0), "middle": (3, 1), "before-last": (5, 3)},
 )
 def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> None:
@@ -123,7 +125,7 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     sdo.expect_value(variable, gap.data)
 
 
-@must("block-download.lost-twice", "B8", "B6", "B7", "8-ackseq")
+@must("block-download.lost-twice", "B8", "B6", "B7", "8-ackseq", risk=LOST_SEGMENT)
 def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     """What is sent again may get lost again."""
     gap = lose_segment(sdo, variable, 28, 2)
@@ -138,7 +140,7 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, gap.data)
 
 
-@may("block-download.repeated-segment", "B10")
+@may("block-download.repeated-segment", "B10", risk=LOST_SEGMENT)
 def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     """A segment that comes twice is ignored or taken for a gap; it is not stored twice."""
     data = sdo.payload(21)
@@ -167,7 +169,7 @@ def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.sequence-zero", "B5")
+@may("block-download.sequence-zero", "B5", risk=LOST_SEGMENT)
 def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
     """Sequence number 0 is none: the segment is refused or dropped, never stored."""
     data = sdo.payload(14)

@@ -6,6 +6,7 @@ from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
 from conformance.run.initiates import INITIATES, Initiate
+from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_response
@@ -62,7 +63,7 @@ def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.old-numbers", "B9", clause=SERVICE)
+@may("block-download.old-numbers", "B9", clause=SERVICE, risk=LOST_SEGMENT)
 def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     """What comes again under its old numbers is discarded or refused, or stored as what it is."""
     gap = lose_segment(sdo, variable, 28, 2)
@@ -86,7 +87,7 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, gap.data)
 
 
-@may("block-download.beyond-block-size", "B11")
+@may("block-download.beyond-block-size", "B11", risk=LOST_SEGMENT)
 def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
     """A number beyond the block size is none: the segment is refused or dropped, never stored."""
     sdo.store(text, sdo.payload(14))
@@ -148,7 +149,7 @@ def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_abort(*WRONG_END, of=text)
 
 
-@may("block-download.last-segment-repeated", "E8", clause=SUB_BLOCK)
+@may("block-download.last-segment-repeated", "E8", clause=SUB_BLOCK, risk=LOST_SEGMENT)
 def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
     """A last segment that comes again, as after a lost acknowledgement, is not stored twice.
 

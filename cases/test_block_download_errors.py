@@ -5,6 +5,7 @@ from conformance.device.objects import KnownObject
 from conformance.run.begun import begin_block_download
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -118,7 +119,7 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
-@must("block-download.foreign-at-end", "E7", request=FOREIGN_AT_END)
+@must("block-download.foreign-at-end", "E7", risk=risk_of_request, request=FOREIGN_AT_END)
 def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     """A request of another service where the end is due ends the download with 05040001h."""
     sdo.store(text, sdo.payload(14))

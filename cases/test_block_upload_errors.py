@@ -5,6 +5,7 @@ from conformance.device.objects import KnownObject
 from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
@@ -57,7 +58,7 @@ def test_not_started(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_dead(BlockUploadStart())
 
 
-@must("block-upload.foreign", "F11", request=FOREIGN)
+@must("block-upload.foreign", "F11", risk=risk_of_request, request=FOREIGN)
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 1)

@@ -14,6 +14,7 @@ from conformance.run.channel_steps import (
     TEST_CHANNELS,
 )
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import EXTENDED
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -281,7 +282,7 @@ def test_dynamic(sdo: Dialogue) -> None:
         other.fence()
 
 
-@must("channel.extended", "P6")
+@must("channel.extended", "P6", risk=EXTENDED)
 def test_extended(sdo: Dialogue) -> None:
     """A channel with 29-bit CAN-IDs serves on these; a device that cannot refuses bit 29."""
     (index,) = sdo.require_further()
@@ -298,7 +299,7 @@ def test_extended(sdo: Dialogue) -> None:
         expect_cob_id(other, index, REQUEST, LONG_CHANNEL.request)
 
 
-@must("channel.extended-is-another", "1.1-extended", clause=RECORD)
+@must("channel.extended-is-another", "1.1-extended", clause=RECORD, risk=EXTENDED)
 def test_extended_is_another(sdo: Dialogue) -> None:
     """A 29-bit frame with the number of an 11-bit request identifier is no request of it."""
     with sdo.further() as other:

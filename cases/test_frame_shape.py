@@ -4,6 +4,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, De
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import EXTENDED, REMOTE, of_length
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
@@ -55,7 +56,7 @@ def test_other_node(sdo: Dialogue, device: Device, bit: int) -> None:
     sdo.expect_nothing()
 
 
-@must("frame.remote", "1.1-remote", dlc=[0, 8])
+@must("frame.remote", "1.1-remote", risk=REMOTE, dlc=[0, 8])
 def test_remote(sdo: Dialogue, dlc: int) -> None:
     """A remote frame carries no request: nothing may be served in answer to it."""
     sdo.upload(VENDOR_ID)
@@ -64,7 +65,7 @@ def test_remote(sdo: Dialogue, dlc: int) -> None:
     sdo.expect_silence_or_abort()
 
 
-@should("frame.remote-ignored", "1.1-remote-ignored")
+@should("frame.remote-ignored", "1.1-remote-ignored", risk=REMOTE)
 def test_remote_ignored(sdo: Dialogue) -> None:
     """A remote frame on the request identifier is ignored."""
     sdo.upload(VENDOR_ID)
@@ -73,7 +74,7 @@ def test_remote_ignored(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@should("frame.extended-ignored", "1.1-extended")
+@should("frame.extended-ignored", "1.1-extended", risk=EXTENDED)
 def test_extended_ignored(sdo: Dialogue) -> None:
     """A 29-bit identifier of the same number is another identifier: the frame is ignored."""
     request = sdo.channel.ids.request
@@ -83,7 +84,7 @@ def test_extended_ignored(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@may("frame.short", "3.9-initiate", dlc=[0, 1, 2, 3, 4, 5, 6, 7])
+@may("frame.short", "3.9-initiate", risk=of_length, dlc=[0, 1, 2, 3, 4, 5, 6, 7])
 def test_short(sdo: Dialogue, dlc: int) -> None:
     """A request of fewer than 8 bytes is ignored, refused or, when whole, served rightly.
 
@@ -105,7 +106,12 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
         raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", describe_response(answer))
 
 
-@may("frame.short-download", "3.9-download-cut", lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)})
+@may(
+    "frame.short-download",
+    "3.9-download-cut",
+    risk=lambda lengths: of_length(lengths[1]),
+    lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)},
+)
 def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
     """A download whose data is cut off must not change the object."""
     length, dlc = lengths
@@ -118,7 +124,12 @@ def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int])
             raise sdo.breach("no answer, or an abort", describe_response(answer))
 
 
-@may("frame.short-download-whole", "3.9-download-whole", length=[1, 2])
+@may(
+    "frame.short-download-whole",
+    "3.9-download-whole",
+    risk=lambda length: of_length(4 + length),
+    length=[1, 2],
+)
 def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> None:
     """A short download that holds all its data may be served; if so, it is stored rightly."""
     known = device.number(length)
@@ -130,7 +141,7 @@ def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> Non
     sdo.expect_value(known, wanted if served else before)
 
 
-@may("frame.short-segment", "3.9-segment", dlc=[1, 4])
+@may("frame.short-segment", "3.9-segment", risk=of_length, dlc=[1, 4])
 def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
     """A segment that is cut off must not complete a download."""
     sdo.store(text, sdo.payload(14))
@@ -143,7 +154,7 @@ def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
             raise sdo.breach("no answer, or an abort", describe_response(answer))
 
 
-@may("frame.short-segment-request", "U13", dlc=[1, 4, 7])
+@may("frame.short-segment-request", "U13", risk=of_length, dlc=[1, 4, 7])
 def test_short_segment_request(sdo: Dialogue, dlc: int) -> None:
     """A request for a segment that is cut short brings the segment that is due, or no data."""
     known, data = sdo.long_object()
@@ -160,7 +171,7 @@ def test_short_segment_request(sdo: Dialogue, dlc: int) -> None:
         raise sdo.breach(f"the first segment of {known}, or no data", describe_response(answer))
 
 
-@may("frame.short-block-segment", "B13", dlc=[1, 4])
+@may("frame.short-block-segment", "B13", risk=of_length, dlc=[1, 4])
 def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
     """A segment of a block download that is cut off must not complete it.
 
@@ -177,7 +188,7 @@ def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None
                 raise sdo.breach("an abort of the end, or no answer", describe_response(answer))
 
 
-@may("frame.short-abort", "3.9-abort")
+@may("frame.short-abort", "3.9-abort", risk=of_length(4))
 def test_short_abort(sdo: Dialogue) -> None:
     """An abort of 4 bytes may end a transfer or be ignored; it is not served."""
     known, _ = sdo.long_object()

@@ -8,6 +8,7 @@ from conformance.device.objects import KnownObject
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.matrix.perform import perform
+from conformance.run.matrix.risks import in_sub_block, of_stimulus
 from conformance.run.matrix.stimuli import (
     NEXT_SUB_BLOCK_STIMULI,
     STIMULI,
@@ -18,13 +19,13 @@ from conformance.run.matrix.stimuli import (
 ROWS = ("2.13-specifier", "2.13-one-response", "2.13-no-response", "3.11-idle")
 
 
-@must("matrix.idle", *ROWS, stimulus=STIMULI)
+@must("matrix.idle", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_idle(sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus) -> None:
     """Without a transfer, each frame gets one of the answers that are allowed there."""
     perform("idle", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-first", *ROWS, stimulus=STIMULI)
+@must("matrix.segmented-download-first", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_download_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -32,7 +33,7 @@ def test_segmented_download_first(
     perform("segmented-download-first", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-middle", *ROWS, stimulus=STIMULI)
+@must("matrix.segmented-download-middle", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_download_middle(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -40,7 +41,7 @@ def test_segmented_download_middle(
     perform("segmented-download-middle", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-last", *ROWS, stimulus=STIMULI)
+@must("matrix.segmented-download-last", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_download_last(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -48,7 +49,7 @@ def test_segmented_download_last(
     perform("segmented-download-last", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-first", *ROWS, stimulus=STIMULI)
+@must("matrix.segmented-upload-first", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_upload_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -56,7 +57,7 @@ def test_segmented_upload_first(
     perform("segmented-upload-first", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-middle", *ROWS, stimulus=STIMULI)
+@must("matrix.segmented-upload-middle", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_upload_middle(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -64,7 +65,7 @@ def test_segmented_upload_middle(
     perform("segmented-upload-middle", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-last", *ROWS, stimulus=STIMULI)
+@must("matrix.segmented-upload-last", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_upload_last(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -72,7 +73,7 @@ def test_segmented_upload_last(
     perform("segmented-upload-last", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-first", *ROWS, stimulus=SUB_BLOCK_STIMULI)
+@must("matrix.block-download-first", *ROWS, risk=in_sub_block(1), stimulus=SUB_BLOCK_STIMULI)
 def test_block_download_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -80,7 +81,7 @@ def test_block_download_first(
     perform("block-download-first", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-inside", *ROWS, stimulus=SUB_BLOCK_STIMULI)
+@must("matrix.block-download-inside", *ROWS, risk=in_sub_block(2), stimulus=SUB_BLOCK_STIMULI)
 def test_block_download_inside(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -88,7 +89,12 @@ def test_block_download_inside(
     perform("block-download-inside", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-between", *ROWS, stimulus=NEXT_SUB_BLOCK_STIMULI)
+@must(
+    "matrix.block-download-between",
+    *ROWS,
+    risk=in_sub_block(1),
+    stimulus=NEXT_SUB_BLOCK_STIMULI,
+)
 def test_block_download_between(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -96,7 +102,7 @@ def test_block_download_between(
     perform("block-download-between", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-end", *ROWS, stimulus=STIMULI)
+@must("matrix.block-download-end", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_block_download_end(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -104,7 +110,7 @@ def test_block_download_end(
     perform("block-download-end", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-initiated", *ROWS, stimulus=STIMULI)
+@must("matrix.block-upload-initiated", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_initiated(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -112,7 +118,7 @@ def test_block_upload_initiated(
     perform("block-upload-initiated", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-between", *ROWS, stimulus=STIMULI)
+@must("matrix.block-upload-between", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_between(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -120,7 +126,7 @@ def test_block_upload_between(
     perform("block-upload-between", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-sent", *ROWS, stimulus=STIMULI)
+@must("matrix.block-upload-sent", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_sent(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -128,7 +134,7 @@ def test_block_upload_sent(
     perform("block-upload-sent", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-end", *ROWS, stimulus=STIMULI)
+@must("matrix.block-upload-end", *ROWS, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_end(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:

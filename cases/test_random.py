@@ -7,6 +7,7 @@ reports, and tried first by the next run.
 from conformance.run.case import must
 from conformance.run.conversations import strategies
 from conformance.run.conversations.search import Search
+from conformance.run.risks import ANYTHING, LOST_SEGMENT
 
 
 @must("random.segmented-transfers", "2.13-size", "2.13-toggle", "2.13-last-segment")
@@ -15,7 +16,7 @@ def test_segmented_transfers(conversations: Search) -> None:
     conversations.run(strategies.segmented_transfers)
 
 
-@must("random.block-transfers", "2.13-size", "2.13-sequence", "2.13-crc")
+@must("random.block-transfers", "2.13-size", "2.13-sequence", "2.13-crc", risk=LOST_SEGMENT)
 def test_block_transfers(conversations: Search) -> None:
     """Block transfers carry the value, however segments get lost, repeated or late."""
     conversations.run(strategies.block_transfers)
@@ -33,7 +34,7 @@ def test_interrupted(conversations: Search) -> None:
     conversations.run(strategies.interrupted)
 
 
-@must("random.soup", "2.13-specifier", "2.13-one-response", "2.13-no-response")
+@must("random.soup", "2.13-specifier", "2.13-one-response", "2.13-no-response", risk=ANYTHING)
 def test_soup(conversations: Search) -> None:
     """Frames that are almost right get answers that are allowed for what they are."""
     conversations.run(strategies.soup)

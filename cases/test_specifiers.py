@@ -6,6 +6,7 @@ from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
 from conformance.run.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
@@ -21,14 +22,20 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message
 
 
-@must("specifier.unknown", "I6", request=UNKNOWN_SPECIFIERS)
+@must("specifier.unknown", "I6", risk=UNKNOWN_SPECIFIER, request=UNKNOWN_SPECIFIERS)
 def test_unknown(sdo: Dialogue, request: bytes) -> None:
     """A command specifier that is not defined is aborted with 05040001h."""
     sdo.send(request)
     sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
 
 
-@must("specifier.unknown-is-over", "I6", "3.11-idle", request=UNKNOWN_SPECIFIERS)
+@must(
+    "specifier.unknown-is-over",
+    "I6",
+    "3.11-idle",
+    risk=UNKNOWN_SPECIFIER,
+    request=UNKNOWN_SPECIFIERS,
+)
 def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     """After an undefined command specifier the next request is served."""
     due = sdo.upload(VENDOR_ID)
@@ -37,7 +44,7 @@ def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_value(VENDOR_ID, due)
 
 
-@may("specifier.out-of-block", "I9", "O5", "O6", request=BLOCK_FRAMES)
+@may("specifier.out-of-block", "I9", "O5", "O6", risk=risk_of_request, request=BLOCK_FRAMES)
 def test_out_of_block(sdo: Dialogue, request: Message) -> None:
     """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
     sdo.send(request)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from conformance.device.device import VENDOR_ID
-from conformance.run.begun import STATES, Begun
+from conformance.run.begun import STATES, Begun, risk_of_state
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.steps import shown
@@ -12,7 +12,7 @@ from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
 
 
-@must("vanished-client.next-transfer", "3.11-idle", "O9", state=STATES)
+@must("vanished-client.next-transfer", "3.11-idle", "O9", risk=risk_of_state, state=STATES)
 def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> None:
     """What a client left running does not keep the server from the next transfer.
 

@@ -7,13 +7,13 @@ import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost, SilentNode, SuiteError
 from conformance.device.known_deviations import write_deviations
-from conformance.outcome import NOT_RUN, Evidence, SummaryTerminal
+from conformance.outcome import Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
 from conformance.reporting.junit import write_junit
 from conformance.reporting.summary import (
-    counted,
     device_lines,
     found_lines,
+    not_run_lines,
     run_properties,
     summary_lines,
 )
@@ -48,8 +48,9 @@ class Closing:
 
     def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
         """Show what passed with a remark apart from what passed."""
-        if ("verdict", NOT_RUN) in report.user_properties:
-            return "", "", ""
+        if ("verdict", Verdict.NOT_RUN.value) in report.user_properties:
+            # They are counted with their reason, and not among those that were skipped.
+            return "", "", "NOT RUN" if report.when == "setup" else ""
         values = getattr(report, "conformance", None)
         if values is None or not report.passed:
             return None
@@ -65,14 +66,26 @@ class Closing:
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write the reports, and settle the exit status."""
         state, findings = self._state, self._state.findings
+        state.results += findings.unreached
         state.results.sort(key=lambda result: state.options.node_ids.index(result.node_id))
         if self._controller is not None:
             merge_logs(self._logs_of_workers(self._controller), state.bus_log)
         if state.results:
+            self._write_junit()
+            if state.options.draft is not None:
+                self._draft(state.options.draft)
+        if findings.bench_errors:
+            session.exitstatus = _exit_code(findings.bench_errors)
+        elif session.exitstatus == pytest.ExitCode.OK and findings.unjudged:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def _write_junit(self) -> None:
+        state, findings = self._state, self._state.findings
+        properties = run_properties(state.options.run) | findings.properties
+        if findings.unrestored:
+            properties["not-restored"] = "; ".join(findings.unrestored)
+        try:
             state.report_dir.mkdir(parents=True, exist_ok=True)
-            properties = run_properties(state.options.run) | findings.properties
-            if findings.unrestored:
-                properties["not-restored"] = "; ".join(findings.unrestored)
             write_junit(
                 state.report_dir / "junit.xml",
                 state.results,
@@ -80,12 +93,8 @@ class Closing:
                 timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
                 strict=state.options.strict,
             )
-            if state.options.draft is not None:
-                self._draft(state.options.draft)
-        if findings.bench_errors:
-            session.exitstatus = _exit_code(findings.bench_errors)
-        elif session.exitstatus == pytest.ExitCode.OK and findings.unjudged:
-            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+        except OSError as error:
+            findings.bench_errors.append(BenchError(f"The report cannot be written: {error}."))
 
     def _draft(self, path: Path) -> None:
         drafted = draft(self._state.results, strict=self._state.options.strict)
@@ -117,14 +126,15 @@ class Closing:
             terminalreporter.section("the bench", red=True)
             for error in dict.fromkeys(map(str, findings.bench_errors)):
                 write(error)
-        for node_id, cases in findings.not_run.items():
-            write(f"not run: {counted(cases)} of node {node_id}: {findings.out[node_id]}")
+        for line in not_run_lines(self._state.results):
+            write(line)
 
     def _summary(self) -> Iterator[str]:
         state = self._state
-        yield from device_lines(state.options.node_ids, state.results, state.findings.not_run)
+        yield from device_lines(state.options.node_ids, state.results)
         yield from found_lines(state.findings.properties)
         yield from summary_lines(state.results)
+        yield from state.findings.stopped
         unexplained = [known for known in state.options.deviations if not known.is_explained]
         if unexplained:
             yield f"{len(unexplained)} known deviations lack a reason: say why they may stay"

@@ -12,6 +12,7 @@ from conformance.device.listing import Listing
 from conformance.outcome import CaseFailed
 from conformance.parcels import BUNDLED, Bundle
 from conformance.run.case import CaseInfo, case_info
+from conformance.run.risks import Risk
 
 _BESIDE = Path(__file__).parent / "cases"
 CASES = _BESIDE if _BESIDE.is_dir() else Path(__file__).parent.parent / "cases"
@@ -68,11 +69,12 @@ def _own_signature(function: Callable[..., object], given: tuple[str, ...]) -> S
 
 
 class CaseFunction(pytest.Function):
-    """One case on one device."""
+    """One case on one device; ``risk`` is what it sends that the device may not survive."""
 
     case: CaseInfo
     case_id: str
     node_id: int
+    risk: Risk | None
 
     @cached_property
     def ihook(self) -> Any:
@@ -152,17 +154,24 @@ def _items(
             suffix = "" if alone else f"@{node_id}"
             item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
             item.case, item.case_id, item.node_id = info, case_id, node_id
+            item.risk = info.risk_of(arguments)
             if info.slow:
                 item.add_marker(SLOW)
             yield item
 
 
-def ordered(items: Iterable[pytest.Item]) -> list[pytest.Item]:
-    """Sort items: device by device, and what judges a whole run behind its other cases."""
+def ordered(items: Iterable[pytest.Item], *, by_risk: bool = True) -> list[pytest.Item]:
+    """Sort items: device by device, and what judges a whole run behind its other cases.
 
-    def place(item: pytest.Item) -> tuple[int, bool]:
+    What a device may not survive comes behind what it will (see ``run.risks``), the riskiest last:
+    a device that is lost has been tested before. ``by_risk`` is for a run; a list that is read
+    keeps the cases of a file together.
+    """
+
+    def place(item: pytest.Item) -> tuple[int, bool, int]:
         if not isinstance(item, CaseFunction):
-            return (0, False)
-        return (item.node_id, WHOLE_RUN in item.fixturenames)
+            return (0, False, 0)
+        kind = item.risk.kind if item.risk is not None and by_risk else 0
+        return (item.node_id, WHOLE_RUN in item.fixturenames, kind)
 
     return sorted(items, key=place)

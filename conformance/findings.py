@@ -1,11 +1,11 @@
 """What a process found beside the results of its cases: told to the user, and between processes."""
 
-from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any
 
 from conformance.bus.errors import BenchError, error_named
 from conformance.run.session import DeviceSession
+from conformance.run.verdict import CaseResult
 
 
 @dataclass(slots=True)
@@ -13,8 +13,9 @@ class Findings:
     """What counts for the exit status and the summary though no case says it.
 
     ``unjudged`` are late answers that no selected case has judged, ``unrestored`` lines that say
-    what to write back by hand; ``out`` says why a device could not be tested any further, and
-    ``not_run`` how many of its cases that leaves;
+    what to write back by hand; ``out`` says why a device could not be tested any further;
+    ``unreached`` are cases that a run did not come to, because it was ended before; ``stopped``
+    says what has stopped a device that was brought back;
     ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
     """
 
@@ -23,7 +24,8 @@ class Findings:
     unjudged: list[str] = field(default_factory=list)
     unrestored: list[str] = field(default_factory=list)
     out: dict[int, str] = field(default_factory=dict)
-    not_run: Counter[int] = field(default_factory=Counter)
+    unreached: list[CaseResult] = field(default_factory=list)
+    stopped: list[str] = field(default_factory=list)
     wrong_use: str = ""
 
     def close(self, session: DeviceSession, *, judged: int) -> None:
@@ -48,7 +50,8 @@ class Findings:
             "unjudged": self.unjudged,
             "unrestored": self.unrestored,
             "out": self.out,
-            "not_run": dict(self.not_run),
+            "unreached": [result.as_dict() for result in self.unreached],
+            "stopped": self.stopped,
             "wrong_use": self.wrong_use,
         }
 
@@ -59,5 +62,6 @@ class Findings:
         self.unjudged += values["unjudged"]
         self.unrestored += values["unrestored"]
         self.out |= values["out"]
-        self.not_run.update(values["not_run"])
+        self.unreached += map(CaseResult.from_dict, values["unreached"])
+        self.stopped += values["stopped"]
         self.wrong_use = self.wrong_use or values["wrong_use"]

@@ -9,9 +9,6 @@ from conformance.bus.errors import BenchError
 from conformance.run.evidence import evidence_text
 from conformance.run.verdict import CaseResult, Verdict
 
-# What pytest is told of a case that was left out; it is shown in the row of its device alone.
-NOT_RUN = "not run"
-
 
 class CaseFailed(Exception):
     """A device broke a rule."""
@@ -83,9 +80,14 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
     ]
 
 
-def attach_not_run(item: pytest.Item, case_id: str) -> None:
-    """Give an item that was begun, but left out, the properties that ``--junitxml`` writes."""
-    item.user_properties += [("id", case_id), ("verdict", NOT_RUN)]
+def attach_not_run(item: pytest.Item, result: CaseResult) -> None:
+    """Give an item that was left out the properties that ``--junitxml`` writes."""
+    item.user_properties += [
+        ("id", result.case_id),
+        ("node-id", str(result.node_id)),
+        ("verdict", result.verdict.value),
+        ("actual", result.actual),
+    ]
 
 
 def end_with(result: CaseResult, error: BaseException | None, *, strict: bool) -> None:

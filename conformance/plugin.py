@@ -105,9 +105,12 @@ def pytest_pycollect_makeitem(
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Order the cases; a worker keeps those that are left to it."""
+    """Order the cases; a worker keeps those that are left to it.
+
+    A list of cases is read, and keeps each file together.
+    """
     state = config.stash.get(STATE, None)
-    items[:] = ordered(items)
+    items[:] = ordered(items, by_risk=not config.option.collectonly)
     if state is not None and state.options.share.worker:
         items[:] = [
             item for place, item in enumerate(items) if is_left_to(state.options, item, place)

@@ -1,5 +1,6 @@
 """A run within pytest: the bench is opened, each case judged; ``closing`` reports on it."""
 
+from collections import defaultdict
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager
 from enum import IntEnum
@@ -7,13 +8,12 @@ from enum import IntEnum
 import pytest
 
 from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError
-from conformance.bus.link import Captured
+from conformance.bus.link import Captured, Direction
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
 from conformance.device.known_deviations import unknown_case
 from conformance.faults.hosting import simulated_bus, virtual_host
 from conformance.outcome import (
-    NOT_RUN,
     CaseFailed,
     Evidence,
     attach,
@@ -24,9 +24,10 @@ from conformance.reporting.bus_log import BusLog
 from conformance.reporting.summary import device_properties
 from conformance.run.accounting import account
 from conformance.run.bench import Bench
+from conformance.run.losses import MOST_IN_A_ROW, Losses
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
-from conformance.state import CASE_RUN, RESULT, RunState, case_of, uses_device
+from conformance.state import CASE_RUN, REACHED, RESULT, RunState, case_of, left_out, uses_device
 from conformance.suite_errors import (
     comes_from_here,
     conclude,
@@ -56,7 +57,8 @@ class Running:
         """Take the state; nothing is opened before the first case."""
         self._config = config
         self._state = state
-        self._has_run = False
+        self._has_begun = False
+        self._losses: defaultdict[int, Losses] = defaultdict(Losses)
 
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
@@ -84,6 +86,7 @@ class Running:
         wanted = any(uses_device(item) for item in session.items)
         if not wanted or self._config.option.collectonly or session.testsfailed:
             return
+        self._has_begun = True
         try:
             self._open()
         except BenchError as error:
@@ -147,25 +150,24 @@ class Running:
     # Cases
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_protocol(
-        self, item: pytest.Item, nextitem: pytest.Item | None
-    ) -> bool | None:
-        """Leave out the cases of a device that cannot be tested any further."""
-        if self._why_out(item) is None:
-            self._has_run = True
-            return None
-        self._state.findings.not_run[case_of(item).node_id] += 1
-        # What the last case has left set up is for this module; if another one follows, pytest has
-        # to tear it down: then the case is begun, and skipped.
-        another = nextitem is not None and nextitem.parent is not item.parent
-        return None if self._has_run and another else True
+    def pytest_runtest_protocol(self, item: pytest.Item) -> None:
+        """Note that the run has come to a case."""
+        item.stash[REACHED] = True
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        """Skip a case that was begun though it is left out."""
+        """Skip the cases of a device that is out of the run, and those that would stop it again."""
+        if not uses_device(item):
+            return
+        case = case_of(item)
         why = self._why_out(item)
         if why is not None:
-            pytest.skip(f"{NOT_RUN}: {why}")
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, why)
+        elif stopped := self._losses[case.node_id].why_not(case.case_id, case.risk):
+            item.stash[RESULT] = left_out(case, Verdict.NOT_TESTABLE, stopped)
+        else:
+            return
+        pytest.skip(f"{item.stash[RESULT].verdict.value}: {item.stash[RESULT].actual}")
 
     def _why_out(self, item: pytest.Item) -> str | None:
         """Say why the device of a case is not tested any further; None where it is."""
@@ -196,7 +198,7 @@ class Running:
         told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
         result = conclude(item, run, NotTestable(str(error)) if told else error)
         state = self._state
-        self._look_after(state.session(result.node_id), result, run)
+        self._look_after(item, state.session(result.node_id), result, run)
         account(result, state.options.deviations, strict=state.options.strict)
         item.stash[RESULT] = result
         attach(item, result)
@@ -208,16 +210,24 @@ class Running:
         end_with(result, run.bench_error or error, strict=state.options.strict)
         return outcome
 
-    def _look_after(self, session: DeviceSession, result: CaseResult, run: CaseRun) -> None:
+    def _look_after(
+        self, item: pytest.Item, session: DeviceSession, result: CaseResult, run: CaseRun
+    ) -> None:
         """Bring a lost device back; where nothing can, it is out of the run."""
+        losses = self._losses[result.node_id]
         if not session.lost:
+            losses.survived(result.case_id)
             return
+        sent = [each.frame for each in session.frames if each.direction is Direction.SENT]
+        cause = losses.add(result.case_id, case_of(item).risk, sent)
         try:
             why = session.revive()
         except BenchError as error:
             why = str(error)
+        if not why and losses.is_hopeless:
+            why = f"it was lost in {MOST_IN_A_ROW} cases in a row, whatever they sent"
         if not why:
-            result.notes.append("the device was lost and has been brought back")
+            result.notes.append(f"the device was lost by {cause}, and has been brought back")
             return
         findings = self._state.findings
         findings.bench_errors.append(run.sdo.lost())
@@ -230,13 +240,14 @@ class Running:
         """Put the evidence into the report, and the result with it."""
         report = yield
         error = call.excinfo.value if call.excinfo else None
-        if call.when == "setup" and report.skipped and self._why_out(item) is not None:
-            attach_not_run(item, case_of(item).case_id)
-            report.user_properties = list(item.user_properties)
-        elif call.when == "setup" and report.skipped and isinstance(item, CaseFunction):
-            item.stash[RESULT] = _not_set_up(item, Verdict.NOT_TESTABLE, str(error))
-            attach(item, item.stash[RESULT])
-            report.user_properties = list(item.user_properties)
+        if call.when == "setup" and report.skipped:
+            if RESULT not in item.stash and isinstance(item, CaseFunction):
+                why = str(error).removeprefix(f"{Verdict.NOT_TESTABLE}: ")
+                item.stash[RESULT] = left_out(case_of(item), Verdict.NOT_TESTABLE, why)
+            if RESULT in item.stash:
+                left = item.stash[RESULT]
+                (attach_not_run if left.verdict is Verdict.NOT_RUN else attach)(item, left)
+                report.user_properties = list(item.user_properties)
         elif call.when != "call" and report.failed:
             self._take_suite_error(item, report, error)
         if isinstance(error, BenchError):
@@ -272,7 +283,7 @@ class Running:
         found = suite_error(error)
         self._state.findings.bench_errors.append(found)
         if report.when == "setup":
-            result = _not_set_up(item, Verdict.BENCH_ERROR, str(found))
+            result = left_out(case_of(item), Verdict.BENCH_ERROR, str(found))
             attach(item, result)
             report.user_properties = list(item.user_properties)
             report.conformance = result.as_dict()  # type: ignore[attr-defined]
@@ -280,33 +291,27 @@ class Running:
     # The end
 
     @pytest.hookimpl(tryfirst=True)
-    def pytest_sessionfinish(self) -> None:
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Close the bench; a worker hands back what it found."""
         state = self._state
+        if self._has_begun:
+            ended = str(session.shouldfail or session.shouldstop or "the run was ended before")
+            state.findings.unreached += [
+                left_out(case_of(item), Verdict.NOT_RUN, ended)
+                for item in session.items
+                if uses_device(item) and REACHED not in item.stash
+            ]
+        for node_id, losses in self._losses.items():
+            if node_id not in state.findings.out:
+                state.findings.stopped += losses.lines()
         if state.bench is not None:
             try:
                 state.bench.close()
             except BenchError as error:
                 state.findings.bench_errors.append(error)
-            for node_id, session in state.bench.sessions.items():
-                state.findings.close(session, judged=state.judged_late_answers[node_id])
+            for node_id, device in state.bench.sessions.items():
+                state.findings.close(device, judged=state.judged_late_answers[node_id])
         if state.log is not None:
             state.log.close()
         if state.options.share.worker:
             hand_back(self._config, state.findings)
-
-
-def _not_set_up(item: pytest.Item, verdict: Verdict, reason: str) -> CaseResult:
-    case = case_of(item)
-    rule = case.rule
-    return CaseResult(
-        case.case_id,
-        case.service,
-        case.node_id,
-        rule.level.value,
-        rule.clause,
-        rule.sentence,
-        verdict,
-        rows=list(rule.rows),
-        actual=reason.removeprefix(f"{Verdict.NOT_TESTABLE}: "),
-    )

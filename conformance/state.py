@@ -13,8 +13,9 @@ from conformance.findings import Findings
 from conformance.options import Options
 from conformance.reporting.bus_log import BusLog
 from conformance.run.bench import Bench
+from conformance.run.risks import Risk
 from conformance.run.session import CaseRun, DeviceSession
-from conformance.run.verdict import CaseResult
+from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.rules import Level, Rule
 
 
@@ -64,6 +65,7 @@ class RunState:
 STATE = pytest.StashKey[RunState]()
 CASE_RUN = pytest.StashKey[CaseRun]()
 RESULT = pytest.StashKey[CaseResult]()
+REACHED = pytest.StashKey[bool]()
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +76,7 @@ class ItemCase:
     service: str
     rule: Rule
     node_id: int
+    risk: Risk | None = None
 
 
 def uses_device(item: pytest.Item) -> bool:
@@ -95,10 +98,26 @@ def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:
 def case_of(item: pytest.Item) -> ItemCase:
     """Return what an item is about; an ordinary test counts as a rule of its own."""
     if isinstance(item, CaseFunction):
-        return ItemCase(item.case_id, item.service, item.case.rule, item.node_id)
+        return ItemCase(item.case_id, item.service, item.case.rule, item.node_id, item.risk)
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))
     node_ids = item.config.stash[STATE].options.node_ids
     callspec = getattr(item, "callspec", None)
     node_id = callspec.params.get("node_id", node_ids[0]) if callspec else node_ids[0]
     return ItemCase(item.name, item.path.stem, rule, node_id)
+
+
+def left_out(case: ItemCase, verdict: Verdict, why: str) -> CaseResult:
+    """Return the result of a case that was not begun."""
+    rule = case.rule
+    return CaseResult(
+        case.case_id,
+        case.service,
+        case.node_id,
+        rule.level.value,
+        rule.clause,
+        rule.sentence,
+        verdict,
+        rows=list(rule.rows),
+        actual=why,
+    )

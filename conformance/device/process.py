@@ -20,7 +20,7 @@ from conformance.bus.errors import ProcessFailed
 END_LIMIT = 5.0
 RECOVER_LIMIT = 60.0
 START_LIMIT = 10.0
-MOST_RESTARTS = 3
+MOST_ATTEMPTS = 3
 TAIL_LINES = 20
 _TAIL_BYTES = 8192
 NODE_ID = "{node_id}"
@@ -31,13 +31,14 @@ class ProcessSettings:
     """How a device is started and brought back; in both texts ``{node_id}`` is replaced.
 
     ``command`` is empty for a device that runs by itself; ``recover`` is None where nothing brings
-    it back. It is tried ``restarts`` times in a run; to start takes at most ``start_limit``
-    seconds. Each is run in a folder of its own, None for the one that pytest was started in.
+    it back. It is tried ``attempts`` times whenever it is lost; to start takes at most
+    ``start_limit`` seconds. Each is run in a folder of its own, None for the one that pytest was
+    started in.
     """
 
     command: list[str] = field(default_factory=list)
     recover: str | None = None
-    restarts: int = MOST_RESTARTS
+    attempts: int = MOST_ATTEMPTS
     start_limit: float = START_LIMIT
     folder: Path | None = None
     recover_folder: Path | None = None

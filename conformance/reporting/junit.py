@@ -55,12 +55,12 @@ def write_junit(
 
 
 def _case(result: CaseResult, strict: bool) -> TestCase:
-    text = xml_text(evidence_text(result))
+    text = "" if result.verdict is Verdict.NOT_RUN else xml_text(evidence_text(result))
     case = TestCase(
         xml_text(result.case_id),
         classname=xml_text(f"node-{result.node_id}.{result.service}"),
         elapsed_sec=max(result.duration, 1e-6),
-        stdout=text,
+        stdout=text or None,
     )
     message = xml_text(result.actual) or result.verdict.value
     match result.verdict:
@@ -72,7 +72,7 @@ def _case(result: CaseResult, strict: bool) -> TestCase:
             case.add_skipped_info(f"{result.verdict.value}: {xml_text(result.reason)}")
         case Verdict.BENCH_ERROR:
             case.add_error_info(message, text, result.verdict.value)
-        case Verdict.UNIMPLEMENTED | Verdict.NOT_TESTABLE:
+        case Verdict.UNIMPLEMENTED | Verdict.NOT_TESTABLE | Verdict.NOT_RUN:
             case.add_skipped_info(f"{result.verdict.value}: {message}")
     return case
 

@@ -66,20 +66,13 @@ def found_lines(properties: Mapping[str, str]) -> list[str]:
     ]
 
 
-def device_lines(
-    node_ids: Sequence[int], results: Sequence[CaseResult], not_run: Mapping[int, int]
-) -> list[str]:
-    """Return a row for each device: its verdicts with their numbers, and how many cases had none.
-
-    No rows for a single device.
-    """
+def device_lines(node_ids: Sequence[int], results: Sequence[CaseResult]) -> list[str]:
+    """Return a row for each device: its verdicts with their numbers. None for a single device."""
     if len(node_ids) < 2:
         return []
     lines = []
     for node_id in node_ids:
         row = verdict_counts([result for result in results if result.node_id == node_id])
-        if not_run.get(node_id):
-            row = [*row, f"{not_run[node_id]} not run"]
         lines.append(f"node {node_id}: {', '.join(row) or 'no case was run'}")
     return lines
 
@@ -110,6 +103,17 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")
     return list(dict.fromkeys(lines))  # several devices may say the same
+
+
+def not_run_lines(results: Sequence[CaseResult]) -> list[str]:
+    """Return a line for each reason why cases of a device were not run."""
+    missing = Counter(
+        (result.node_id, result.actual) for result in results if result.verdict is Verdict.NOT_RUN
+    )
+    return [
+        f"not run: {counted(cases)} of node {node_id}: {reason}"
+        for (node_id, reason), cases in missing.items()
+    ]
 
 
 def counted(cases: int) -> str:

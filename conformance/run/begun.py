@@ -7,6 +7,7 @@ from conformance.device.device import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
 from conformance.run.dialogue import Dialogue
+from conformance.run.risks import LOST_SEGMENT, Risk
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
     BlockAck,
@@ -186,6 +187,11 @@ def _block_upload_sub_block_sent(sdo: Dialogue) -> Begun:
 
 def _block_upload_end_sent(sdo: Dialogue) -> Begun:
     return Begun(begin_block_upload(sdo, 2), BlockEndResponse())
+
+
+def risk_of_state(state: Callable[[Dialogue], Begun]) -> Risk | None:
+    """Return what is risky about the way into a state."""
+    return LOST_SEGMENT if state is _block_download_between_sub_blocks else None
 
 
 STATES: dict[str, Callable[[Dialogue], Begun]] = {

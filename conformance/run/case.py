@@ -15,6 +15,7 @@ from inspect import getdoc
 from typing import TypeVar
 
 from conformance.device.listing import Listing
+from conformance.run.risks import Risk, RiskOf
 from conformance.sdo.rules import Level, Rule, rule_of
 
 Function = TypeVar("Function", bound=Callable[..., None])
@@ -29,6 +30,7 @@ class CaseInfo:
 
     ``rule`` is the requirement as the case puts it, with the rows that it cites; ``cites`` are the
     rules of the registry behind them. A ``slow`` case waits for a time that the device declares.
+    ``risk`` is what it sends that a device may not survive; a function says it of each value.
     """
 
     rule: Rule
@@ -36,6 +38,13 @@ class CaseInfo:
     argument: str | None = None
     values: Mapping[str, object] | OfListing = field(default_factory=dict)
     slow: bool = False
+    risk: Risk | RiskOf | None = None
+
+    def risk_of(self, arguments: Mapping[str, object]) -> Risk | None:
+        """Return the risk of a case, by the arguments that ``variations`` gives for it."""
+        if self.argument is None or not callable(self.risk):
+            return self.risk if isinstance(self.risk, Risk) else None
+        return self.risk(arguments[self.argument])
 
     def variations(self, listing: Listing | None = None) -> list[tuple[str, dict[str, object]]]:
         """Return each case's id and arguments; some depend on what is listed of a device."""
@@ -52,6 +61,7 @@ def must(
     *rules: str,
     clause: str | None = None,
     slow: bool = False,
+    risk: Risk | RiskOf | None = None,
     **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
@@ -59,25 +69,34 @@ def must(
     ``rules`` are the rules that the case tests, each by a row or its id. ``clause`` is for a case
     on a narrower clause than that of the first rule. ``each`` is at most one argument with its
     values: a sequence, a mapping from label to value, or a function that chooses such a mapping
-    from what is listed of the device.
+    from what is listed of the device. ``risk`` is for a case with frames that a device may not
+    survive, or a function from the argument: such cases run behind the others.
 
     Raises UnknownRule for a rule that is not in the registry.
     """
-    return _case(Level.MUST, id_, rules, clause, each, slow=slow)
+    return _case(Level.MUST, id_, rules, clause, each, slow=slow, risk=risk)
 
 
 def should(
-    id_: str, *rules: str, clause: str | None = None, **each: Values | OfListing
+    id_: str,
+    *rules: str,
+    clause: str | None = None,
+    risk: Risk | RiskOf | None = None,
+    **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device only with --strict."""
-    return _case(Level.SHOULD, id_, rules, clause, each)
+    return _case(Level.SHOULD, id_, rules, clause, each, risk=risk)
 
 
 def may(
-    id_: str, *rules: str, clause: str | None = None, **each: Values | OfListing
+    id_: str,
+    *rules: str,
+    clause: str | None = None,
+    risk: Risk | RiskOf | None = None,
+    **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
     """Mark a case on what the specification leaves open; it fails for what no choice allows."""
-    return _case(Level.MAY, id_, rules, clause, each)
+    return _case(Level.MAY, id_, rules, clause, each, risk=risk)
 
 
 def _case(
@@ -88,6 +107,7 @@ def _case(
     each: dict[str, Values | OfListing],
     *,
     slow: bool = False,
+    risk: Risk | RiskOf | None = None,
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
         raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
@@ -103,7 +123,7 @@ def _case(
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping) and not callable(values):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, values, slow))
+        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, values, slow, risk))
         return function
 
     return mark

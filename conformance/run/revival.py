@@ -14,14 +14,14 @@ LOOK = 0.1
 
 
 class Revival:
-    """Starts a device, and starts it again when it was lost, so many times as it may."""
+    """Starts a device, and starts it again whenever it was lost."""
 
     def __init__(self, settings: ProcessSettings, process: DeviceProcess, channel: Channel) -> None:
         """Take the program, which is not running yet, and the channel on which it will answer."""
         self.process = process
         self._channel = channel
         self._start_limit = settings.start_limit
-        self._left = settings.restarts
+        self._attempts = settings.attempts
 
     def start(self) -> None:
         """Start the program and await the device; raises ProcessFailed with its output."""
@@ -29,10 +29,12 @@ class Revival:
         self._await()
 
     def attempt(self) -> str:
-        """Bring a lost device back; return an empty text, or why it cannot be done."""
-        why = "it was brought back too often in this run"
-        while self._left > 0:
-            self._left -= 1
+        """Bring a lost device back; return an empty text, or why it cannot be done.
+
+        What does not come back at once is tried again, a few times.
+        """
+        why = "no attempt was allowed"
+        for _ in range(self._attempts):
             try:
                 self.process.stop()
                 self.process.recover()

@@ -22,6 +22,7 @@ class Verdict(StrEnum):
     KNOWN_DEVIATION = "known deviation"
     STALE = "stale deviation"
     BENCH_ERROR = "bench error"
+    NOT_RUN = "not run"
 
 
 class Afterwards(StrEnum):

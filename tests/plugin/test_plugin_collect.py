@@ -50,6 +50,16 @@ def dedented(text: str) -> str:
     return "\n".join(line[margin:] for line in lines)
 
 
+RISKY = ("-k", "frame.one-answer or frame.remote or frame.short-abort or frame.mirror")
+
+
+def test_a_list_keeps_the_cases_of_a_file_together(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "--collect-only", "-q", *RISKY)
+    ids = [line.partition("::")[2] for line in result.outlines if "::" in line]
+    assert ids[0] == "frame.one-answer"
+    assert ids[-2:] == ["frame.short-abort", "frame.mirror"]
+
+
 def test_the_list(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--collect-only", *SOME)
     assert result.ret == pytest.ExitCode.OK

@@ -250,9 +250,33 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
             "  afterwards: lost",
             "*= the bench =*",
             "Node 5 answered before and does not any more*power-cycle it*",
-            "not run: 16 cases of node 5: lost in *[[]unknown-FFh]; nothing brings it back*",
+            "not run: 2 cases of node 5: lost in *[[]unknown-FFh]; nothing brings it back*",
         ]
     )
+
+
+def test_what_was_not_run_is_in_the_reports(pytester: pytest.Pytester) -> None:
+    """With the reason, in the file of the suite and in that of pytest."""
+    self_test(pytester, *HALTS, "-k", "segmented-download.foreign", "--junitxml=all.xml")
+    why = "not run: lost in segmented-download.foreign[unknown-FFh]; nothing brings it back"
+    for path in (the_report(pytester) / "junit.xml", pytester.path / "all.xml"):
+        cases = {case.attrib["name"]: case for case in parsed(path).iter("testcase")}
+        assert len(cases) == 20, path
+        for name in ("unknown-E0h", "unknown-FFh"):
+            skipped = cases[f"segmented-download.foreign-later[{name}]"].find("skipped")
+            assert skipped is not None
+            assert skipped.attrib["message"].startswith(why)
+
+
+def test_with_v_what_was_not_run_is_named(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, *HALTS, "-k", "segmented-download.foreign", "-v")
+    result.stdout.fnmatch_lines(["*segmented-download.foreign-later[[]unknown-FFh] NOT RUN*"])
+
+
+def test_a_silent_device_has_its_cases_in_the_report(pytester: pytest.Pytester) -> None:
+    silent(pytester)
+    report = (the_report(pytester) / "junit.xml").read_text(encoding="utf-8")
+    assert 'message="not run: silent"' in report
 
 
 def test_what_a_lost_device_was_left_with_is_told(pytester: pytest.Pytester) -> None:

@@ -113,6 +113,15 @@ def test_x_stops_at_the_first_failure(pytester: pytest.Pytester) -> None:
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert result.parseoutcomes()["failed"] == 1
     result.stdout.fnmatch_lines(["*stopping after 1 failures*"])
+    result.stdout.fnmatch_lines(["not run: * cases of node 5: stopping after 1 failures"])
+
+
+def test_what_x_left_is_in_the_report(pytester: pytest.Pytester) -> None:
+    self_test(pytester, "--fault=abort-big-endian", "-k", "abort.", "-x")
+    ids = case_ids(the_report(pytester) / "junit.xml")
+    assert len(ids) == len(set(ids)) == 16
+    report = (the_report(pytester) / "junit.xml").read_text(encoding="utf-8")
+    assert report.count("not run: stopping after 1 failures") == 4
 
 
 def test_lf_runs_what_failed_the_last_time(pytester: pytest.Pytester) -> None:

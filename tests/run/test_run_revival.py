@@ -15,9 +15,9 @@ SHORT = 0.3
 
 
 def revival(
-    bench: Workbench, folder: Path, recover: str | None = None, restarts: int = 3
+    bench: Workbench, folder: Path, recover: str | None = None, attempts: int = 3
 ) -> Revival:
-    chosen = ProcessSettings(start_limit=SHORT, recover=recover, restarts=restarts)
+    chosen = ProcessSettings(start_limit=SHORT, recover=recover, attempts=attempts)
     return Revival(chosen, DeviceProcess(chosen, folder / "log"), bench.channel)
 
 
@@ -49,10 +49,17 @@ def test_what_was_asked_before_it_booted_is_not_left_to_the_run(tmp_path: Path) 
         assert bench.channel.receive(0) is None
 
 
-def test_it_is_tried_so_many_times(tmp_path: Path) -> None:
-    touched = f"touch {tmp_path / 'tried'}"
+def test_it_is_tried_so_many_times_whenever_it_is_lost(tmp_path: Path) -> None:
+    tried = tmp_path / "tried"
+    recover = f"sh -c 'echo again >> {tried}'"
     with undiscovered(Scripted(lambda data: []), timeout=0.1) as bench:
-        dead = revival(bench, tmp_path, restarts=2, recover=touched)
-        assert "neither booted nor answered" in dead.attempt()
-        assert dead.attempt() == "it was brought back too often in this run"
-    assert (tmp_path / "tried").exists()
+        dead = revival(bench, tmp_path, attempts=2, recover=recover)
+        for times in (2, 4):
+            assert "neither booted nor answered" in dead.attempt()
+            assert len(tried.read_text(encoding="utf-8").splitlines()) == times
+
+
+def test_it_is_brought_back_as_often_as_it_is_lost(tmp_path: Path) -> None:
+    with undiscovered(Scripted(lambda data: [BASELINE]), timeout=0.05) as bench:
+        alive = revival(bench, tmp_path, attempts=1)
+        assert [alive.attempt() for _ in range(5)] == [""] * 5
