@@ -26,7 +26,7 @@ from conformance.sdo.server import BlockDownload, Server
 ABORT = DefectClass.ABORT
 CHECKS = DefectClass.ACCESS_OR_SIZE
 # Bytes of every string and domain of a server that knows no other length.
-FIXED_LENGTH = 128
+FIXED_LENGTH = 300
 # The segment of a sub-block for which a server has no room.
 NO_ROOM_FROM = 9
 
@@ -91,7 +91,7 @@ class BlocksRefused(Server):
 
 @fault("strings-padded", CHECKS, "segmented-download.")
 class StringsPadded(Server):
-    """Has strings and domains of 128 bytes only, and fills up with 0 what comes shorter."""
+    """Has strings and domains of 300 bytes only, and fills up with 0 what comes shorter."""
 
     def __init__(self, objects: ObjectDictionary) -> None:
         """Give what can be written its length."""
