@@ -1,9 +1,12 @@
 """Two faults in one server: both act. The table of ``pairs`` is a program of its own."""
 
 import pytest
+from case_runs import Run
+from pairs import HIDDEN, MOST_CASES, PERVASIVE, SPECIFIC, Pair, Table, problem_with_pervasive
 
 from conformance.faults.catalogue import UnknownServer, build_node, find_deviation
-from conformance.faults.registry import Deviation
+from conformance.faults.registry import DefectClass, Deviation
+from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
@@ -65,3 +68,63 @@ def test_a_reaction_of_both_is_that_of_both() -> None:
 def test_a_pair_of_an_unknown_one_is_unknown() -> None:
     with pytest.raises(UnknownServer, match="every-abort-answered"):
         find_deviation("every-abort-answerd+unknown-specifier-ignored")
+
+
+def run_of(name: str, **rules: str) -> Run:
+    """Return a run in which the named cases fail for these rules."""
+    verdicts = dict.fromkeys(rules, Verdict.FAIL)
+    return Run(name, verdicts=verdicts, rules=dict(rules), causes=dict(rules))
+
+
+def test_a_pair_is_right_when_the_specific_rule_is_named_and_no_other() -> None:
+    pervasive, specific = run_of("p", a="noise"), run_of("s", b="point")
+    right = Pair(pervasive, specific, run_of("p+s", a="noise", b="point"))
+    assert right.problem() == ""
+    assert right.told() == ["b"]
+    hidden = Pair(pervasive, specific, run_of("p+s", a="noise", b="noise"))
+    assert "HIDDEN: none of point" in hidden.problem()
+    strange = Pair(pervasive, specific, run_of("p+s", a="noise", b="point", c="other"))
+    assert "UNEXPLAINED: 1: c (other)" in strange.problem()
+
+
+def test_a_rule_that_both_break_tells_in_a_case_of_the_specific_one_only() -> None:
+    pervasive, specific = run_of("p", a="same"), run_of("s", b="same")
+    assert Pair(pervasive, specific, run_of("p+s", a="same", b="same")).problem() == ""
+    assert Pair(pervasive, specific, run_of("p+s", a="same", c="same")).problem() != ""
+
+
+def test_a_pair_that_is_called_hidden_without_need_is_a_problem() -> None:
+    first, second = next(iter(HIDDEN))
+    table = Table()
+    pervasive, specific = run_of(first, a="noise"), run_of(second, b="point")
+    table.take(Pair(pervasive, specific, run_of("both", a="noise")))
+    assert not table.end()
+    table.take(Pair(pervasive, specific, run_of("both", a="noise", b="point")))
+    assert table.end()
+
+
+def test_a_pervasive_fault_fails_few_cases_in_few_causes() -> None:
+    def failing(cases: int, causes: int) -> Run:
+        return run_of("p", **{f"case{number}": f"{number % causes}" for number in range(cases)})
+
+    assert problem_with_pervasive(failing(MOST_CASES, 3)) == ""
+    assert problem_with_pervasive(failing(MOST_CASES + 1, 3)) != ""
+    assert problem_with_pervasive(failing(10, 4)) != ""
+    assert problem_with_pervasive(Run("p")) != ""
+
+
+def test_the_specific_faults_are_of_all_classes() -> None:
+    assert (len(set(PERVASIVE)), len(set(SPECIFIC))) == (16, 24)
+    assert {known(name).defect_class for name in SPECIFIC} == set(DefectClass)
+    assert all(known(name).is_fault for name in PERVASIVE)
+
+
+@pytest.mark.parametrize("pervasive", PERVASIVE)
+def test_no_reaction_of_a_specific_fault_is_out_of_reach(pervasive: str) -> None:
+    """Where both change one reaction, that of the pervasive fault goes on to the other one."""
+    kind = known(pervasive).kind
+    for specific in SPECIFIC:
+        for name in vars(kind).keys() & vars(known(specific).kind).keys():
+            reaction = getattr(kind, name)
+            if callable(reaction) and not isinstance(reaction, type):
+                assert "super" in reaction.__code__.co_names, (specific, name)
