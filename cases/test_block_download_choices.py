@@ -103,7 +103,8 @@ def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
     count = min(response.block_size, count)
-    sdo.send(BlockSegment(response.block_size + 1, b"#######"))
+    beyond = response.block_size + 1
+    sdo.send(BlockSegment(beyond, sdo.payload(7 * beyond)[-7:]))
     sdo.send_segments(segments_of(data)[:count], last=count * 7 == len(data))
     frame = sdo.receive()
     refused = isinstance(decode_response(frame), Abort)

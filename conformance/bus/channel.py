@@ -97,6 +97,16 @@ class Channel:
         """Send nothing for so many seconds by the clock; return a response that ends the pause."""
         return self._next_within(self._responses, Patience(seconds, plain=True))
 
+    def waiting(self) -> list[CanFrame]:
+        """Look, without waiting, for a frame more; return the responses that nobody took yet.
+
+        Raises SecondClient when somebody else uses the channel.
+        """
+        frame = self.link.look()
+        if frame is not None:
+            self._check_own(frame)
+        return [frame for frame, _ in self._responses]
+
     def receive_error_control(self, timeout: float | None = None) -> CanFrame | None:
         """Return the device's next boot-up or heartbeat message, under the terms of ``receive``."""
         return self._next(self._error_control, timeout)
@@ -121,13 +131,16 @@ class Channel:
             if frame is None:
                 self.missed, self.in_doubt = patience.missed, patience.in_doubt
                 return None
-            request = self.ids.request
-            if frame.can_id == request.can_id and frame.extended == request.extended:
-                raise second_client(request)
+            self._check_own(frame)
             patience.looked(silent=False)
         self.missed, self.in_doubt = patience.missed, False
         found, self.arrived = queue.popleft()
         return found
+
+    def _check_own(self, frame: CanFrame) -> None:
+        request = self.ids.request
+        if frame.can_id == request.can_id and frame.extended == request.extended:
+            raise second_client(request)
 
     def _take(self, frame: CanFrame) -> None:
         if frame.can_id == self.ids.response.can_id:

@@ -120,25 +120,44 @@ class Link:
         Raises what ``receive`` raises.
         """
         while not patience.over:
-            try:
-                message = self._bus.recv(patience.look(self._shortest_look))
-            except (can.CanError, OSError) as error:
-                raise lost(self.name, error) from error
+            message = self._next(patience.look(self._shortest_look))
             if message is None:
                 patience.looked(silent=True)
                 continue
-            if message.is_error_frame:
-                check_error_frame(self.name, message)
-            elif message.is_rx or not self._marks_echoes:
-                frame = to_frame(message)
-                if self._unmarked is None or not self._unmarked.is_echo(frame):
-                    self.arrived = arrival(self._bus, message)
-                    for receiver in self._receivers:
-                        receiver(frame)
-                    if self._listeners:
-                        self._publish(Direction.RECEIVED, frame)
-                    return frame
+            frame = self._passed_on(message)
+            if frame is not None:
+                return frame
             patience.looked(silent=False)
+        return None
+
+    def look(self) -> CanFrame | None:
+        """Return a frame of another node that has arrived, without waiting, or None.
+
+        It looks at one frame at the most: what it passes over, the next look may find. Raises as
+        ``receive`` does.
+        """
+        message = self._next(0.0)
+        return None if message is None else self._passed_on(message)
+
+    def _next(self, timeout: float) -> can.Message | None:
+        try:
+            return self._bus.recv(timeout)
+        except (can.CanError, OSError) as error:
+            raise lost(self.name, error) from error
+
+    def _passed_on(self, message: can.Message) -> CanFrame | None:
+        """Hand a frame of another node to all that want it, and return it."""
+        if message.is_error_frame:
+            check_error_frame(self.name, message)
+        elif message.is_rx or not self._marks_echoes:
+            frame = to_frame(message)
+            if self._unmarked is None or not self._unmarked.is_echo(frame):
+                self.arrived = arrival(self._bus, message)
+                for receiver in self._receivers:
+                    receiver(frame)
+                if self._listeners:
+                    self._publish(Direction.RECEIVED, frame)
+                return frame
         return None
 
     def watch(

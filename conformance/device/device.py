@@ -13,6 +13,8 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.storage import COMMANDS
 
+# Where data types are defined: no entry there holds a value.
+LAST_DATA_TYPE = 0x025F
 # Within how many seconds a device stores its parameters, if nothing else is declared.
 STORAGE_TIME = 5.0
 DEVICE_TYPE = Multiplexer(0x1000)
@@ -45,7 +47,8 @@ class Device:
     parameter read after the defaults were loaded, None as long as they were not;
     ``without_defaults`` says why they could not be. ``to_store`` is what the device had stored
     and a case has changed: it is stored again. ``room`` has for strings and domains a number of
-    bytes that they have taken.
+    bytes that they have taken. ``nowhere`` names entries that the device was seen to lack, as
+    their sub-indices 00h, and whose multiplexers are text.
     """
 
     node_id: int
@@ -68,6 +71,7 @@ class Device:
     without_defaults: str = ""
     to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
     room: dict[Multiplexer, int] = field(default_factory=dict)
+    nowhere: tuple[Multiplexer, ...] = ()
 
     @property
     def objects(self) -> Collection[KnownObject]:
@@ -171,6 +175,15 @@ class Device:
         """Whether an entry that was read must read the same for ever."""
         known = self.known.get(mux)
         return known is not None and known.access is Access.CONST
+
+    def lacks(self, mux: Multiplexer) -> bool:
+        """Say whether it was seen that nothing can be written there, or there never can be.
+
+        What is left over of a multiplexer where a value ends, filled up with 0, is meant as well.
+        """
+        return mux.index <= LAST_DATA_TYPE or any(
+            mux.index == one.index and mux.sub_index in (0, one.sub_index) for one in self.nowhere
+        )
 
     def writable(self) -> KnownObject:
         """Return any object that may be written and was read."""

@@ -15,8 +15,33 @@ from conformance.sdo.frames import (
     Response,
     UploadInitiate,
 )
-from conformance.sdo.objects import Entry, Refusal
+from conformance.sdo.objects import DEFAULT_CAPACITY, Entry, Refusal
 from conformance.sdo.server import BlockDownload, BlockUpload, Server
+
+
+@variant("block-download-refused-inside")
+class RefusedInside(Server):
+    """Refuses what is longer than 300 bytes in mid-sub-block, and is idle for what still comes."""
+
+    most = 300
+
+    def entry_to_write(self, request: DownloadInitiate) -> Entry:
+        """Have as much room for other downloads."""
+        entry = super().entry_to_write(request)
+        entry.capacity = self.most
+        return entry
+
+    def entry_to_write_in_blocks(self, request: BlockDownloadInitiate) -> Entry:
+        """Do not mind what is announced."""
+        entry = super().entry_to_write_in_blocks(request)
+        entry.capacity = DEFAULT_CAPACITY
+        return entry
+
+    def take_block_segment(self, transfer: BlockDownload, request: BlockSegment) -> None:
+        """Count what comes."""
+        super().take_block_segment(transfer, request)
+        if transfer.entry.data_type.length is None and len(transfer.data) > self.most:
+            raise Refusal(AbortCode.OUT_OF_MEMORY)
 
 
 @variant("last-segment-repeated-ignored")

@@ -125,8 +125,13 @@ class BlockSteps(RoomSteps):
         return Violation(NOT_REFUSED, expected="a block transfer to be served", actual=shown)
 
     def send_segments(self, chunks: Sequence[bytes], *, first: int = 1, last: bool = False) -> None:
-        """Send segments without a pause, numbered from ``first``; ``last`` marks the final one."""
+        """Send segments without a pause, numbered from ``first``; ``last`` marks the final one.
+
+        None is sent to a server that has left the transfer.
+        """
         for number, chunk in enumerate(chunks):
+            if self.has_left():
+                break
             final = last and number == len(chunks) - 1
             self.send(BlockSegment.with_data(first + number, chunk, last=final))
 

@@ -5,6 +5,8 @@ from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
+from conformance.run.payload import PRINTABLE_OBJECTS
+from conformance.run.steps import EXISTS
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -85,6 +87,33 @@ def discover(channel: Channel, device: Device) -> None:
     if not device.listing.is_complete:
         _try_common(sdo, named)
         _ask_for_block_upload(sdo)
+    if any(known.varies for known in device.all_writable()):
+        _seek_nowhere(sdo)
+
+
+def _seek_nowhere(sdo: Dialogue) -> None:
+    """Find out which of some entries the device lacks: long values may name them."""
+    device = sdo.device
+    there = {mux.index for mux in device.known}
+    for mux in PRINTABLE_OBJECTS:
+        if mux.index in there:
+            continue
+        try:
+            if _is_missing(sdo, Multiplexer(mux.index)) and _is_missing(sdo, mux):
+                device.nowhere += (mux,)
+        except Violation:
+            # Other cases say what is wrong with this; one silence is enough.
+            sdo.end_transfer()
+            sdo.drain()
+            return
+
+
+def _is_missing(sdo: Dialogue, mux: Multiplexer) -> bool:
+    try:
+        sdo.read(mux)
+    except ServerAborted as aborted:
+        return aborted.abort.code not in EXISTS
+    return False
 
 
 def _ask_for_block_upload(sdo: Dialogue) -> None:

@@ -81,6 +81,10 @@ class Lockstep:
                 answers.append(answer.data)
         return answers
 
+    def has_left(self) -> bool:
+        """Say whether the server has left the sub-block that is being sent."""
+        return self._sdo.has_left()
+
     def settle(self, mux: Multiplexer) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes."""
         self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))

@@ -2,6 +2,7 @@
 
 from conformance.device.device import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.run.payload import MOST_PLAIN
 from conformance.run.steps import Steps
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
@@ -54,8 +55,9 @@ class RoomSteps(Steps):
         if self.has_room(known, size):
             return
         if known.mux not in room:
-            served = self.try_download(known, self.payload(MUCH_ROOM), segmented=True) is None
-            room[known.mux] = MUCH_ROOM if served else 0
+            much = MUCH_ROOM if self.device.nowhere else MOST_PLAIN
+            served = self.try_download(known, self.payload(much), segmented=True) is None
+            room[known.mux] = much if served else 0
         if room[known.mux] < size:
             self.store(known, self.payload(size), segmented=True)
             room[known.mux] = size

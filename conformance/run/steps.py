@@ -13,6 +13,7 @@ from conformance.bus.channel import Channel
 from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import IDENTITY, written_by
+from conformance.run.payload import MOST_PLAIN, text
 from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
@@ -20,6 +21,7 @@ from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
+    BlockSegment,
     DownloadInitiate,
     DownloadInitiateResponse,
     DownloadSegment,
@@ -36,7 +38,6 @@ from conformance.sdo.stepping import Ended, Result, advance
 
 MOST_NOTED = 100
 Target = Multiplexer | KnownObject
-PRINTABLE = bytes(range(0x21, 0x7F))
 # An upload that is refused like this met something: it must not count as missing.
 EXISTS = (
     AbortCode.READ_OF_WRITE_ONLY,
@@ -97,8 +98,17 @@ class Steps(Wire):
             self.written.add(target)
 
     def payload(self, size: int) -> bytes:
-        """Return printable bytes, others with every call and the same in every run."""
-        return bytes(self._random.choices(PRINTABLE, k=size))
+        """Return printable bytes, others with every call and the same in every run.
+
+        Raises NotTestable for what might be written elsewhere (see ``payload``).
+        """
+        nowhere = self.device.nowhere
+        if size > MOST_PLAIN and not nowhere:
+            raise NotTestable(
+                f"needs an object that the device lacks, to write {size} bytes that do no harm "
+                "where the device takes them for requests: it was not seen to refuse any"
+            )
+        return text(self._random, size, nowhere)
 
     # Steps: one exchange each
 
@@ -284,6 +294,8 @@ class Steps(Wire):
         """Send the requests of a step; say whether a response has to come behind them."""
         burst = step if isinstance(step, Burst) else Burst((step,))
         for request in burst.requests:
+            if isinstance(request, BlockSegment) and self.has_left():
+                break
             self.send(request)
         return burst.awaited
 

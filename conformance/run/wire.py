@@ -15,10 +15,12 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, CobId
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
+    BlockSegment,
     BlockUploadInitiate,
     Request,
     Unknown,
@@ -28,6 +30,8 @@ from conformance.sdo.layout import FRAME_LENGTH, Message
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
 
 MOST_STRAY = 16
+SEGMENTS_PER_LOOK = 4
+_ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 
 
 class Wire:
@@ -43,6 +47,9 @@ class Wire:
         self.waited = 0.0
         self.channels = [channel.ids]
         self._last_sent: Request = Unknown(b"")
+        # Segments that were sent and not acknowledged; those that an abort may have crossed.
+        self._segments = 0
+        self._crossed = 0
         self._sent_at = 0.0
         self._read = b""
         channel.overheard.clear()
@@ -54,6 +61,8 @@ class Wire:
 
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
+        if self._crossed:
+            self._let_pass()
         data = request if isinstance(request, bytes) else request.encode()
         within = self.tracker.open is not None
         decoded = self.tracker.request(data)
@@ -78,6 +87,7 @@ class Wire:
         """Take note of what goes out next; raises WriteNotPermitted."""
         self.device.policy.check(request)
         self._last_sent = request
+        self._segments = self._segments + 1 if isinstance(request, BlockSegment) else 0
         self._sent_at = time.monotonic()
         self._read = b""
 
@@ -107,6 +117,17 @@ class Wire:
         if frame is not None and self.channel.arrived < again:
             self.channel.receive()  # the first answer has come after all, so there is another one
         return frame
+
+    def has_left(self) -> bool:
+        """Say whether the server has said something else than that it takes segments.
+
+        What follows an abort within a sub-block would be requests to an idle server. This only
+        looks at what has arrived, and only now and then: before an answer to a segment could be
+        here, some more are on their way.
+        """
+        if self._segments % SEGMENTS_PER_LOOK:
+            return False
+        return any(frame.data[:1] != _ACKNOWLEDGES for frame in self.channel.waiting())
 
     def wait(self, seconds: float) -> bytes | None:
         """Send nothing for so many seconds; return the response that is due within them."""
@@ -147,7 +168,21 @@ class Wire:
     def _take(self, frame: CanFrame) -> bytes:
         check_shape(frame, self.channel.ids.response)
         self.tracker.response(frame.data)
+        response = decode_response(frame.data)
+        if isinstance(response, Abort):
+            self._crossed = max(self._segments - 1, 0)
+        elif isinstance(response, BlockAck) and response.sequence == self._segments:
+            self._segments = 0
         return frame.data
+
+    def _let_pass(self) -> None:
+        """Wait for the answers to segments that were on their way when the server aborted.
+
+        It was idle then, and may refuse each of them as a request.
+        """
+        stray = self.fence()
+        if stray:
+            raise _unsolicited(stray)
 
     def _heard_elsewhere(self) -> str:
         heard = [str(frame) for frame in self.channel.overheard if frame.dlc == FRAME_LENGTH]
@@ -156,8 +191,12 @@ class Wire:
     # Proof that nothing was answered
 
     def fence(self) -> list[bytes]:
-        """Read 1000h and return what came before its answer."""
+        """Read 1000h and return what came before its answer.
+
+        Not the refusals of segments that crossed with an abort of the server.
+        """
         stray: list[bytes] = []
+        crossed, self._crossed = self._crossed, 0
         self._send_baseline(0)
         retried = False
         while True:
@@ -178,6 +217,9 @@ class Wire:
             data = self._take(frame)
             if data == self.device.baseline[0][1]:
                 break
+            if crossed and isinstance(decode_response(data), Abort):
+                crossed -= 1
+                continue
             if self.pauses.excuses(data):
                 continue
             stray.append(data)

@@ -86,9 +86,18 @@ def test_only_the_latest_are_kept(bench: Bench) -> None:
 
 @pytest.mark.parametrize("remote", [False, True])
 def test_a_second_client(bench: Bench, remote: bool) -> None:
-    bench.bus.incoming.append(message(0x605, READ, remote=remote))
-    with pytest.raises(SecondClient, match="Another node sends SDO requests on 605h"):
-        bench.channel.receive()
+    for look in (bench.channel.receive, bench.channel.waiting):
+        bench.bus.incoming.append(message(0x605, READ, remote=remote))
+        with pytest.raises(SecondClient, match="Another node sends SDO requests on 605h"):
+            look()
+
+
+def test_what_has_arrived_is_still_received(bench: Bench) -> None:
+    assert not bench.channel.waiting()
+    bench.bus.incoming.extend([message(0x585, ANSWER), message(0x705, b"\x05")])
+    for _ in range(3):
+        assert list(bench.channel.waiting()) == [RESPONSE]
+    assert bench.channel.receive() == RESPONSE
 
 
 # Boot-up

@@ -119,6 +119,14 @@ def test_silence_takes_the_time_out_and_no_more(bench: Bench) -> None:
     assert bench.clock.now == pytest.approx(1000.5, abs=0.01)
 
 
+def test_a_look_takes_no_time(bench: Bench) -> None:
+    assert bench.link.look() is None
+    bench.bus.incoming.append(message(0x585, ANSWER))
+    assert bench.link.look() == CanFrame(0x585, ANSWER)
+    assert bench.clock.now == pytest.approx(1000, abs=0.0001)
+    assert len(bench.captured) == 1
+
+
 def test_own_frames_that_come_back_are_not_received(bench: Bench) -> None:
     echo = message(0x605, READ)
     echo.is_rx = False

@@ -10,11 +10,13 @@ from run_bench import NODE_ID, Recording
 
 from conformance.bus.host import HostedNode, NodeHost
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.device import LAST_DATA_TYPE
 from conformance.device.safety import written_by
 from conformance.faults.catalogue import all_deviations
 from conformance.faults.device import reference_entries
 from conformance.run.bench import private_channel
 from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, DataType, Entry
@@ -70,6 +72,18 @@ def run(
 
 
 def asked_to_write(server: Recording) -> set[Multiplexer]:
-    """Return the entries of the device for which a download was begun, whatever its length."""
-    requests = (decode_request(frame.ljust(8, b"\0")) for frame in server.requests)
-    return {mux for mux in map(written_by, requests) if mux in server.entries}
+    """Return the entries for which a download would have begun, had the device been idle.
+
+    Whatever the length of a frame, and whether or not it was a segment when it was sent. Not those
+    that the device had refused to read before, because it lacks them.
+    """
+    asked: set[Multiplexer] = set()
+    lacking: set[Multiplexer] = set()
+    for frame in server.requests:
+        request = decode_request(frame.ljust(8, b"\0"))
+        target = written_by(request)
+        if isinstance(request, UploadInitiate) and request.mux not in server.entries:
+            lacking.add(request.mux)
+        elif target is not None and target not in lacking and target.index > LAST_DATA_TYPE:
+            asked.add(target)
+    return asked

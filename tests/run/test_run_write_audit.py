@@ -1,18 +1,25 @@
 """Nothing is written but what the user named, and every value is put back: in a whole run."""
 
 import pytest
-from run_audit import WRITABLE, asked_to_write, node_like, run, server_like
+from run_audit import ALSO_WRITABLE, WRITABLE, asked_to_write, node_like, run, server_like
+from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
+from conformance.faults.device import reference_entries
 from conformance.run.matrix.states import STATES
 from conformance.running import ExitCode
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import BlockSegment
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access
+from conformance.sdo.node import Node
+from conformance.sdo.objects import Access, Refusal
+from conformance.sdo.server import BlockDownload, Server
 
 pytest_plugins = ["pytester"]
 
 NAME = Multiplexer(0x1008)
 TEXT = Multiplexer(0x2010)
+DOMAIN = Multiplexer(0x2011)
 # Of the matrix two states, where most of its frames can be taken for a download.
 ONCE = "not test_matrix or matrix.idle or matrix.block-download-between"
 # Of the other states each frame with a specifier of downloads, or that a sub-block takes.
@@ -80,6 +87,62 @@ def test_a_device_that_writes_what_it_should_not(
     status = run(pytester, server, node_like(name, server), "-k", chosen).ret
     assert status in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
     assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= set(IDENTITY)
+    assert server.values() == begin
+
+
+class AbortsInside(Server):
+    """Aborts each block download inside its first sub-block, and is idle from then on.
+
+    Its abort, and what it answers to the segments that it takes for requests, is late: many more
+    are on their way.
+    """
+
+    at = 20
+    late = 1
+    held_back: list[bytes] = []  # noqa: RUF012
+    still = 0
+
+    def take_block_segment(self, transfer: BlockDownload, request: BlockSegment) -> None:
+        """Give up, but not at once."""
+        if request.sequence == self.at:
+            self.still = self.late
+            raise Refusal(AbortCode.LOCAL_CONTROL)
+        super().take_block_segment(transfer, request)
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        """Answer late what came behind."""
+        answers = self.held_back + super().receive(frame)
+        self.still -= 1
+        self.held_back = answers if self.still > 0 else []
+        return [] if self.still > 0 else answers
+
+
+# Values of 64 segments and more, which the abort crosses, and all others.
+IN_MID_BURST = {
+    1: "test_block_download or random.block or random.soup",
+    40: "block-download.size[448] or block-download.size[672] or block-download.size[4096]",
+}
+
+
+@pytest.mark.parametrize(("late", "chosen"), IN_MID_BURST.items(), ids=str)
+def test_a_device_that_aborts_in_mid_burst(
+    pytester: pytest.Pytester, late: int, chosen: str
+) -> None:
+    """What is on its way then are requests to it: none writes what was not named."""
+    audited: type[Recording] = type("Audited", (Recording, AbortsInside), {"late": late})
+    server = audited(reference_entries(NODE_ID) | ALSO_WRITABLE)
+    begin = server.values()
+    status = run(
+        pytester,
+        server,
+        Node(NODE_ID, server),
+        *("--response-timeout=0.2", "--object=2011=domain", "-k", chosen),
+    ).ret
+    assert status == pytest.ExitCode.TESTS_FAILED
+    taken = [frame for frame in server.requests if frame[:2] in (b"\x22\x7e", b"\x22\x7c")]
+    assert taken or late == 1, "segments have reached it that look like initiates"
+    elsewhere = asked_to_write(server) - WRITABLE - {DOMAIN}
+    assert {mux.index for mux in elsewhere} <= set(IDENTITY)
     assert server.values() == begin
 
 

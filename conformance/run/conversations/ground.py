@@ -10,28 +10,22 @@ from dataclasses import dataclass, field, replace
 
 from conformance.device.device import IDENTITY_COUNT, Device, NotTestable
 from conformance.device.objects import KnownObject
-from conformance.device.safety import WritePolicy, written_by
+from conformance.device.safety import written_by
 from conformance.run.conversations.transfers import Transfer
 from conformance.run.dialogue import Dialogue
 from conformance.run.lockstep import knowledge_of
 from conformance.run.matrix.stimuli import Targets
+from conformance.run.payload import MOST_PLAIN, mux_bytes, text
 from conformance.run.room_steps import NO_ROOM
-from conformance.run.steps import PRINTABLE
-from conformance.sdo.client import SEGMENT_LENGTH
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import (
-    DownloadInitiate,
-)
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.oracle import Knowledge
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-# Segment 32 of a sub-block begins like a download initiate: up to there any text may stand in it.
-MOST_TEXT = 31 * SEGMENT_LENGTH
 # Room for more segments than a sub-block has, and than a byte can count.
-ROOMS = (1799, 897, MOST_TEXT, 64, 20)
+ROOMS = (1799, 897, MOST_PLAIN, 64, 20)
 
 
 @dataclass(slots=True)
@@ -74,13 +68,7 @@ class Ground:
             value = self.device.values[transfer.target]
             return bytes([value[0] ^ (transfer.content & 1)]) + value[1:]
         chosen = random.Random(f"{transfer.content}/{transfer.size}")
-        if transfer.size <= MOST_TEXT:
-            return bytes(chosen.choices(PRINTABLE, k=transfer.size))
-        head = mux_bytes(transfer.target)
-        rest = SEGMENT_LENGTH - len(head)
-        segments = -(-transfer.size // SEGMENT_LENGTH)
-        pieces = (head + bytes(chosen.choices(PRINTABLE, k=rest)) for _ in range(segments))
-        return b"".join(pieces)[: transfer.size]
+        return text(chosen, transfer.size, self.device.nowhere)
 
     def knowledge(self) -> Knowledge:
         """Return what the oracle may take for granted before the next conversation."""
@@ -109,20 +97,15 @@ class Ground:
 
     def harmless(self, data: bytes) -> bytes:
         """Return a request that, whatever a device takes it for, writes where it may."""
-        return harmless(data, self.device.policy, self.targets.own)
+        return harmless(data, self.device, self.targets.own)
 
 
-def harmless(data: bytes, policy: WritePolicy, own: Multiplexer) -> bytes:
+def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
     """Put ``own`` where a download initiate would name an object that must not be written."""
     target = written_by(decode_request(data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")))
-    if target is None or policy.permits(target):
+    if target is None or device.lacks(target) or device.policy.permits(target):
         return data
     return data[:1] + mux_bytes(own) + data[4:]
-
-
-def mux_bytes(mux: Multiplexer) -> bytes:
-    """Return a multiplexer as it stands in a request."""
-    return DownloadInitiate(mux).encode()[1:4]
 
 
 def survey(sdo: Dialogue) -> Ground:
@@ -150,8 +133,8 @@ def survey(sdo: Dialogue) -> Ground:
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:
     """Return the bytes that a string or domain surely takes, 0 where they are few."""
-    text = known.data_type is DataType.VISIBLE_STRING
-    for room in ROOMS[2:] if text else ROOMS:
+    short = known.data_type is DataType.VISIBLE_STRING or not sdo.device.nowhere
+    for room in ROOMS[2:] if short else ROOMS:
         abort = sdo.try_download(known, sdo.payload(room), segmented=True)
         if abort is None:
             return room

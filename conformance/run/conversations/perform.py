@@ -24,7 +24,7 @@ from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.frames import Abort, Request
+from conformance.sdo.frames import Abort, BlockSegment, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.block_download import SubBlock
@@ -83,6 +83,7 @@ class _Client:
             burst = step if isinstance(step, Burst) else Burst((step,))
             if burst.requests:
                 responses.clear()
+                in_sub_block = isinstance(burst.requests[0], BlockSegment)
                 frames, gone = self._disturbed(transfer, burst.requests, sent)
                 sent += len(burst.requests)
                 odd = any(
@@ -90,6 +91,8 @@ class _Client:
                     for found in transfer.disturbances
                 )
                 for frame in frames:
+                    if in_sub_block and self._lockstep.has_left():
+                        break
                     responses += self._lockstep.send(frame)
                     if self._floods(odd):
                         return self._lockstep.settle(transfer.target)

@@ -7,6 +7,7 @@ carries a multiplexer it is that of the object that the state is about, if nothi
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from conformance.run.payload import mux_bytes
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
@@ -141,9 +142,19 @@ def _block_segments() -> dict[str, Stimulus]:
     for sequence in (0, 1, 2, 3, 4, 5, 32, 33, 64, 70, 96, 97, 126, 127):
         for last in (False, True):
             if sequence or not last:  # 80h is an abort
-                segment = BlockSegment.with_data(sequence, TEXT, last=last)
-                found[f"segment-{sequence}{'-last' if last else ''}"] = _always(segment)
+                label = f"segment-{sequence}{'-last' if last else ''}"
+                found[label] = _block_segment(sequence, last=last)
     return found
+
+
+def _block_segment(sequence: int, *, last: bool) -> Stimulus:
+    """Return a segment that names, where it could be an initiate, what the device lacks."""
+
+    def make(targets: Targets) -> CanFrame:
+        data = TEXT if sequence < 32 else mux_bytes(targets.missing) + TEXT[3:]
+        return _request(BlockSegment.with_data(sequence, data, last=last).encode(), targets)
+
+    return make
 
 
 def _aborts() -> dict[str, Stimulus]:

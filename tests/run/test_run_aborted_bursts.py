@@ -1,0 +1,145 @@
+"""A server that aborts inside a sub-block is sent no more of it than what is on its way."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from run_bench import BASELINE, DOMAIN, NODE_ID, READ, Scripted
+
+from conformance.bus.channel import Channel
+from conformance.bus.link import Link
+from conformance.device.device import Device
+from conformance.device.objects import by_multiplexer
+from conformance.device.safety import WritePolicy
+from conformance.faults.simulated import SimulatedBus
+from conformance.run.dialogue import Dialogue
+from conformance.run.wire import SEGMENTS_PER_LOOK
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Abort, BlockAck, BlockDownloadInitiateResponse
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import UNSOLICITED, Level, Rule, Violation
+
+RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")
+ABORT = Abort(DOMAIN.mux, AbortCode.LOCAL_CONTROL)
+REFUSED = Abort(Multiplexer(0), AbortCode.COMMAND_NOT_VALID).encode()
+CONFIRMED = bytes.fromhex("600A200000000000")
+BEGUN = BlockDownloadInitiateResponse(DOMAIN.mux, 127, True).encode()
+DATA = bytes(7 * 100)
+AT = 5
+
+
+class Aborting(Scripted):
+    """Aborts at a segment and answers those behind it.
+
+    Nothing is heard of that before it has got ``unheard`` of them.
+    """
+
+    def __init__(self, behind: bytes, unheard: int = 0) -> None:
+        super().__init__(self._answer)
+        self.segments = 0
+        self._behind = behind
+        self._unheard = unheard
+        self._held_back: list[bytes] = []
+
+    def _answer(self, data: bytes) -> list[bytes]:
+        if data == READ:
+            return [BASELINE]
+        if data[0] in (0x80, 0xC6):
+            return [BEGUN] if data[0] == 0xC6 else []
+        self.segments += 1
+        if self.segments == AT:
+            self._held_back.append(ABORT.encode())
+        elif self.segments > AT:
+            self._held_back.append(self._behind)
+        if self.segments < AT + self._unheard:
+            return []
+        answers, self._held_back = self._held_back, []
+        return answers
+
+
+@contextmanager
+def talking_to(node: Scripted) -> Iterator[Dialogue]:
+    """Return a conversation in which every answer is there when a request was sent."""
+    link = Link(SimulatedBus([node]), "simulated")
+    device = Device(
+        NODE_ID,
+        by_multiplexer([DOMAIN]),
+        baseline=[(READ, BASELINE)],
+        policy=WritePolicy([DOMAIN.mux]),
+    )
+    try:
+        yield Dialogue(Channel(link, NODE_ID, 0.1), device, RULE, seed=1)
+    finally:
+        link.close()
+
+
+def test_nothing_follows_an_abort() -> None:
+    node = Aborting(REFUSED)
+    with talking_to(node) as sdo:
+        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+    assert AT <= node.segments < AT + SEGMENTS_PER_LOOK
+
+
+def test_nothing_follows_an_abort_in_a_script() -> None:
+    node = Aborting(REFUSED)
+    with talking_to(node) as sdo:
+        sdo.initiate_block_download(DOMAIN, len(DATA))
+        for first in range(1, 41, 20):
+            sdo.send_segments([bytes(7)] * 20, first=first)
+        sdo.expect_abort(AbortCode.LOCAL_CONTROL, of=DOMAIN)
+    assert AT <= node.segments < AT + SEGMENTS_PER_LOOK
+
+
+@pytest.mark.parametrize("unheard", [0, 10, 60])
+def test_what_crosses_with_an_abort_may_be_refused(unheard: int) -> None:
+    """Each segment that is on its way is a request to an idle server; then it is asked anew."""
+    node = Aborting(REFUSED, unheard)
+    with talking_to(node) as sdo:
+        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        sdo.send(READ)
+        assert sdo.receive() == BASELINE
+        assert sdo.fence() == []
+    assert node.requests.count(READ) == 3
+
+
+def test_what_is_refused_before_the_case_ends() -> None:
+    with talking_to(Aborting(REFUSED, 60)) as sdo:
+        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        assert sdo.fence() == []
+
+
+def test_no_segment_is_confirmed() -> None:
+    with talking_to(Aborting(CONFIRMED, 20)) as sdo:
+        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        with pytest.raises(Violation) as raised:
+            sdo.send(READ)
+    assert raised.value.rule is UNSOLICITED
+
+
+def test_an_abort_is_answered_once_where_nothing_crosses() -> None:
+    """A second refusal of the one segment that was sent is one too many."""
+
+    def answers(data: bytes) -> list[bytes]:
+        if data == READ:
+            return [BASELINE]
+        return [BEGUN] if data[0] == 0xC6 else [ABORT.encode(), REFUSED]
+
+    with talking_to(Scripted(answers)) as sdo:
+        assert sdo.try_block_download(DOMAIN, bytes(7)) == ABORT
+        assert sdo.fence() == [REFUSED]
+
+
+def test_an_acknowledgement_does_not_stop_a_sub_block() -> None:
+    """A gap may be told at once: the server waits for the end of the sub-block, or for number 1."""
+    numbers: list[int] = []
+
+    def answers(data: bytes) -> list[bytes]:
+        if data[0] == 0xC6:
+            return [BEGUN]
+        numbers.append(data[0])
+        return [BlockAck(0, 127).encode()] if len(numbers) == 1 else []
+
+    with talking_to(Scripted(answers)) as sdo:
+        sdo.initiate_block_download(DOMAIN, len(DATA))
+        sdo.send_segments([bytes(7)] * 20, first=2)
+    assert numbers == list(range(2, 22))
