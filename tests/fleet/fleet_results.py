@@ -57,7 +57,7 @@ def outcomes(junit: Path) -> Iterator[Outcome]:
 def _broken_rule(text: str) -> str:
     """Return the id of the rule that a failure names; the cause, where none is told."""
     _, _, rest = text.partition("broken rule: ")
-    return rest.partition(":")[0]
+    return rest.partition("\n")[0].partition(":")[0]
 
 
 @dataclass(slots=True)

@@ -17,12 +17,12 @@ from fleet_servers import ForeignServer, Unavailable
 ROOT = Path(__file__).parents[2]
 STAND_IN = Path(__file__).with_name("vcan")
 CHANNEL = "vcan0"
+LARGE = "2020"
 DEVICE = """\
 node-id = 5
 eds = "../device.eds"
 [objects]
 writable = "all-rw"
-large = "2020"
 """
 # What runs of earlier versions or other places set up must not reach this one.
 UNWANTED = ("PYTEST_ADDOPTS", "PYTEST_PLUGINS")
@@ -87,7 +87,8 @@ def run_suite(server: ForeignServer, built: Path, bus: Bus, options: Sequence[st
     folder = built / "run"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    (folder / "device.toml").write_text(DEVICE)
+    large = "" if LARGE in server.without else f'large = "{LARGE}"\n'
+    (folder / "device.toml").write_text(DEVICE + large)
     # Keeps pytest from taking the configuration of this project for that of the run.
     (folder / "pytest.ini").write_text("[pytest]\n")
     program = [str(built / word) if (built / word).exists() else word for word in server.start]
