@@ -41,7 +41,7 @@ class HostedNode(Protocol):
 
 
 class NodeClock:
-    """The time of a node, in seconds: it stands still while frames wait to be taken.
+    """The time of a node, in seconds: it stands still while frames wait to be taken, or to go out.
 
     Where a busy machine lets them wait, the client has not been silent for so long, nor the node.
     """
@@ -61,6 +61,12 @@ class NodeClock:
                 self._held, taken = now - arrived, arrived
         self._last = taken
         return taken
+
+    def hold(self, now: float) -> None:
+        """Take that the node was answering up to now: the client is silent from now on."""
+        answering = now - self._held - self._last
+        if answering > LONG:
+            self._held += answering
 
 
 class NodeHost:
@@ -110,6 +116,7 @@ class NodeHost:
                     answers = self._node.receive(to_frame(message))
                     if answers:
                         self._answer(answers, now + self._delay)
+                        self._clock.hold(time.monotonic())
         finally:
             self._bus.shutdown()
 

@@ -25,7 +25,8 @@ class Pauses:
     """The silences of the bench within one case, in seconds of the monotonic clock.
 
     ``active_at`` is when the last frame went or came; ``longest`` is the longest time from there to
-    the next one sent while a transfer was open. ``notes`` say what was met.
+    the next one sent while a transfer was open, or for which a response waited to be taken.
+    ``notes`` say what was met.
     """
 
     def __init__(self, server_timeout: float | None) -> None:
@@ -50,8 +51,10 @@ class Pauses:
         """Take that the silence up to now was meant: the server had to give up, or to go on."""
         self.active_at = time.monotonic()
 
-    def received(self, data: bytes, arrived: float) -> None:
-        """Take a response, and when it arrived."""
+    def received(self, data: bytes, arrived: float, *, within: bool) -> None:
+        """Take a response, and when it arrived: since then it may have waited for the bench."""
+        if within:
+            self.longest = max(self.longest, time.monotonic() - arrived)
         if self.longest >= self._limit and is_timeout(data):
             self._given_up = True
         self.active_at = arrived

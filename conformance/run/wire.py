@@ -146,7 +146,7 @@ class Wire:
         frame = self.channel.pause(seconds)
         if frame is None:
             return None
-        self.pauses.received(frame.data, self.channel.arrived)
+        self._note_received(frame)
         return self._take(frame)
 
     def next_frame(self, timeout: float | None = None) -> CanFrame | None:
@@ -158,8 +158,12 @@ class Wire:
             self._note_missed()
         else:
             self.latency = max(self.latency, self.channel.arrived - self._sent_at)
-            self.pauses.received(frame.data, self.channel.arrived)
+            self._note_received(frame)
         return frame
+
+    def _note_received(self, frame: CanFrame) -> None:
+        within = self.tracker.open is not None
+        self.pauses.received(frame.data, self.channel.arrived, within=within)
 
     def _note_missed(self) -> None:
         if self.channel.in_doubt:

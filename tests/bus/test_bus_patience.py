@@ -128,3 +128,13 @@ def test_a_nodes_time_stands_still_while_frames_wait(
     assert times == [pytest.approx(1000.5, abs=0.005)] * backlog
     bench.clock.now = 1004.0
     assert clock.at(None, bench.clock.now) == pytest.approx(1001.5, abs=0.005)
+
+
+def test_a_nodes_time_stands_still_while_it_answers(bench: Bench) -> None:
+    """A burst of segments takes long on a busy machine: the client is silent from its end on."""
+    clock = NodeClock(bench.bus)
+    assert clock.at(message(0x605, ANSWER), 1000.0) == 1000.0
+    clock.hold(1002.0)
+    assert clock.at(None, 1002.5) == pytest.approx(1000.5)
+    clock.hold(1002.501)
+    assert clock.at(None, 1002.6) == pytest.approx(1000.6)

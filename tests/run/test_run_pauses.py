@@ -43,11 +43,18 @@ def test_what_a_silence_of_the_bench_excuses(
 ) -> None:
     pauses = Pauses(declared)
     silent(pauses, seconds)
-    pauses.received(response, time.monotonic())
+    pauses.received(response, time.monotonic(), within=True)
     assert pauses.excuse is excused
     assert len(pauses.notes) == excused
     pauses.forget()
     assert not pauses.excuse
+
+
+@pytest.mark.parametrize("within", [True, False])
+def test_a_response_that_waited_for_the_bench(within: bool) -> None:
+    pauses = Pauses(1.0)
+    pauses.received(BASELINE, time.monotonic() - 0.9, within=within)
+    assert pauses.excuse is within
 
 
 def test_between_transfers_nobody_gives_up() -> None:
