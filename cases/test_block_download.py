@@ -133,7 +133,8 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
         return
     if gap.block_size >= 2:
         sdo.send_segments(gap.segments[1:], first=2, last=True)
-        sdo.acknowledged(variable, 0)
+        if sdo.gap_acknowledged(variable, 0) is None:
+            return
     sdo.send_segments(gap.segments, last=True)
     sdo.acknowledged(variable, 2)
     sdo.end_block_download(variable, unused=0, crc=gap.crc)

@@ -79,6 +79,17 @@ def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_block_download_refused(text, sdo.payload(21), *TOO_LONG, size=10)
 
 
+@must("block-download.too-many-inside", "B12", "6-announced-download")
+def test_too_many_inside(sdo: Dialogue, text: KnownObject) -> None:
+    """Inside a sub-block, too, a refusal names the download and has a code of CiA 301."""
+    sdo.store(text, sdo.payload(21))
+    with sdo.unchanged(text):
+        sdo.expect_block_download_refused(text, sdo.payload(84), *TOO_LONG, size=14)
+        # The segments behind the refused one meet an idle server, which may refuse each.
+        for answer in sdo.fence():
+            sdo.checks.abort(answer, None)
+
+
 @must("block-download.number-too-long", "I35", "O18", length=[1, 2, 4])
 def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     """More bytes than a number has are refused, at the end at the latest."""

@@ -1,17 +1,22 @@
 """Servers that are wrong about aborts and foreign requests in a block download."""
 
+from dataclasses import replace
+
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
     BlockEndResponse,
+    BlockSegment,
     Request,
     Response,
 )
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.server import BlockDownload, Server
 
 ABORT = DefectClass.ABORT
 STATE = DefectClass.STATE
+INSIDE = "block-download.too-many-inside"
 
 
 class _DuringDownload(Server):
@@ -121,3 +126,38 @@ class AbortAcknowledged(_OnAbort):
     def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
         """Send A2h once more."""
         return [self.acknowledge(transfer)]
+
+
+class _LongSubBlock(Server):
+    """Aborts otherwise when too much has come inside a sub-block of which many segments came."""
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Abort otherwise."""
+        transfer = self.transfer
+        many = isinstance(transfer, BlockDownload) and transfer.due > 1
+        responses = super().refuse(request, code)
+        if not many or not isinstance(request, BlockSegment):
+            return responses
+        return [self.spoilt(found) for found in responses if isinstance(found, Abort)]
+
+    def spoilt(self, abort: Abort) -> Abort:
+        """Return the abort as it is sent."""
+        return abort
+
+
+@fault("block-download-abort-inside-code-private", ABORT, INSIDE)
+class InsidePrivate(_LongSubBlock):
+    """Aborts with a code of its own inside a sub-block."""
+
+    def spoilt(self, abort: Abort) -> Abort:
+        """Replace the code."""
+        return replace(abort, code=0x0607_0099)
+
+
+@fault("block-download-abort-inside-multiplexer-foreign", ABORT, INSIDE)
+class InsideForeign(_LongSubBlock):
+    """Names another object in an abort inside a sub-block."""
+
+    def spoilt(self, abort: Abort) -> Abort:
+        """Replace the object."""
+        return replace(abort, mux=Multiplexer(0x1018, 1))

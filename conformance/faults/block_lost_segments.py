@@ -128,17 +128,6 @@ class SecondGapAborted(_Gaps):
         return [ack]
 
 
-@fault("block-download-nothing-not-acknowledged", LOST, "block-download.lost[first]")
-class NothingNotAcknowledged(_Gaps):
-    """Keeps silent at the end of a sub-block of which nothing came in sequence."""
-
-    def on_gap(
-        self, transfer: BlockDownload, ack: BlockAck, request: BlockSegment
-    ) -> list[Response]:
-        """Have nothing to acknowledge."""
-        return [ack] if ack.sequence else []
-
-
 @fault("block-download-ends-with-gap", LOST, "block-download.lost[before-last]")
 class EndsWithGap(_Gaps):
     """Expects the end frame behind a last segment though one before it is lost."""

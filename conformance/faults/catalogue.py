@@ -30,6 +30,7 @@ from conformance.faults import (
     download_segments,
     downloads,
     frames,
+    gap_variants,
     histories,
     leaks,
     narrow,
@@ -91,6 +92,7 @@ _MODULES = (
     variants,
     block_variants,
     block_choice_variants,
+    gap_variants,
     channel_variants,
     dictionary_variants,
 )

@@ -6,7 +6,7 @@ Without a time-out (``--server-timeout``) they do as the reference server does.
 from conformance.faults.registry import DefectClass, fault, variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, BlockSegment, Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.segmented_server import SegmentedServer
@@ -162,6 +162,23 @@ class StoresWhatCame(Server):
         if transfer is not None and isinstance(data, bytearray) and data:
             self.objects.find(transfer.mux).value = bytes(data)
         return super().expire()
+
+
+@fault("block-download-lost-first-forgotten", TIMING, "block-download.lost[first]")
+class LostFirstForgotten(Server):
+    """Waits for ever for the first segment of a sub-block, and never says so."""
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Have nothing to acknowledge."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload) and transfer.due == 1 != request.sequence:
+            return []
+        return super().on_block_segment(request)
+
+    def expire(self) -> list[bytes]:
+        """Wait."""
+        waits = isinstance(self.transfer, BlockDownload) and self.transfer.due == 1
+        return [] if waits else super().expire()
 
 
 class _Acknowledging(OwnClock):

@@ -74,7 +74,8 @@ class Gap:
 def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) -> Gap | None:
     """Send a block download in one sub-block, all but the segment at a position, counted from 0.
 
-    It is not the last. None where the server takes too few segments at once for a gap.
+    It is not the last. None where the server takes too few segments at once for a gap, or keeps
+    silent about it.
     """
     data = sdo.payload(size)
     sdo.store(known, sdo.payload(size))
@@ -85,7 +86,9 @@ def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) ->
         return None
     sdo.send_segments(chunks[:position])
     sdo.send_segments(chunks[position + 1 :], first=position + 2, last=True)
-    ack = sdo.acknowledged(known, position)
+    ack = sdo.gap_acknowledged(known, position)
+    if ack is None:
+        return None
     crc = crc16(data) if response.crc_supported else 0
     return Gap(data, chunks[position:], ack.block_size, crc)
 

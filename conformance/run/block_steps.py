@@ -28,6 +28,8 @@ from conformance.sdo.frames import (
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
 from conformance.sdo.stepping import Result, advance
 
+# A server's timer may be coarse: its time-out takes up to half as long again as it is declared.
+PATIENCE = 1.5
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
 
 
@@ -143,6 +145,41 @@ class BlockSteps(RoomSteps):
         if ack.sequence != sequence:
             raise Violation(
                 BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(frame)
+            )
+        return ack
+
+    def gap_acknowledged(self, target: Target, sequence: int) -> BlockAck | None:
+        """Expect the acknowledgement of the segments before a gap, up to ``sequence``.
+
+        When it comes is the server's choice: at once, at the end of the sub-block, or with its
+        time-out, when it may as well give up. Where that time is declared it is waited for; where
+        it is not, silence is recorded. Returns None, and no transfer runs, if there is none.
+        """
+        declared, seconds = self.device.server_timeout, self.channel.response_timeout
+        data = self.wait(seconds + PATIENCE * (declared or 0))
+        if data is None and declared is None:
+            self.notes.append(
+                f"a gap is not acknowledged within {seconds * 1000:g} ms: declare the time after "
+                "which the device acknowledges it, or gives up, with --server-timeout=SECONDS"
+            )
+            self.end_transfer()
+            return None
+        if data is None:
+            raise Violation(
+                BLOCK_ACK,
+                expected=f"ackseq {sequence}, with the declared time-out at the latest",
+                actual=f"nothing within {seconds + PATIENCE * (declared or 0):.3g} s",
+            )
+        response = decode_response(data)
+        if declared and isinstance(response, Abort) and response.code == AbortCode.TIMED_OUT:
+            self.checks.abort(data, mux_of(target))
+            self.notes.append("a gap is not acknowledged: the server gives up")
+            return None
+        with self._served():
+            ack = self.checks.block_ack(data, mux_of(target), LARGEST_BLOCK)
+        if ack.sequence != sequence:
+            raise Violation(
+                BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(data)
             )
         return ack
 

@@ -194,8 +194,8 @@ class Wire:
 
     # Proof that nothing was answered
 
-    def fence(self) -> list[bytes]:
-        """Read 1000h and return what came before its answer.
+    def fence(self, most: int = MOST_STRAY) -> list[bytes]:
+        """Read 1000h and return what came before its answer: so many frames at the most.
 
         Not the refusals of segments that crossed with an abort of the server.
         """
@@ -227,7 +227,7 @@ class Wire:
             if self.pauses.excuses(data):
                 continue
             stray.append(data)
-            if len(stray) > MOST_STRAY:
+            if len(stray) > most:
                 raise _unsolicited(stray)
         for request, due in self.device.baseline[1:]:
             self.send(request)

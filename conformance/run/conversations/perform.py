@@ -92,18 +92,26 @@ class _Client:
                 )
                 for frame in frames:
                     if in_sub_block and self._lockstep.has_left():
+                        responses += self._lockstep.arrived()
                         break
                     responses += self._lockstep.send(frame)
                     if self._floods(odd):
                         return self._lockstep.settle(transfer.target)
                 if gone:
                     return None
+            if burst.awaited and not responses:
+                responses += self._lockstep.behind_gap()
             try:
                 if burst.awaited and not responses:
                     break
                 step = steps.send(responses.popleft()) if burst.awaited else next(steps)
-            except (StopIteration, ServerAborted):
+            except StopIteration:
                 return None
+            except ServerAborted:
+                # What was on its way then may be answered yet: nothing is, where that is certain.
+                if self._lockstep.oracle.idle:
+                    return None
+                break
             except Violation:
                 break
         return self._lockstep.settle(transfer.target)

@@ -7,10 +7,11 @@ from conformance.sdo.oracle import (
     segmented_upload,
 )
 from conformance.sdo.oracle.branch import Freedom
+from conformance.sdo.oracle.endings import Ended
 from conformance.sdo.oracle.follow import Awaited, Oracle
 from conformance.sdo.oracle.knowledge import Facts, Knowledge, Presence
 
 # Each of them registers the initiates that begin with it.
 SERVICES = (segmented_download, segmented_upload, block_download, block_upload)
 
-__all__ = ["SERVICES", "Awaited", "Facts", "Freedom", "Knowledge", "Oracle", "Presence"]
+__all__ = ["SERVICES", "Awaited", "Ended", "Facts", "Freedom", "Knowledge", "Oracle", "Presence"]

@@ -61,7 +61,7 @@ class Refusal:
             abort = self.read(frame)
             chosen = frozenset((*freedoms, *self._choices(abort)))
             rest = Branch(after, memory, self.row, freedoms=chosen)
-            return [rest.noting(*self._breaches(abort, frame), *self.findings)]
+            return [rest.noting(*self.breaches(abort, frame), *self.findings)]
 
         return Branch(before, memory, self.row, Due(self.row, self.words(), take))
 
@@ -78,7 +78,8 @@ class Refusal:
             own = "that of the request" if abort.mux == self.looks_like else "another"
             yield Freedom("multiplexer of an abort without a transfer", own)
 
-    def _breaches(self, abort: Abort, frame: bytes) -> Iterable[Violation]:
+    def breaches(self, abort: Abort, frame: bytes) -> Iterable[Violation]:
+        """Yield what is wrong with an abort that came for this reason."""
         yield from shape(abort, frame)
         if self.muxes is not None and abort.mux not in self.muxes:
             named = " or ".join(str(mux) for mux in self.muxes)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -126,11 +126,18 @@ class SubBlock(_BlockDownload):
 
     ``broken``: a segment was lost, and what follows in this sub-block is discarded. After a break
     that was acknowledged at once, numbers above ``stale`` may belong to the sub-block before.
+    ``highest`` is the highest number that came: one that is not above it is late, or repeated, and
+    the server may take that for ``disorder`` and abort.
+
+    Why it aborts where nothing is to be answered, ``refusals`` says: to follow each segment both
+    ways would be more than can be followed.
     """
 
     expected: int = 1
     broken: bool = False
     stale: int | None = None
+    highest: int = 0
+    disorder: bool = False
     name: ClassVar[str] = "block download"
     abort_row: ClassVar[str] = "B4"
 
@@ -142,6 +149,20 @@ class SubBlock(_BlockDownload):
         """Take, or discard, a segment."""
         if not isinstance(request, BlockSegment):
             return self.foreign(memory, "B3")
+        return self._heard(request)._on_segment(request, memory)
+
+    def refusals(self) -> list[Refusal]:
+        """Return the aborts that may come where no answer is due, best reasons first."""
+        found = [reason.refusal(self.mux) for reason in self.reasons]
+        return [*found, Refusal("O14", IMPOSSIBLE, (self.mux,))] if self.disorder else found
+
+    def _heard(self, request: BlockSegment) -> Self:
+        """Return the state that knows of a number."""
+        number = request.sequence
+        late = number <= self.highest or not 1 <= number <= self.block_size
+        return replace(self, highest=max(number, self.highest), disorder=self.disorder or late)
+
+    def _on_segment(self, request: BlockSegment, memory: Memory) -> list[Branch]:
         branches = self._follow(request, memory)
         if self.stale is not None and request.sequence > self.stale:
             left_over = replace(self, stale=request.sequence)
@@ -151,10 +172,8 @@ class SubBlock(_BlockDownload):
     def _follow(self, request: BlockSegment, memory: Memory) -> list[Branch]:
         number = request.sequence
         if not 1 <= number <= self.block_size:
-            refusal = Refusal("O14", IMPOSSIBLE, (self.mux,))
             topic = "an impossible sequence number"
             return [
-                refusal.branch(self, IDLE, memory, Freedom(topic, "aborts")),
                 quiet(self, memory, "O14", Freedom(topic, "ignored")),
                 *(
                     branch.choosing(Freedom(topic, "breaks"))
@@ -183,12 +202,12 @@ class SubBlock(_BlockDownload):
         if request.last:
             reasons += self._shortfall(len(data), memory)
         reasons = tuple(dict.fromkeys(reasons))
-        branches = refused(self, self.mux, reasons, memory)
         taken = replace(self, data=data, reasons=reasons, expected=self.expected + 1, stale=None)
         if self._completes(request):
             row = "B2" if request.last else "B1"
+            branches = refused(self, self.mux, reasons, memory)
             return [taken._acknowledge(memory, row, request), *branches]
-        return [quiet(taken, memory, "B1"), *branches]
+        return [quiet(taken, memory, "B1")]
 
     def _excess(self, count: int, memory: Memory) -> Reasons:
         """Say why so many bytes, fillers of the last segment included, are too many.
@@ -207,14 +226,20 @@ class SubBlock(_BlockDownload):
         return (Reason("E5", TOO_SHORT, late=True),) if count < least else ()
 
     def _break(self, request: BlockSegment, memory: Memory) -> list[Branch]:
-        """Acknowledge what came in sequence before a gap: at once, or at the end."""
+        """Acknowledge what came in sequence before a gap: at once, at the end, or much later.
+
+        A server that looks for the number that is due and does nothing else takes it when it comes
+        late, and may leave it to its time-out to say that it lacks one.
+        """
         topic = "acknowledges a gap"
+        waiting = quiet(self, memory, "B6", Freedom("behind a gap", "waits for what is due"))
         at_once = replace(self, stale=request.sequence)._acknowledge(memory, "B6")
         later = self._later(request, memory)
         if self._completes(request):
             # Both are the same, but for what the server thinks of the segments that follow.
-            return [at_once, *later]
+            return [at_once, *later, waiting]
         return [
+            waiting,
             at_once.choosing(Freedom(topic, "at once")),
             *(branch.choosing(Freedom(topic, "at the end of the sub-block")) for branch in later),
         ]
@@ -246,7 +271,14 @@ class SubBlock(_BlockDownload):
                 )  # fmt: skip
                 rest = quiet(ended, memory, row)
             else:
-                following = replace(self, expected=1, broken=False, block_size=block_size)
+                following = replace(
+                    self,
+                    expected=1,
+                    broken=False,
+                    block_size=block_size,
+                    highest=0,
+                    disorder=False,
+                )
                 rest = quiet(following, memory, row)
             chosen = Freedom("block size of a download", str(block_size))
             return [rest.choosing(chosen).noting(*shape(response, frame))]

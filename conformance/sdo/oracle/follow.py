@@ -25,6 +25,7 @@ from conformance.sdo.oracle.answers import NOT_VALID, Refusal, violation
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, quiet
 from conformance.sdo.oracle.citations import must
+from conformance.sdo.oracle.endings import Ended, ending
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
@@ -65,6 +66,11 @@ class Oracle:
         self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), "I1")]
         self._asked = False
         self._other_asked = False
+        # Requests since the last response: an abort of the server may have crossed with them.
+        self._sent: list[bytes] = []
+        self.ended: Ended | None = None
+        # Whether there have been too many ways to go on, so that something was not judged.
+        self.given_up = False
 
     @property
     def awaited(self) -> Awaited:
@@ -73,6 +79,12 @@ class Oracle:
         if all(owing):
             return Awaited.ANSWER
         return Awaited.MAYBE if self.lost or any(owing) else Awaited.NOTHING
+
+    @property
+    def owed(self) -> int:
+        """The most answers that may still come to what was sent."""
+        behind = [branch.state.owed for branch in self._branches if isinstance(branch.state, Lost)]
+        return max(behind, default=0) + len(self._sent) + self._most_waiting()
 
     @property
     def lost(self) -> bool:
@@ -117,6 +129,7 @@ class Oracle:
                 return
             frame = frame.data
         self._asked = True
+        self._sent.append(frame)
         self._go_to([after for branch in self._branches for after in _hear(branch, frame)])
 
     def response(self, frame: bytes | CanFrame) -> list[Violation]:
@@ -131,18 +144,37 @@ class Oracle:
                 misfits.append(misfit)
         near = any(misfit.near for misfit in misfits)
         fits += [_bearing(branch) for branch in self._branches if _bears(branch, fits, near=near)]
-        if not fits:
-            broken = self._misfit(misfits, data)
-            self._recover(data)
+        self.ended = None
+        if not fits or min(branch.failures for branch in fits):
+            broken = self._unfit(fits, misfits, data)
         else:
             broken = self._keep_best(fits)
         self._asked = self._other_asked = False
+        self._sent.clear()
         return findings + broken
+
+    def _unfit(self, fits: list[Branch], misfits: list[Misfit], data: bytes) -> list[Violation]:
+        """Take a response that is not allowed, unless it is the abort that always is."""
+        end = ending(self._branches, data, self._sent)
+        if end is None:
+            if fits:
+                return self._keep_best(fits)
+            broken = self._misfit(misfits, data)
+            self._recover(data)
+            return broken
+        broken = self._keep_best(fits) if fits else end.wrong or self._misfit(misfits, data)
+        self._go_to(end.branches)
+        if end.due and not end.wrong:
+            return self._keep_best(self._branches)
+        if not end.wrong:
+            self.ended = Ended(end.abort, broken[0], refusal=bool(fits))
+        return broken
 
     def settled(self) -> list[Violation]:
         """Take that nothing more came, as a fence or a time-out proves; return what is missing."""
         resting = [_rested(branch) for branch in self._branches if branch.due is None]
         self._asked = self._other_asked = False
+        self._sent.clear()
         if resting:
             return self._keep_best(resting)
         due = [branch.due for branch in self._branches if branch.due is not None]
@@ -242,6 +274,9 @@ class Oracle:
         merged = _merged(branches) if len(branches) > 1 else branches
         common = frozenset.intersection(*(branch.freedoms for branch in merged))
         self.profile.add(common)
+        self.given_up |= any(
+            isinstance(branch.state, Lost) and branch.state.given_up for branch in merged
+        )
         self._branches = [
             replace(branch, freedoms=branch.freedoms - common) if common else branch
             for branch in merged
@@ -275,7 +310,8 @@ def _given_up(branches: list[Branch]) -> Branch:
     """Follow no longer: there are too many ways to go on."""
     # What is due may be a segment of a sub-block, with all others behind it.
     owed = LARGEST_BLOCK + max(_waiting(branch) for branch in branches)
-    return quiet(Lost(owed), branches[0].memory.in_doubt(), branches[0].row)
+    lost = Lost(owed, given_up=True)
+    return quiet(lost, branches[0].memory.in_doubt(), branches[0].row)
 
 
 def _bears(branch: Branch, fits: list[Branch], *, near: bool) -> bool:

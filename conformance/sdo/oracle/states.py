@@ -231,11 +231,13 @@ class Lost:
 
     ``owed`` answers may still come to what was sent before. They cannot be told from those to
     later requests, so nothing is certain until as many have come, or the bus has been quiet.
-    ``begun`` says that an initiate was sent last: by its answer the server is found.
+    ``begun`` says that an initiate was sent last: by its answer the server is found. ``given_up``
+    says that there were too many ways to go on.
     """
 
     owed: int = 0
     begun: bool = False
+    given_up: bool = False
     name: ClassVar[str] = "lost"
 
     def receive(self, frame: bytes, memory: Memory) -> list[Branch]:

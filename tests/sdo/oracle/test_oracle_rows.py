@@ -97,6 +97,13 @@ ALLOWED = {
     "U1": f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 00 54 69 6E 79 20 4E 6F \n"
     "> 70 00 00 00 00 00 00 00 \n < 1B 64 65 00 00 00 00 00",
     "U2": f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 80 08 10 00 00 00 03 05",
+    "B6 not before its time-out": f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36",
+    "B6 late segment taken": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n"
+    "> 01 30 31 32 33 34 35 36 \n > 83 30 31 32 33 34 35 36 \n < A2 01 04 00 00 00 00 00",
+    "B6 late segment discarded": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n"
+    "> 01 30 31 32 33 34 35 36 \n > 83 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
+    "B6 late segment refused": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n"
+    "> 01 30 31 32 33 34 35 36 \n < 80 10 20 00 03 00 04 05",
     "B6 at once": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
     "B6 at the end": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 03 30 31 32 33 34 35 36"
     "\n > 04 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
@@ -115,7 +122,13 @@ ALLOWED = {
     "O32": f"{READ} \n > 40 08 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00 \n"
     "< 41 08 10 00 09 00 00 00",
 }
+LONG_SUB_BLOCK = "> C4 10 20 00 00 00 00 00 \n < A4 10 20 00 7F 00 00 00 \n" + " \n ".join(
+    f"> {number:02X} 41 42 43 44 45 46 47" for number in range(1, 21)
+)
 NOT_ALLOWED = {
+    "K13 unknown code": (f"{LONG_SUB_BLOCK} \n < 80 10 20 00 99 99 99 99", "abort.code"),
+    "K13 foreign": (f"{LONG_SUB_BLOCK} \n < 80 12 34 00 12 00 07 06", "response.multiplexer"),
+    "K13 reserved": (f"{LONG_SUB_BLOCK} \n < 91 10 20 00 12 00 07 06", "response.reserved"),
     "I1 unanswered": (READ, "response.not-refused"),
     "I1 refused": (f"{READ} \n < 80 00 10 00 00 00 02 06", "response.not-refused"),
     "I1 value": (f"{READ} \n < 43 00 10 00 92 01 0F 00", "response.not-refused"),
@@ -205,7 +218,6 @@ NOT_ALLOWED = {
         f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36 \n < A2 02 04 00 00 00 00 00",
         "block.acknowledgement",
     ),
-    "B6 never": (f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36", "block-download.gap"),
     "2.13 block size": (
         "> C4 10 20 00 00 00 00 00 \n < A4 10 20 00 80 00 00 00",
         "block.size",

@@ -1,0 +1,93 @@
+"""Aborts of a running transfer, which a server may send at any time (CiA 301, 7.2.4.3.17).
+
+Frames cross on the wire: what the client had sent when it met the abort may have reached a server
+that was idle by then, and each such frame may be answered for what it looks like.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import Abort
+from conformance.sdo.oracle.answers import KNOWN_CODES, Refusal, shape, violation
+from conformance.sdo.oracle.block_download import SubBlock
+from conformance.sdo.oracle.branch import Branch, quiet
+from conformance.sdo.oracle.states import IDLE, Lost, Running, most_answers
+from conformance.sdo.rules import ABORT_CODE, MULTIPLEXER, Violation
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A transfer that the server has ended with an abort that was not due.
+
+    ``violation`` is what would be wrong if it did so every time; ``refusal`` says that the client
+    had asked for an abort, if for another one.
+    """
+
+    abort: Abort
+    violation: Violation
+    refusal: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """What an abort makes of the branches in which a transfer runs.
+
+    ``wrong`` is what is the matter with the abort itself; ``due`` says that it is one for which
+    there is a reason.
+    """
+
+    abort: Abort
+    branches: list[Branch]
+    wrong: list[Violation]
+    due: bool
+
+
+def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> Ending | None:
+    """Take a frame for the abort of what runs; None where it is none, or nothing runs.
+
+    ``sent`` are the requests since the response before.
+    """
+    abort = decode_response(frame)
+    running = [(branch, branch.state) for branch in branches if isinstance(branch.state, Running)]
+    if not isinstance(abort, Abort) or not running:
+        return None
+    own = [(branch, state) for branch, state in running if state.mux == abort.mux] or running
+    reasons = [
+        refusal for _, state in own if isinstance(state, SubBlock) for refusal in state.refusals()
+    ]
+    wrong = list(shape(abort, frame))
+    due = own[0][1].mux
+    if abort.mux != due:
+        wrong.append(violation(MULTIPLEXER, f"multiplexer {due}", frame))
+    if abort.code not in KNOWN_CODES:
+        wrong.append(violation(ABORT_CODE, "an abort with any code of CiA 301", frame))
+    ended = [after for branch, _ in own for after in _after(branch, sent)]
+    best = _best(reasons, abort, frame)
+    if best is not None and not wrong:
+        ended = [branch.noting(*best) for branch in ended]
+    return Ending(abort, ended, wrong, best is not None)
+
+
+def _best(reasons: Iterable[Refusal], abort: Abort, frame: bytes) -> list[Violation] | None:
+    """Return what an abort misses if it is one of those for which there is a reason."""
+    for refusal in reasons:
+        if abort.code in refusal.codes:
+            return []
+    for refusal in reasons:
+        if abort.code in refusal.tolerated:
+            return list(refusal.breaches(abort, frame))
+    return None
+
+
+def _after(branch: Branch, sent: Sequence[bytes]) -> Iterable[Branch]:
+    """Yield where a server may be that has ended a transfer while ``sent`` was on its way."""
+    memory = branch.memory
+    if len(sent) > 1:
+        owed = sum(most_answers(frame) for frame in sent)
+        yield quiet(Lost(owed), memory.in_doubt(), "I10")
+        return
+    rest = quiet(IDLE, memory, "I10").choosing(*branch.freedoms)
+    yield rest
+    if sent:
+        yield from (after.choosing(*branch.freedoms) for after in IDLE.receive(sent[0], memory))

@@ -1,0 +1,29 @@
+"""Each choice that a server may make passes where it shows: what unusual servers do, by cases."""
+
+import pytest
+from detection import SERVER_TIMEOUT, run_cases
+
+from conformance.run.verdict import Verdict
+
+LOST = ("-k", "block-download.lost or block-download.old-numbers or random.block")
+CHOICES = {
+    "late-segment-taken": LOST,
+    "late-segment-aborts": LOST,
+    "gap-acknowledged-at-once-then-waits": LOST,
+    "lost-first-segment-never-acknowledged": LOST,
+    "gap-acknowledged-by-time-out": LOST,
+}
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_choice_passes(name: str) -> None:
+    run = run_cases(name, *CHOICES[name])
+    assert run.verdicts
+    assert not run.failed(), run.output
+
+
+def test_gap_is_waited_for_as_long_as_is_declared() -> None:
+    run = run_cases(
+        "gap-acknowledged-by-time-out", "-k", "block-download.lost and not twice", SERVER_TIMEOUT
+    )
+    assert list(run.verdicts.values()) == [Verdict.PASS] * 3, run.output
