@@ -1,7 +1,8 @@
 """Each choice that a server may make passes where it shows: what unusual servers do, by cases."""
 
 import pytest
-from detection import SERVER_TIMEOUT, run_cases
+from case_runs import run_cases
+from detection import SERVER_TIMEOUT
 
 from conformance.run.verdict import Verdict
 
