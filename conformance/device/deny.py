@@ -9,11 +9,14 @@ import difflib
 from dataclasses import dataclass
 from functools import cache
 
+from conformance.sdo.errors import ERROR_LIST
+
 NMT = "nmt"
 SDO_PARAMETERS = "sdo-parameters"
 READ_ONLY_PROBES = "read-only-probes"
 STORE_PARAMETERS = "store-parameters"
 LOAD_DEFAULTS = "load-defaults"
+CLEAR_ERRORS = "clear-errors"
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +30,7 @@ class Denied:
 
 
 DENIED = (
+    Denied(ERROR_LIST, ERROR_LIST, CLEAR_ERRORS, "the list of errors, which a write clears"),
     Denied(0x1005, 0x1007, "sync-parameters", "the SYNC parameters"),
     Denied(0x1010, 0x1010, STORE_PARAMETERS, "the parameter storage"),
     Denied(0x1011, 0x1011, LOAD_DEFAULTS, "the restoring of defaults"),

@@ -22,7 +22,7 @@ def reference_entries(node_id: int) -> dict[Multiplexer, Entry]:
         Multiplexer(0x1009): _text(b"rev", Access.CONST),
         Multiplexer(0x100A): _text(b"0.1.0", Access.CONST),
         Multiplexer(0x1018, 0): _number(1, 4, Access.CONST),
-        Multiplexer(0x1018, 1): _number(4, 0x0000_0000, Access.CONST),
+        Multiplexer(0x1018, 1): _number(4, 0x5D0C_0000, Access.CONST),
         Multiplexer(0x1018, 2): _number(4, 0x5D0C_0F0E, Access.CONST),
         Multiplexer(0x1018, 3): _number(4, 0x0001_0000, Access.CONST),
         Multiplexer(0x1018, 4): _number(4, 0x1234_5678, Access.CONST),

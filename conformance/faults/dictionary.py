@@ -6,23 +6,39 @@ from collections.abc import Container
 from conformance.device.values import encode_number
 from conformance.faults.device import UNSIGNED, reference_entries
 from conformance.sdo.cob_id import CobId
+from conformance.sdo.communication import communication_entries
 from conformance.sdo.errors import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
 from conformance.sdo.storage import SIGNATURES, command_entry
 
 IDENTITY = 0x1018
 CLIENT, LIMITED, GAPPY, TYPES, MEASURED = 0x1280, 0x2100, 0x2110, 0x2120, 0x2130
-EMERGENCY_ID = Multiplexer(0x1014)
+STORED_EDS = Multiplexer(0x1021)
 ERROR_CODE = Multiplexer(0x2140)
 PLACES_FOR_ERRORS = 2
+EDS = b"""[FileInfo]
+FileName=reference.eds
+FileVersion=1
+
+[DeviceInfo]
+VendorNumber=0x5D0C0000
+ProductNumber=0x5D0C0F0E
+
+[MandatoryObjects]
+SupportedObjects=3
+1=0x1000
+2=0x1001
+3=0x1018
+"""
 
 
 def all_entries(node_id: int, lacking: Container[Multiplexer] = ()) -> dict[Multiplexer, Entry]:
     """Return the entries of the built-in device, all but those that it is to lack."""
     entries = reference_entries(node_id) | _limited() | _gappy() | _types() | _measured()
-    entries |= _errors(node_id) | _commands() | _client()
+    entries |= _errors() | _commands() | _client()
+    entries |= communication_entries(node_id, Multiplexer(MEASURED), bits=32)
+    entries[STORED_EDS] = Entry(EDS, DataType.DOMAIN, Access.RO)
     left = {mux: entry for mux, entry in entries.items() if mux not in lacking}
     identity = [mux.sub_index for mux in left if mux.index == IDENTITY]
     left[Multiplexer(IDENTITY)].value = bytes([max(identity)])
@@ -34,14 +50,9 @@ def reference_device(node_id: int, lacking: Container[Multiplexer] = ()) -> Obje
     return ObjectDictionary(all_entries(node_id, lacking))
 
 
-def _errors(node_id: int) -> dict[Multiplexer, Entry]:
+def _errors() -> dict[Multiplexer, Entry]:
     """Return what has to do with errors, of which there are none until somebody writes one."""
-    cob_id = (EMERGENCY_BASE + node_id).to_bytes(4, "little")
-    return {
-        **error_list(PLACES_FOR_ERRORS),
-        EMERGENCY_ID: Entry(cob_id, DataType.UNSIGNED32, Access.CONST),
-        ERROR_CODE: ErrorCode.none(),
-    }
+    return {**error_list(PLACES_FOR_ERRORS), ERROR_CODE: ErrorCode.none()}
 
 
 def _limited() -> dict[Multiplexer, Entry]:

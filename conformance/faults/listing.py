@@ -10,7 +10,8 @@ from conformance.device.listing import Listing, ObjectType
 from conformance.device.permits import Permits
 from conformance.device.values import decode_number, is_number
 from conformance.faults.device import REFERENCE_OBJECTS
-from conformance.faults.dictionary import EMERGENCY_ID, GAPPY
+from conformance.faults.dictionary import GAPPY
+from conformance.sdo.communication import EMERGENCY, RECEIVED, SENT
 from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
@@ -18,7 +19,9 @@ from conformance.sdo.objects import DataType, Entry
 
 # COB-IDs, which every node has others of.
 _FORMULAS = {
-    EMERGENCY_ID: "$NODEID+0x80",
+    EMERGENCY: "$NODEID+0x80",
+    Multiplexer(RECEIVED, 1): "$NODEID+0x200",
+    Multiplexer(SENT, 1): "$NODEID+0x40000180",
     Multiplexer(0x1200, 1): "$NODEID+0x600",
     Multiplexer(0x1200, 2): "$NODEID+0x580",
 }

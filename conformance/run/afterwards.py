@@ -12,6 +12,7 @@ from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
+from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage import COMMANDS, SAVE_ALL
@@ -108,7 +109,11 @@ class Restorer:
         device, due = self.device, {}
         for mux in sorted(written):
             known = device.known.get(mux)
-            kept = known is not None and known.access.writable and mux.index not in COMMANDS
+            kept = (
+                known is not None
+                and known.access.writable
+                and mux.index not in (ERROR_LIST, *COMMANDS)
+            )
             if kept and mux in device.values:
                 due[mux] = device.values[mux]
             elif mux in device.parameters:

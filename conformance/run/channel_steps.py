@@ -26,6 +26,8 @@ from conformance.sdo.stepping import Ended, advance
 DEFAULT_RECORD = 0x1200
 LAST_RECORD = 0x127F
 FIRST_CLIENT, LAST_CLIENT = 0x1280, 0x12FF
+EMERGENCY_ID = Multiplexer(0x1014)
+RECEIVED_PDO, SENT_PDO, PDOS = 0x1400, 0x1800, 0x200
 COUNT, REQUEST, RESPONSE, CLIENT = range(4)
 NOT_THERE = (AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR)
 NO_SUCH_ENTRY = (*NOT_THERE, AbortCode.SUB_INDEX_MISSING)
@@ -43,7 +45,10 @@ Running = tuple["ChannelSteps", Generator[Step, bytes, object]]
 def is_cob_id(mux: Multiplexer) -> bool:
     """Say whether an entry is a COB-ID that is disabled before it is moved: 1200h is not."""
     in_record = DEFAULT_RECORD < mux.index <= LAST_CLIENT
-    return in_record and mux.sub_index in (REQUEST, RESPONSE)
+    of_pdo = any(first <= mux.index < first + PDOS for first in (RECEIVED_PDO, SENT_PDO))
+    if of_pdo:
+        return mux.sub_index == REQUEST
+    return mux == EMERGENCY_ID or (in_record and mux.sub_index in (REQUEST, RESPONSE))
 
 
 class ChannelSteps(NetworkSteps):

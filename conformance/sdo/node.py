@@ -7,6 +7,7 @@ Without I/O and without a clock: ``advance`` is told what time it is, in seconds
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds, CobId
+from conformance.sdo.communication import MAPPING_OF, RECEIVED, SENT, Mapping
 from conformance.sdo.errors import Errors, register_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import (
@@ -81,6 +82,9 @@ class Node:
         self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
         for channel in self.channels:
             self.objects.add(channel.record.by_multiplexer())
+        for index in (RECEIVED + MAPPING_OF, SENT + MAPPING_OF):
+            if self.objects.get(Multiplexer(index)) is not None:
+                Mapping(self.objects, index).attach()
         self.defaults = self.power_on = self.present()
         self._commands = [
             (entry, SIGNATURES[mux], follow)

@@ -50,9 +50,9 @@ def test_denied_objects_take_a_permission(index: int) -> None:
 
 
 def test_named_objects() -> None:
-    named = Permits((known(0x1003), known(0x2001, flags=1)))
+    named = Permits((known(0x1002), known(0x2001, flags=1)))
     named.check()
-    assert named.refusal(known(0x1003)) == ""
+    assert named.refusal(known(0x1002)) == ""
     assert named.refusal(known(0x2001, flags=1)) == ""
     assert named.refusal(known(0x2001, sub_index=1))
 

@@ -49,6 +49,7 @@ FILES = {
     "vanished-client": "test_vanished_client",
     "server-timeout": "test_server_timeout",
     "channel": "test_channels",
+    "communication": "test_communication",
     "independence": "test_channel_independence",
     "nmt": "test_nmt",
     "od": "test_object_dictionary",
@@ -60,6 +61,7 @@ BEYOND_TRANSFERS = (
     "test_object_dictionary_storage",
     "test_channels",
     "test_channels_stored",
+    "test_communication",
     "test_channel_independence",
     "test_nmt",
 )

@@ -76,7 +76,7 @@ def test_mine(sdo):
             "test_mine.py:*: AssertionError",
             "*- frames on the bus -*",
             "*> 605#4018100100000000 upload initiate 1018h:01",
-            "*< 585#4318100100000000 upload initiate response 1018h:01, *",
+            "*< 585#4318100100000C5D upload initiate response 1018h:01, *",
             "1 fail",
             "FAILED test_mine.py::test_mine - *assert b*",
         ]

@@ -28,11 +28,11 @@ download.too-long[2-into-1]: FAIL (MUST, CiA 301 clause 7.2.4.3.17, node 5)
 
 SUMMARY = """\
 ================================= conformance ==================================
-found by reading: 17 objects, by length in bytes 1: 7, 2: 1, 3: 1, 4: 6, more: 2 (up to 28, \
+found by reading: 20 objects, by length in bytes 1: 9, 2: 1, 3: 1, 4: 7, more: 2 (up to 28, \
 1008h:00); block upload: served
 6 pass, 1 non-strict, 3 not testable
 non-strict: frame.extended-ignored: upload initiate response 1018h:01, expedited, 4 bytes: \
-00 00 00 00 [43 18 10 01 00 00 00 00]
+00 00 0C 5D [43 18 10 01 00 00 0C 5D]
 not testable (1 case): needs a writable number of 2 bytes: name one with its type, \
 --object=2001=unsigned16 or in device.toml [objects] writable = ["2001=unsigned16"]
 not testable (1 case): needs a writable number of 3 bytes: name one with its type, \

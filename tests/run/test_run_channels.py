@@ -180,7 +180,7 @@ def test_frames_of_all_channels_are_shown_in_words(node: Node) -> None:
         run.sdo.info("shown")
         trace = "\n".join(run.conclude(None).trace)
     assert "681#4018100100000000 upload initiate 1018h:01" in trace
-    assert "6A1#4318100100000000 upload initiate response 1018h:01" in trace
+    assert "6A1#4318100100000C5D upload initiate response 1018h:01" in trace
     assert "000#0105             NMT: start, node 5" in trace
 
 

@@ -41,7 +41,7 @@ READ = UploadInitiate(Multiplexer(0x1018, 1))
 OTHER = Multiplexer(0x1018, 2)
 MISSING = AbortCode.OBJECT_MISSING
 REFUSED = Abort(READ.mux, MISSING)
-SERVED = "43 18 10 01 00 00 00 00"
+SERVED = "43 18 10 01 00 00 0C 5D"
 BASELINE = "43 00 10 00 91 01 0F 00"
 
 

@@ -38,7 +38,7 @@ def test_what_is_known_afterwards() -> None:
         device = bench.device
     assert device.baseline == [(READ, BASELINE)]
     assert device.identity == {
-        "vendor-id": "0x00000000",
+        "vendor-id": "0x5D0C0000",
         "product-code": "0x5D0C0F0E",
         "revision-number": "0x00010000",
         "serial-number": "0x12345678",

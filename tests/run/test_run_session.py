@@ -339,7 +339,7 @@ def test_evidence(bench: Workbench) -> None:
     result = run.conclude(None)
     assert [line[13:] for line in result.trace if line != ASIDE] == [
         "> 605#4018100100000000 upload initiate 1018h:01",
-        "< 585#4318100100000000 upload initiate response 1018h:01, expedited, 4 bytes: 00 00 00 00",
+        "< 585#4318100100000C5D upload initiate response 1018h:01, expedited, 4 bytes: 00 00 0C 5D",
         "> 605#4000100000000000 upload initiate 1000h:00",
         "< 585#4300100091010F00 upload initiate response 1000h:00, expedited, 4 bytes: 91 01 0F 00",
     ]

@@ -43,6 +43,7 @@ ROWS = [
     "3.10",
 ]
 OF_THE_SUITE = {
+    *(rule.id for rule in RULES if rule.id.startswith("communication.")),
     "object.constant",
     "server.no-reboot",
     "storage.load-defaults",

@@ -1,0 +1,222 @@
+"""Objects of the communication beside SDO: identity, errors, SYNC, TIME, EMCY and PDOs (7.5.2)."""
+
+from conformance.device.device import VENDOR_ID, NotTestable
+from conformance.run.case import must
+from conformance.run.communication_steps import (
+    COB_ID_ENTRIES,
+    CobIdEntry,
+    free_mapping,
+    map_entries,
+    number_of,
+    out_of_use,
+    present,
+    require_writes,
+    write_if_configurable,
+)
+from conformance.run.dialogue import Dialogue
+from conformance.run.steps import shown
+from conformance.run.verdict import Unimplemented
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.errors import ERROR_LIST, ERROR_REGISTER, GENERIC
+from conformance.sdo.frames import DownloadInitiate, UploadInitiate
+from conformance.sdo.layout import Multiplexer
+
+COUNT = Multiplexer(ERROR_LIST)
+STORED_EDS, STORED_FORMAT = Multiplexer(0x1021), Multiplexer(0x1022)
+SECTIONS = (b"[deviceinfo]", b"[mandatoryobjects]")
+# The capabilities of 1010h: on command, and by itself; of 1011h: on command.
+CAPABILITIES = {"1010h": (0x1010, 0b11), "1011h": (0x1011, 0b01)}
+PDOS = {label: COB_ID_ENTRIES[label] for label in ("1400h", "1800h")}
+# Of the CAN-IDs that are kept for other services, some that carry nobody's commands.
+KEPT_FOR_OTHERS = (0x101, 0x6E0, 0x7FF)
+FREE_ID = 0x6A1
+STRAY_BIT = 1 << 11
+RESERVED_TYPE = 0xF1
+FRAME_BITS = 64
+IN_USE = (
+    AbortCode.VALUE_INVALID,
+    AbortCode.PARAMETER_INCOMPATIBLE,
+    AbortCode.DEVICE_STATE,
+    AbortCode.LOCAL_CONTROL,
+)
+NOT_MAPPED = (
+    AbortCode.NOT_MAPPABLE,
+    AbortCode.OBJECT_MISSING,
+    AbortCode.SUB_INDEX_MISSING,
+    AbortCode.MAPPING_TOO_LONG,
+)
+
+
+# What can be read
+
+
+@must("communication.vendor-id", "communication.vendor-id")
+def test_vendor_id(sdo: Dialogue) -> None:
+    """1018h:01 holds a vendor-ID; 0 is none."""
+    value = sdo.upload(VENDOR_ID)
+    if not any(value):
+        raise sdo.breach(f"{VENDOR_ID} reads the vendor-ID of the manufacturer", shown(value))
+
+
+@must("communication.error-register", "communication.error-register")
+def test_error_register(sdo: Dialogue) -> None:
+    """Bit 0 of 1001h (generic error) is set whenever another bit is."""
+    value = present(sdo, ERROR_REGISTER)
+    register = value[0] if value else 0
+    if register and not register & GENERIC:
+        raise sdo.breach("bit 0 set beside the others", f"{ERROR_REGISTER} reads {register:02X}h")
+
+
+@must("communication.storage-capability", "communication.storage-capability", command=CAPABILITIES)
+def test_storage_capability(sdo: Dialogue, command: tuple[int, int]) -> None:
+    """1010h and 1011h say in each sub-index what they can; all other bits are 0."""
+    index, capabilities = command
+    highest = present(sdo, Multiplexer(index))
+    for sub_index in range(1, (highest[0] if highest else 0) + 1):
+        mux = Multiplexer(index, sub_index)
+        value = sdo.read_if_there(mux)
+        if value is not None and (len(value) != 4 or number_of(value) & ~capabilities):
+            raise sdo.breach(
+                f"{mux} reads 4 bytes, with no bits but {capabilities:X}h", shown(value)
+            )
+
+
+@must("communication.stored-eds", "communication.stored-eds")
+def test_stored_eds(sdo: Dialogue) -> None:
+    """1021h is the EDS of the device, and reads the same in blocks."""
+    text = present(sdo, STORED_EDS)
+    storage_format = sdo.read_if_there(STORED_FORMAT)
+    if storage_format is not None and any(storage_format):
+        sdo.info(f"the EDS is stored in format {storage_format.hex()}h: it is not looked into")
+    elif missing := [name for name in SECTIONS if name not in text.lower()]:
+        names = " and ".join(name.decode() for name in missing)
+        raise sdo.breach(f"an EDS, with {names}", shown(text))
+    uploaded = sdo.try_block_upload(STORED_EDS)
+    found = getattr(uploaded, "data", None)
+    if found is not None and found != text:
+        raise sdo.breach(f"{shown(text)} in blocks as in segments", shown(found))
+
+
+@must("communication.reserved-entry", "communication.reserved-entry")
+def test_reserved_entry(sdo: Dialogue) -> None:
+    """Sub-index 04h of 1800h is reserved: it does not exist."""
+    present(sdo, Multiplexer(0x1800))
+    mux = Multiplexer(0x1800, 4)
+    sdo.send(UploadInitiate(mux))
+    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+
+
+# The list of errors
+
+
+@must("communication.error-list-cleared", "communication.error-list-cleared")
+def test_error_list_cleared(sdo: Dialogue) -> None:
+    """A 0 written to 1003h:00 clears the list of errors."""
+    require_writes(sdo, ERROR_LIST)
+    present(sdo, COUNT)
+    sdo.download(COUNT, b"\0")
+    if any(found := sdo.upload(COUNT)):
+        raise sdo.breach(f"{COUNT} reads 00", shown(found))
+
+
+@must("communication.error-list-count", "communication.error-list-count", value=[1, 255])
+def test_error_list_count(sdo: Dialogue, value: int) -> None:
+    """1003h:00 refuses every value but 0, with 06090030h, and stays."""
+    require_writes(sdo, ERROR_LIST)
+    before = present(sdo, COUNT)
+    sdo.send(DownloadInitiate.with_data(COUNT, bytes([value])))
+    sdo.expect_abort(AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, of=COUNT)
+    if (found := sdo.upload(COUNT)) != before:
+        raise sdo.breach(f"{COUNT} reads {before.hex()} as before", found.hex())
+
+
+# COB-IDs
+
+
+@must(
+    "communication.restricted-identifier",
+    "communication.restricted-identifier",
+    entry=COB_ID_ENTRIES,
+)
+def test_restricted_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
+    """SYNC, TIME, EMCY and PDOs refuse CAN-IDs that are kept for other services."""
+    with out_of_use(sdo, entry) as before:
+        for can_id in KEPT_FOR_OTHERS:
+            refuse_cob_id(sdo, entry, entry.using(before, can_id))
+
+
+@must("communication.identifier-bits", "communication.identifier-bits", entry=COB_ID_ENTRIES)
+def test_identifier_bits(sdo: Dialogue, entry: CobIdEntry) -> None:
+    """A COB-ID of 11 bits with bits 28 to 11 set is refused."""
+    with out_of_use(sdo, entry) as before:
+        refuse_cob_id(sdo, entry, entry.using(before, FREE_ID) | STRAY_BIT)
+
+
+@must(
+    "communication.valid-keeps-identifier",
+    "communication.valid-keeps-identifier",
+    entry=COB_ID_ENTRIES,
+)
+def test_valid_keeps_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
+    """A COB-ID that is in use does not change."""
+    with out_of_use(sdo, entry) as before:
+        if not entry.is_used(before):
+            raise NotTestable(f"{entry.mux} is not in use: let the device use it")
+        write_if_configurable(sdo, entry.mux, before.to_bytes(4, "little"))
+        wanted = before & ~0x1FFF_FFFF | (FREE_ID if before & 0x7FF != FREE_ID else FREE_ID + 1)
+        refuse_cob_id(sdo, entry, wanted, *IN_USE)
+
+
+def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, *codes: AbortCode) -> None:
+    """Write a COB-ID that has to be refused, and see that it is not there."""
+    sdo.send(DownloadInitiate.with_data(entry.mux, value.to_bytes(4, "little")))
+    sdo.expect_abort(*(codes or (AbortCode.VALUE_INVALID,)), of=entry.mux)
+    if number_of(sdo.upload(entry.mux)) == value:
+        raise sdo.breach(f"{entry.mux} as before", f"it reads {value:08X}h though it was refused")
+
+
+# PDOs
+
+
+@must("communication.transmission-type", "communication.transmission-type", pdo=PDOS)
+def test_transmission_type(sdo: Dialogue, pdo: CobIdEntry) -> None:
+    """A reserved transmission type, which no device can support, is refused with 06090030h."""
+    mux = Multiplexer(pdo.mux.index, 2)
+    with out_of_use(sdo, pdo):
+        before = present(sdo, mux)
+        write_if_configurable(sdo, mux, before)
+        sdo.send(DownloadInitiate.with_data(mux, bytes([RESERVED_TYPE])))
+        sdo.expect_abort(AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, of=mux)
+        if (found := sdo.upload(mux)) != before:
+            raise sdo.breach(f"{mux} reads {before.hex()} as before", found.hex())
+
+
+@must("communication.mapped-object", "communication.mapped-object", pdo=PDOS)
+def test_mapped_object(sdo: Dialogue, pdo: CobIdEntry) -> None:
+    """An object that does not exist is not mapped: the entry is refused, or the number of them."""
+    missing = sdo.missing_object()
+    with free_mapping(sdo, pdo) as (count, _):
+        refuse_mapping(sdo, count, [missing.index << 16 | missing.sub_index << 8 | 8])
+
+
+@must("communication.mapped-length", "communication.mapped-length", pdo=PDOS)
+def test_mapped_length(sdo: Dialogue, pdo: CobIdEntry) -> None:
+    """More than 8 bytes are not mapped: an entry is refused, or the number of them."""
+    with free_mapping(sdo, pdo) as (count, mapped):
+        if not mapped or not mapped[0] & 0xFF:
+            raise NotTestable(f"{count} maps nothing: map an object")
+        entry = max(mapped, key=lambda each: each & 0xFF)
+        refuse_mapping(sdo, count, [entry] * (FRAME_BITS // (entry & 0xFF) + 1))
+
+
+def refuse_mapping(sdo: Dialogue, count: Multiplexer, entries: list[int]) -> None:
+    """Write a mapping that cannot be; it may be refused at any of its entries."""
+    abort = map_entries(sdo, count, entries)
+    if abort is None:
+        raise sdo.breach("abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped")
+    if abort.code in (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS):
+        raise Unimplemented(describe_response(abort.encode()))
+    sdo.take_abort(
+        abort.encode(), NOT_MAPPED, None, (AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID)
+    )

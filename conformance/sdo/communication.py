@@ -1,0 +1,157 @@
+"""The reference node's objects for SYNC, TIME, EMCY and PDOs: what they may be configured to.
+
+The node sends and takes none of these; it only checks what is written.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.cob_id import DYNAMIC, NOT_VALID, CobId
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import EMERGENCY_BASE
+from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
+from conformance.sdo.parameters import Check, CheckedEntry
+
+SYNC, TIME, EMERGENCY = Multiplexer(0x1005), Multiplexer(0x1012), Multiplexer(0x1014)
+RECEIVED, SENT = 0x1400, 0x1800
+MAPPING_OF = 0x200
+SYNC_ID, TIME_ID = 0x080, 0x100
+RECEIVED_BASE, SENT_BASE = 0x200, 0x180
+PRODUCES, CONSUMES = DYNAMIC, NOT_VALID
+# Transmission types between the last cyclic one and the event-driven ones.
+RESERVED_TYPES = range(0xF1, 0xFC)
+EVENT_DRIVEN = b"\xff"
+MOST_BITS = 64
+ENTRIES = 3
+
+InUse = Callable[[int], bool]
+
+
+def cob_id_check(in_use: InUse) -> Check:
+    """Return what refuses a COB-ID: ``in_use`` says of a value whether it may not be moved."""
+
+    def check(old: bytes, new: bytes) -> None:
+        before, wanted = CobId.from_bytes(old), CobId.from_bytes(new)
+        same = (before.can_id, before.extended) == (wanted.can_id, wanted.extended)
+        moved = in_use(_number(old)) and not same
+        if wanted.has_stray_bits or moved or (wanted.is_restricted and wanted.can_id):
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+    return check
+
+
+def sync_in_use(number: int) -> bool:
+    """Say whether SYNC is produced."""
+    return bool(number & PRODUCES)
+
+
+def time_in_use(number: int) -> bool:
+    """Say whether TIME is produced or consumed."""
+    return bool(number & (PRODUCES | CONSUMES))
+
+
+def is_valid(number: int) -> bool:
+    """Say whether an EMCY or a PDO exists."""
+    return not number & NOT_VALID
+
+
+def type_check(old: bytes, new: bytes) -> None:
+    """Refuse a transmission type that has no meaning."""
+    if new[0] in RESERVED_TYPES:
+        raise Refusal(AbortCode.VALUE_INVALID)
+
+
+def communication_entries(node_id: int, mapped: Multiplexer, bits: int) -> dict[Multiplexer, Entry]:
+    """Return the objects for SYNC, TIME, EMCY and one PDO in each direction.
+
+    The PDOs map ``mapped``, which has so many bits.
+    """
+    return {
+        SYNC: _cob_id(SYNC_ID, sync_in_use),
+        TIME: _cob_id(CONSUMES | TIME_ID, time_in_use),
+        EMERGENCY: _cob_id(EMERGENCY_BASE + node_id, is_valid),
+        **_pdo(RECEIVED, RECEIVED_BASE + node_id, mapped, bits),
+        **_pdo(SENT, DYNAMIC | SENT_BASE + node_id, mapped, bits),
+    }
+
+
+def _cob_id(number: int, in_use: InUse) -> Entry:
+    value = number.to_bytes(4, "little")
+    return CheckedEntry(value, DataType.UNSIGNED32, check=cob_id_check(in_use))
+
+
+def _pdo(index: int, cob_id: int, mapped: Multiplexer, bits: int) -> dict[Multiplexer, Entry]:
+    mapping = index + MAPPING_OF
+    entry = mapped.index << 16 | mapped.sub_index << 8 | bits
+    entries: dict[Multiplexer, Entry] = {
+        Multiplexer(index): Entry(b"\2", DataType.UNSIGNED8, Access.CONST),
+        Multiplexer(index, 1): _cob_id(cob_id, is_valid),
+        Multiplexer(index, 2): CheckedEntry(EVENT_DRIVEN, DataType.UNSIGNED8, check=type_check),
+        Multiplexer(mapping): CheckedEntry(b"\1", DataType.UNSIGNED8),
+    }
+    for sub in range(1, ENTRIES + 1):
+        value = (entry if sub == 1 else 0).to_bytes(4, "little")
+        entries[Multiplexer(mapping, sub)] = CheckedEntry(value, DataType.UNSIGNED32)
+    return entries
+
+
+@dataclass(slots=True)
+class Mapping:
+    """What one PDO maps: a change takes a PDO that is not valid, and a number of entries of 0."""
+
+    objects: ObjectDictionary
+    index: int
+    count: Entry = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.count = self.objects.find(Multiplexer(self.index))
+
+    def attach(self) -> None:
+        """Let the entries ask before they change."""
+        for sub in range(ENTRIES + 1):
+            entry = self.objects.get(Multiplexer(self.index, sub))
+            if isinstance(entry, CheckedEntry):
+                entry.check = self.check_entry if sub else self.check_count
+
+    def check_entry(self, old: bytes, new: bytes) -> None:
+        """Refuse what cannot be mapped, and any other entry while some are in use."""
+        if new == old:
+            return
+        self._check_changeable()
+        if any(self.count.value):
+            raise Refusal(AbortCode.DEVICE_STATE)
+        if any(new):
+            self.check_mapped(_number(new))
+
+    def check_mapped(self, entry: int) -> None:
+        """Refuse an object that is not there, or that has another length."""
+        mapped = self.objects.get(Multiplexer(entry >> 16, entry >> 8 & 0xFF))
+        if mapped is None or mapped.data_type.length != (entry & 0xFF) // 8:
+            raise Refusal(AbortCode.NOT_MAPPABLE)
+
+    def check_count(self, old: bytes, new: bytes) -> None:
+        """Refuse more entries than there are, and more bytes than a frame holds."""
+        if new == old:
+            return
+        self._check_changeable()
+        if new[0] > ENTRIES:
+            raise Refusal(AbortCode.MAPPING_TOO_LONG)
+        self.check_length(
+            _number(self.objects.find(Multiplexer(self.index, sub)).value) & 0xFF
+            for sub in range(1, new[0] + 1)
+        )
+
+    def check_length(self, lengths: Iterable[int]) -> None:
+        """Refuse more bits than a frame holds."""
+        if sum(lengths) > MOST_BITS:
+            raise Refusal(AbortCode.MAPPING_TOO_LONG)
+
+    def _check_changeable(self) -> None:
+        cob_id = self.objects.get(Multiplexer(self.index - MAPPING_OF, 1))
+        if cob_id is not None and is_valid(_number(cob_id.value)):
+            raise Refusal(AbortCode.DEVICE_STATE)
+
+
+def _number(value: bytes) -> int:
+    return int.from_bytes(value, "little")

@@ -1,0 +1,126 @@
+"""Objects by which a device communicates beside SDO: what they tell, and what they refuse."""
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.rules.accepted import WRONG_VALUE
+from conformance.sdo.rules.model import MUST, Rule
+
+IDENTITY = "7.5.2.21"
+ERROR_REGISTER = "7.5.2.2"
+ERROR_LIST = "7.5.2.4"
+STORE = "7.5.2.13"
+STORED_EDS = "7.5.2.24"
+OBJECTS = "7.5.2"
+RESTRICTED = "7.3.5"
+PDO = "7.5.2.37"
+MAPPING = "7.5.2.38"
+IN_USE = (
+    AbortCode.VALUE_INVALID,
+    AbortCode.PARAMETER_INCOMPATIBLE,
+    AbortCode.DEVICE_STATE,
+    AbortCode.LOCAL_CONTROL,
+    AbortCode.GENERAL_ERROR,
+)
+
+COMMUNICATION_RULES = (
+    Rule(
+        "communication.vendor-id",
+        IDENTITY,
+        MUST,
+        "1018h:01 holds the vendor-ID of its manufacturer; 0 is none.",
+    ),
+    Rule(
+        "communication.error-register",
+        ERROR_REGISTER,
+        MUST,
+        "Bit 0 of the error register is set whenever another bit is.",
+    ),
+    Rule(
+        "communication.error-list-cleared",
+        ERROR_LIST,
+        MUST,
+        "A 0 that is written to 1003h:00 clears the list of errors.",
+        reaction="served",
+        open="whether there is 1003h",
+    ),
+    Rule(
+        "communication.error-list-count",
+        ERROR_LIST,
+        MUST,
+        "1003h:00 takes nothing but 0.",
+        reaction="abort",
+        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+    ),
+    Rule(
+        "communication.storage-capability",
+        STORE,
+        MUST,
+        "1010h and 1011h read as what they can do, with the reserved bits 0.",
+        open="whether there are 1010h and 1011h",
+    ),
+    Rule(
+        "communication.stored-eds",
+        STORED_EDS,
+        MUST,
+        "1021h is the EDS of the device, read in segments or in blocks.",
+        open="whether there is 1021h; a format of the manufacturer (1022h)",
+    ),
+    Rule(
+        "communication.restricted-identifier",
+        RESTRICTED,
+        MUST,
+        "SYNC, TIME, EMCY and PDOs take none of the CAN-IDs that are kept for other services.",
+        reaction="abort",
+        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+    ),
+    Rule(
+        "communication.identifier-bits",
+        OBJECTS,
+        MUST,
+        "Bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs are 0 without bit 29.",
+        reaction="abort",
+        codes=WRONG_VALUE,
+    ),
+    Rule(
+        "communication.valid-keeps-identifier",
+        OBJECTS,
+        MUST,
+        "The COB-ID of SYNC, TIME, EMCY or a PDO does not change while it is in use.",
+        reaction="abort",
+        codes=IN_USE,
+        open="the code",
+    ),
+    Rule(
+        "communication.reserved-entry",
+        PDO,
+        MUST,
+        "Sub-index 04h of 1800h to 19FFh is reserved and does not exist.",
+        reaction="abort",
+        codes=(AbortCode.SUB_INDEX_MISSING, AbortCode.GENERAL_ERROR),
+    ),
+    Rule(
+        "communication.transmission-type",
+        PDO,
+        MUST,
+        "A PDO refuses a transmission type that it does not support, as reserved ones.",
+        reaction="abort",
+        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+    ),
+    Rule(
+        "communication.mapped-object",
+        MAPPING,
+        MUST,
+        "What cannot be mapped is not: an object that does not exist.",
+        reaction="abort",
+        codes=(AbortCode.NOT_MAPPABLE, AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
+        open="the moment: the entry, or the number of entries",
+    ),
+    Rule(
+        "communication.mapped-length",
+        MAPPING,
+        MUST,
+        "A PDO maps 8 bytes at most.",
+        reaction="abort",
+        codes=(AbortCode.MAPPING_TOO_LONG, AbortCode.NOT_MAPPABLE, AbortCode.GENERAL_ERROR),
+        open="the moment: the entry, or the number of entries",
+    ),
+)
