@@ -10,9 +10,10 @@ from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import describe, describe_response
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
     UploadInitiate,
@@ -23,6 +24,7 @@ INITIATE = "7.2.4.3.13"
 SUB_BLOCK = "7.2.4.3.14"
 CRC = "7.2.4.3.16"
 LENGTH = 60
+PADDED = 5
 
 
 def expect_data(sdo: Dialogue, known: KnownObject, due: bytes, uploaded: Uploaded) -> None:
@@ -30,6 +32,18 @@ def expect_data(sdo: Dialogue, known: KnownObject, due: bytes, uploaded: Uploade
     found = uploaded.data
     if not same_value(known, found, due):
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+
+
+def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInitiate) -> None:
+    """Expect a block upload to begin, where pst does not let it become an ordinary one."""
+    sdo.send(request)
+    frame = sdo.receive()
+    response = decode_response(frame)
+    if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
+        raise Unimplemented(describe_response(frame))
+    if not isinstance(response, BlockUploadInitiateResponse):
+        raise sdo.breach(f"C0h to C6h: a block upload of {known}", describe_response(frame))
+    sdo.end_transfer()
 
 
 @must(
@@ -49,6 +63,14 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     data = sdo.payload(size)
     sdo.store(variable, data, segmented=True)
     expect_data(sdo, variable, data, sdo.block_upload(variable))
+
+
+@must("block-upload.beyond-16-bits", "6-long-data", "F5", "2.13-size", clause=SUB_BLOCK)
+def test_beyond_16_bits(sdo: Dialogue) -> None:
+    """More bytes than 16 bits count are read whole, however the object came to them."""
+    sdo.require_block_upload()
+    known, data = sdo.huge_object()
+    expect_data(sdo, known, data, sdo.block_upload(known))
 
 
 @must("block-upload.without-crc", "5-client-without", "5-offered-unasked", size=[1, 7, 20, 890])
@@ -74,6 +96,20 @@ def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> No
         data = sdo.payload(size)
         sdo.store(variable, data, segmented=True)
         expect_data(sdo, variable, data, sdo.block_upload(variable, block_size=block_size))
+
+
+@must("block-upload.ends-with-sub-block", "8-end-of-sub-block", block_size=[1, 2, 20, 127])
+def test_ends_with_sub_block(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
+    """Data that fills its last sub-block is marked there, and the end follows at once."""
+    sdo.store(variable, sdo.payload(7 * block_size), segmented=True)
+    sdo.initiate_block_upload(variable, block_size=block_size)
+    segments = sdo.start_block_upload(variable, block_size)
+    if not segments[-1].last:
+        raise sdo.breach(
+            f"segment {block_size} to be marked as the last ({0x80 | block_size:02X}h)",
+            describe(segments[-1]),
+        )
+    sdo.end_of_block_upload(variable, BlockAck(len(segments), block_size))
 
 
 @must("block-upload.block-size-changes", "F5", "2.13-block-size")
@@ -169,18 +205,26 @@ def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None
     """Up to pst bytes may come as an ordinary upload; more, or any with pst = 0, must not."""
     data = sdo.payload(14)
     sdo.store(variable, data)
-    mux = variable.mux
     if threshold in (0, 1, 5, 13):
-        sdo.send(BlockUploadInitiate(mux, 127, threshold))
-        frame = sdo.receive()
-        response = decode_response(frame)
-        if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
-            raise Unimplemented(describe_response(frame))
-        if not isinstance(response, BlockUploadInitiateResponse):
-            raise sdo.breach("C0h to C6h: a block upload", describe_response(frame))
-        sdo.end_transfer()
+        expect_in_blocks(sdo, variable, BlockUploadInitiate(variable.mux, 127, threshold))
         return
     expect_data(sdo, variable, data, sdo.block_upload(variable, threshold=threshold))
+
+
+@must(
+    "block-upload.threshold-and-block-size",
+    "I32",
+    "2.13-block-size",
+    "F1",
+    threshold=[1, 5, 20, 255],
+)
+def test_threshold_and_block_size(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
+    """pst says nothing of the block size: an object longer than both comes in blocks as asked."""
+    data = sdo.payload(300)
+    sdo.store(variable, data, segmented=True)
+    expect_in_blocks(sdo, variable, BlockUploadInitiate(variable.mux, 5, threshold))
+    uploaded = sdo.block_upload(variable, block_size=5, threshold=threshold)
+    expect_data(sdo, variable, data, uploaded)
 
 
 @must("block-upload.reserved", "2.13-reserved", clause=INITIATE)
@@ -217,15 +261,17 @@ def test_next_request(sdo: Dialogue) -> None:
 @may("block-upload.empty", "F17", "6-zero-bytes", "5-empty")
 def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
-    sdo.store(variable, sdo.payload(9))
+    sdo.store(variable, sdo.payload(PADDED))
     sdo.initiate_block_upload(variable)
     sdo.end_transfer()
     if sdo.try_download(variable, b"", segmented=True) is not None:
         sdo.info(f"{variable} refuses to become empty")
         return
-    abort = sdo.abort_of(sdo.client.block_upload(variable.mux))
-    if abort is not None:
-        sdo.info(f"{variable} is empty and refused: {describe_response(abort.encode())}")
+    uploaded = sdo.try_block_upload(variable)
+    if isinstance(uploaded, Abort):
+        sdo.info(f"{variable} is empty and refused: {describe_response(uploaded.encode())}")
+        return
+    sdo.expect_empty(variable, uploaded.data, PADDED)
 
 
 @must("block-upload.constant", "F1", "F6")

@@ -4,6 +4,7 @@ from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
+from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
@@ -18,6 +19,7 @@ DOWNLOAD = "7.2.4.3.3"
 ABORT = "7.2.4.3.17"
 TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
 TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
+EXPEDITED = 4
 READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
@@ -190,6 +192,26 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     missing = sdo.missing_sub_index(number.mux.index)
     sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
+
+
+@must("download.sub-index-of-variable", "I3", sub_index=[0x01, 0x02, 0xFE])
+def test_sub_index_of_variable(sdo: Dialogue, device: Device, sub_index: int) -> None:
+    """A variable has sub-index 0 only: a download to another is aborted, and nothing changes.
+
+    The value that the variable has is sent, and only when no other entry is read there.
+    """
+    known = device.writable_variable()
+    mux = Multiplexer(known.mux.index, sub_index)
+    with sdo.unchanged(known) as value:
+        present = sdo.read_if_there(mux)
+        if present is not None and not same_value(known, present, value):
+            raise sdo.breach(f"{mux} to be refused as missing", f"it reads {shown(present)}")
+        device.policy.allow_missing(mux)
+        if 1 <= len(value) <= EXPEDITED:
+            sdo.send(DownloadInitiate.with_data(mux, value))
+        else:
+            sdo.send(DownloadInitiate.with_size(mux, len(value)))
+        sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
 @must("download.write-only", "I1", clause=DOWNLOAD)

@@ -142,6 +142,26 @@ class Device:
             "2021=visible_string,ro",
         )
 
+    def is_variable(self, known: KnownObject) -> bool:
+        """Whether an entry is a simple object, which has sub-index 0 only.
+
+        Without an EDS its type tells: sub-index 0 of an array or record is an UNSIGNED8.
+        """
+        if known.mux.sub_index:
+            return False
+        listed = self.listing.objects.get(known.mux.index)
+        if listed is not None and self.listing.is_complete:
+            return not listed.is_structured
+        others = any(one.mux.index == known.mux.index and one != known for one in self.objects)
+        return not others and known.data_type not in (None, DataType.UNSIGNED8)
+
+    def writable_variable(self) -> KnownObject:
+        """Return a writable object that has sub-index 0 only, a number if there is one."""
+        found = [known for known in self.all_writable() if self.is_variable(known)]
+        for known in sorted(found, key=lambda known: known.varies):
+            return known
+        raise _lacking("a writable variable of more than a byte", "2004=unsigned32")
+
     def declared_timeout(self) -> float:
         """Return the seconds after which the device gives up a transfer whose client is silent."""
         if self.server_timeout is None:

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.registry import DefectClass, fault
-from conformance.sdo.frames import BlockEnd, BlockSegment, Response
+from conformance.sdo.frames import BlockAck, BlockEnd, BlockEndResponse, BlockSegment, Response
 from conformance.sdo.segmented_server import SEGMENT_LENGTH
 from conformance.sdo.server import BlockUpload, Server
 
@@ -117,3 +117,19 @@ class RepeatedNotMarked(_Marks):
             return False
         self.done = transfer
         return True
+
+
+@fault("block-upload-full-block-ends-with-A1h", FLAG, "block-upload.ends-with-sub-block")
+class FullBlockEndsWrongly(FullBlockNotMarked):
+    """Does not mark the last segment of a full sub-block, and answers its acknowledgement by A1h.
+
+    That is the answer to the end of a block download.
+    """
+
+    def on_block_ack(self, request: BlockAck) -> list[Response]:
+        """Mistake the direction."""
+        transfer = self.transfer
+        full = isinstance(transfer, BlockUpload) and transfer.sent == transfer.block_size
+        responses = super().on_block_ack(request)
+        ended = full and isinstance(self.transfer, BlockUpload) and self.transfer.ended
+        return [BlockEndResponse()] if ended else responses

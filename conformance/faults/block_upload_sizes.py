@@ -143,3 +143,15 @@ class AckSize128Accepted(_AckSizes):
     """Keeps the old block size when an acknowledgement states more than 127."""
 
     wrong = tuple(range(128, 256))
+
+
+@fault("block-upload-threshold-in-block-size", BLOCK_SIZE, "block-upload.threshold-and-block-size")
+class ThresholdInBlockSize(Server):
+    """Reads the block size of an initiate as 16 bits, with pst for the high byte."""
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        """Send up to 127 segments at once where pst is not 0."""
+        responses = super().on_block_upload_initiate(request)
+        if isinstance(self.transfer, BlockUpload) and request.threshold:
+            self.transfer.block_size = LARGEST_BLOCK
+        return responses

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -19,7 +20,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Refusal
+from conformance.sdo.objects import Entry, Refusal
 from conformance.sdo.segmented_server import SEGMENT_LENGTH, Upload
 from conformance.sdo.server import BlockUpload, Server
 
@@ -277,3 +278,13 @@ class ByteForEmpty(Server):
         """Count at least one."""
         end = super().block_end(transfer)
         return end if transfer.data else replace(end, unused=SEGMENT_LENGTH - 1)
+
+
+@fault("block-upload-empty-as-4-bytes", DefectClass.ZERO_LENGTH, "block-upload.empty")
+class EmptyAs4BytesInBlocks(KnowsBlockUploads):
+    """Uploads an empty object in blocks as 4 bytes 0."""
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        """Fill it."""
+        value = super().value_to_read(entry)
+        return value or bytes(4 * self.in_blocks)

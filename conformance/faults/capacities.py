@@ -3,15 +3,17 @@
 from conformance.faults.block_downloads import StoresOtherwise
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.frames import (
+    BlockDownloadInitiate,
     BlockEnd,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
+    Response,
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry
 from conformance.sdo.segmented_server import Upload
-from conformance.sdo.server import BlockDownload, Server
+from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 WIDTH = DefectClass.FIELD_WIDTH
 ENDLESS_AT = 4097
@@ -64,3 +66,17 @@ class SegmentedOffsetOf16Bits(Server):
     def store(self, entry: Entry, data: bytes) -> None:
         """Cut the beginning off."""
         super().store(entry, data[-0xFFFF:])
+
+
+@fault("block-upload-offset-16-bit", WIDTH, "block-upload.beyond-16-bits")
+class UploadOffsetOf16Bits(Server):
+    """Starts again at 0 after 65,536 bytes of a block upload; it has no block downloads."""
+
+    def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
+        """Refuse."""
+        self.transfer = None
+        return self.on_unexpected(request)
+
+    def block_data(self, transfer: BlockUpload, start: int) -> bytes:
+        """Wrap."""
+        return super().block_data(transfer, start & 0xFFFF)

@@ -1,5 +1,7 @@
 """Servers that are wrong in downloads: what they accept, what they store, how they confirm."""
 
+from dataclasses import replace
+
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -8,6 +10,7 @@ from conformance.sdo.frames import (
     DownloadSegment,
     DownloadSegmentResponse,
     Response,
+    UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
@@ -15,6 +18,7 @@ from conformance.sdo.segmented_server import Download
 from conformance.sdo.server import Server
 
 COUNT = DefectClass.UNUSED_COUNT
+FIRST_OF_DEVICE = 0x2000
 CHECK = DefectClass.ACCESS_OR_SIZE
 SHAPE = DefectClass.FRAME_SHAPE
 WIDTH = DefectClass.FIELD_WIDTH
@@ -300,3 +304,36 @@ class WriteOnlyRefused(Server):
         if not entry.access.readable:
             raise Refusal(AbortCode.WRITE_OF_READ_ONLY)
         return entry
+
+
+class _AnySubIndex(Server):
+    """Takes any sub-index of a simple object for its sub-index 0, in downloads."""
+
+    def entry_to_write(self, request: DownloadInitiate) -> Entry:
+        """Look for sub-index 0 where there is no other."""
+        index = request.mux.index
+        simple = self.objects.get(Multiplexer(index, 1)) is None
+        known = self.objects.get(Multiplexer(index)) is not None
+        if index >= FIRST_OF_DEVICE and simple and known:
+            request = replace(request, mux=Multiplexer(index))
+        return super().entry_to_write(request)
+
+
+@fault("variable-written-by-any-sub-index", CHECK, "download.sub-index-of-variable")
+class VariableWritten(_AnySubIndex):
+    """Refuses to read a sub-index of a variable of its own, and takes a download to it."""
+
+
+@fault("variable-served-by-any-sub-index", CHECK, "download.sub-index-of-variable")
+class VariableServed(_AnySubIndex):
+    """Serves any sub-index of a variable of its own as the variable, reads and downloads alike."""
+
+    def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
+        """Read sub-index 0."""
+        mux = Multiplexer(request.mux.index)
+        missing = self.objects.get(request.mux) is None
+        entry = self.objects.get(mux)
+        if request.mux.index < FIRST_OF_DEVICE or not missing or entry is None:
+            return super().on_upload_initiate(request)
+        self.transfer = None
+        return [self.start_upload(request.mux, self.value_to_read(entry))]

@@ -197,3 +197,14 @@ class SegmentReservedSilent(Server):
         if request.reserved_bits or any(request.reserved):
             return []
         return super().on_upload_segment(request)
+
+
+@fault("upload-empty-as-4-bytes", DefectClass.ZERO_LENGTH, "segmented-upload.empty")
+class EmptyAs4Bytes(Server):
+    """Answers the upload of an empty object by 53h: 4 bytes 0, and n spilled into bit 4."""
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        """Subtract the length from 4."""
+        if data:
+            return super().start_upload(mux, data)
+        return UploadInitiateResponse(mux, True, True, 0, bytes(4), 1)

@@ -230,6 +230,13 @@ class BlockSteps(RoomSteps):
         """Write an object in blocks; return the abort if the server refuses."""
         return self.abort_of(self.client.block_download(mux_of(target), data))
 
+    def try_block_upload(self, target: Target) -> Uploaded | Abort:
+        """Read an object in blocks; return the abort if the server refuses."""
+        try:
+            return self._run(self.client.block_upload(mux_of(target)))
+        except ServerAborted as aborted:
+            return aborted.abort
+
     def attempt(self, transfer: Generator[Step, bytes, Result]) -> Result | Abort:
         """Run a transfer that the server may refuse at its initiate; return its result or abort.
 

@@ -3,10 +3,12 @@
 from conformance.device.device import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.payload import MOST_PLAIN
-from conformance.run.steps import Steps
+from conformance.run.steps import Steps, shown
+from conformance.run.stimuli import BEYOND_16_BITS
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
+from conformance.sdo.objects import DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
 MUCH_ROOM = 4096
@@ -87,6 +89,35 @@ class RoomSteps(Steps):
             self.try_download(known, longer, segmented=True) is None
             or self.try_download(known, data, segmented=True, sized=False) is None
         )
+
+    def expect_empty(self, known: KnownObject, found: bytes, before: int) -> None:
+        """Expect an empty value to read as nothing or as one byte 00h.
+
+        A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
+        read last.
+        """
+        filled = known.data_type is DataType.VISIBLE_STRING and len(found) >= before
+        if found.strip(b"\0") or (len(found) > 1 and not filled):
+            raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
+
+    def huge_object(self) -> tuple[KnownObject, bytes]:
+        """Return an object of more bytes than 16 bits count, and its value.
+
+        That is what reads so long by itself, else what takes so many bytes, in segments or in
+        blocks; two segments begin behind the byte where a counter wraps.
+        """
+        size = BEYOND_16_BITS + 8
+        for known in self.device.objects:
+            data = self.device.values.get(known.mux, b"")
+            if len(data) >= BEYOND_16_BITS and known.is_steady:
+                return known, data
+        known, data = self.device.variable(), self.payload(size)
+        abort = self.try_download(known, data, segmented=True)
+        if abort is not None:
+            in_blocks = self.client.block_download(known.mux, data)
+            if abort.code not in NO_ROOM or self.abort_of(in_blocks) is not None:
+                raise self.no_room(known, size, abort)
+        return known, data
 
     def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:
         """Return an object whose upload takes so many segments or more, and its value.

@@ -33,7 +33,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import same_data
-from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation
+from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation, rule_of
 from conformance.sdo.stepping import Ended, Result, advance
 
 MOST_NOTED = 100
@@ -179,6 +179,20 @@ class Steps(Wire):
         """Read an object that the server may refuse; raises ServerAborted then."""
         return self._run(self.client.upload(mux)).data
 
+    def read_if_there(self, mux: Multiplexer) -> bytes | None:
+        """Read an object; return None where the server refuses it as missing.
+
+        Raises Violation where it refuses for another reason: it is there then.
+        """
+        try:
+            return self.read(mux)
+        except ServerAborted as aborted:
+            if aborted.abort.code not in EXISTS:
+                return None
+            raise self.breach(
+                f"{mux} to be refused as missing", describe_response(aborted.abort.encode())
+            ) from aborted
+
     def download(
         self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
     ) -> None:
@@ -258,6 +272,13 @@ class Steps(Wire):
             raise Violation(
                 MISSING_REFUSED,
                 expected=f"an abort: {index:04X}h has no sub-indices {names}",
+                actual="each of them is served",
+            )
+        variable = self.device.known.get(Multiplexer(index))
+        if variable is not None and self.device.is_variable(variable):
+            raise Violation(
+                rule_of("object.sub-index-missing"),
+                expected=f"an abort: {index:04X}h is a variable, without sub-indices {names}",
                 actual="each of them is served",
             )
         raise NotTestable(f"{index:04X}h serves the sub-indices {names}: name a simple object")

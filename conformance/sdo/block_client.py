@@ -130,9 +130,9 @@ class BlockClient(Client):
         response = self.checks.block_upload_initiate(frame, mux)
         data, segments = bytearray(), 0
         request: Request = BlockUploadStart()
-        complete = False
+        complete, sub_block = False, list[BlockSegment]()
         while not complete:
-            sub_block = yield from self._sub_block(request, mux, block_size)
+            sub_block = yield from self._sub_block(request, mux, block_size, before=len(sub_block))
             taken = acknowledge(len(sub_block))
             for segment in sub_block[:taken]:
                 data += segment.payload
@@ -157,10 +157,10 @@ class BlockClient(Client):
         return Uploaded(bytes(data), True, response.size, segments)
 
     def _sub_block(
-        self, request: Request, mux: Multiplexer, block_size: int
+        self, request: Request, mux: Multiplexer, block_size: int, *, before: int
     ) -> Generator[Step, bytes, list[BlockSegment]]:
         frame = yield request
-        segments = [self.checks.block_segment(frame, mux, 1)]
+        segments = [self.checks.block_segment(frame, mux, 1, before=before)]
         while not segments[-1].last and len(segments) < block_size:
             frame = yield NEXT_FRAME
             segments.append(self.checks.block_segment(frame, mux, len(segments) + 1))

@@ -142,8 +142,13 @@ class ResponseChecks:
             self._zero(RESERVED, response.payload, frame)
         return response
 
-    def block_segment(self, frame: bytes, mux: Multiplexer, sequence: int) -> BlockSegment:
-        """Check a segment of a block upload (7.2.4.3.14)."""
+    def block_segment(
+        self, frame: bytes, mux: Multiplexer, sequence: int, *, before: int = 0
+    ) -> BlockSegment:
+        """Check a segment of a block upload (7.2.4.3.14).
+
+        ``before`` is how many segments the sub-block had that came before this one.
+        """
         response = decode_segment(frame)
         if isinstance(response, BlockSegment) and response.sequence == sequence:
             return response
@@ -154,6 +159,12 @@ class ResponseChecks:
         if isinstance(response, Abort):
             self._check_abort(response, mux, frame)
             raise ServerAborted(response)
+        if isinstance(response, BlockSegment) and before and response.sequence == before + 1:
+            raise Violation(
+                BLOCK_SIZE,
+                expected=f"{before} segments in the sub-block, as asked for",
+                actual=f"{describe(response)} [{hex_bytes(frame)}]",
+            )
         raise Violation(
             BLOCK_SEQUENCE,
             expected=f"segment {sequence}",
