@@ -14,6 +14,7 @@ from conformance.sdo.errors import ERROR_LIST
 NMT = "nmt"
 SDO_PARAMETERS = "sdo-parameters"
 READ_ONLY_PROBES = "read-only-probes"
+OTHER_NODES = "other-nodes"
 STORE_PARAMETERS = "store-parameters"
 LOAD_DEFAULTS = "load-defaults"
 CLEAR_ERRORS = "clear-errors"
@@ -47,7 +48,7 @@ DENIED = (
     Denied(0x1400, 0x1BFF, "pdo-parameters", "the PDOs"),
     Denied(0x1F00, 0x1FFF, "programs-and-network", "programs and the start of the network"),
 )
-PERMISSIONS = frozenset({READ_ONLY_PROBES, *(group.permission for group in DENIED)})
+PERMISSIONS = frozenset({READ_ONLY_PROBES, OTHER_NODES, *(group.permission for group in DENIED)})
 
 
 class PermissionNameError(ValueError):

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from conformance.device.deny import READ_ONLY_PROBES, denial, how_to_permit
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
-from conformance.device.safety import IDENTITY
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
@@ -65,8 +64,6 @@ class Permits:
         """Say why a read-only entry may not be written with the value that it has."""
         if known.mux in self.never:
             return f"device.toml says that {known.mux} is never written"
-        if known.mux.index in IDENTITY:
-            return ""
         group = denial(known.mux.index, self.permissions)
         if group is not None:
             return how_to_permit(group)

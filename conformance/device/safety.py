@@ -5,7 +5,7 @@ was permitted by name.
 from collections.abc import Iterable
 
 from conformance.bus.errors import WriteNotPermitted
-from conformance.device.deny import denial, group_of, how_to_permit
+from conformance.device.deny import READ_ONLY_PROBES, denial, group_of, how_to_permit
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     DownloadInitiate,
@@ -20,10 +20,10 @@ NO_PERMISSIONS: frozenset[str] = frozenset()
 class WritePolicy:
     """Decides on every request before it is sent.
 
-    Allowed are the objects that the user named, entries that are read-only by the standard
-    (a probe writes them with the value just read, and a conformant device refuses), and entries
-    that the device has said it does not have. Protected objects are allowed by permissions
-    alone, whoever named them.
+    Allowed are the objects that the user named; with the permission for probes also entries that
+    are read-only by the standard (a probe writes them with the value just read, and a conformant
+    device refuses), and entries that the device has said it does not have. Protected objects are
+    allowed by permissions alone, whoever named them.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class WritePolicy:
         self._missing: set[Multiplexer] = set()
 
     def allow_missing(self, mux: Multiplexer) -> None:
-        """Allow writes to an entry that the device does not have."""
+        """Take note of an entry that the device does not have: a probe may write to it."""
         self._missing.add(mux)
 
     def is_missing(self, mux: Multiplexer) -> bool:
@@ -48,7 +48,15 @@ class WritePolicy:
         """Say whether a download to this entry may be sent."""
         if group_of(mux.index) is not None:
             return denial(mux.index, self._permissions) is None
-        return mux in self._writable or mux in self._missing or mux.index in IDENTITY
+        probes = READ_ONLY_PROBES in self._permissions
+        return mux in self._writable or (probes and self._is_refused(mux))
+
+    def needs_probes(self, mux: Multiplexer) -> bool:
+        """Say whether the permission for probes is all that a download to this entry lacks."""
+        return not self.permits(mux) and self._is_refused(mux) and group_of(mux.index) is None
+
+    def _is_refused(self, mux: Multiplexer) -> bool:
+        return mux in self._missing or mux.index in IDENTITY
 
     def check(self, request: Request) -> None:
         """Raise WriteNotPermitted for a request that would write elsewhere."""

@@ -111,6 +111,10 @@ class Lockstep:
         """Say whether the server has left the sub-block that is being sent."""
         return self._sdo.has_left()
 
+    def may_ask(self, frame: CanFrame) -> bool:
+        """Say whether the node that a frame is for may be sent requests."""
+        return self._sdo.may_ask(frame)
+
     def settle(self, mux: Multiplexer) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes.
 

@@ -9,7 +9,9 @@ import time
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
+from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device, NotTestable
+from conformance.device.safety import written_by
 from conformance.run.pauses import Pauses
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
@@ -79,12 +81,29 @@ class Wire:
         """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
         if frame.remote and not self.channel.link.sends_remote_frames:
             raise NotTestable(f"needs remote frames, which {self.channel.link.name} cannot send")
+        if not self.may_ask(frame):
+            raise NotTestable(
+                "needs permission to send SDO requests to other nodes, which may end a transfer "
+                f"that somebody has open there: add --allow={OTHER_NODES}"
+            )
         self.about_to_send(decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")))
         self.channel.send_frame(frame)
         self.pauses.sent(within=self.tracker.open is not None)
 
+    def may_ask(self, frame: CanFrame) -> bool:
+        """Say whether a frame is for this node, or requests to others are permitted."""
+        asks = frame.can_id & ~0x7F == REQUEST_BASE and not frame.extended
+        own = frame.can_id in (self.channel.request_id, REQUEST_BASE + self.device.node_id)
+        return own or not asks or OTHER_NODES in self.device.permissions
+
     def about_to_send(self, request: Request) -> None:
-        """Take note of what goes out next; raises WriteNotPermitted."""
+        """Take note of what goes out next; raises WriteNotPermitted or NotTestable."""
+        target = written_by(request)
+        if target is not None and self.device.policy.needs_probes(target):
+            raise NotTestable(
+                f"needs permission to write to {target}, which a device that is right refuses: "
+                f"add --allow={READ_ONLY_PROBES}"
+            )
         self.device.policy.check(request)
         self._last_sent = request
         self._segments = self._segments + 1 if isinstance(request, BlockSegment) else 0

@@ -8,6 +8,7 @@ from conformance.bus.errors import WriteNotPermitted
 from conformance.device.deny import (
     NMT,
     PERMISSIONS,
+    READ_ONLY_PROBES,
     SDO_PARAMETERS,
     PermissionNameError,
     parse_permission,
@@ -92,8 +93,13 @@ def test_a_segment_of_a_block_is_no_initiate() -> None:
 
 @pytest.mark.parametrize("index", [0x1000, 0x1008, 0x1009, 0x100A, 0x1018])
 def test_identity_may_be_probed_because_it_is_read_only(index: int) -> None:
-    assert WritePolicy([]).permits(Multiplexer(index))
-    assert WritePolicy([]).permits(Multiplexer(index, 1))
+    allowing = WritePolicy([], frozenset({READ_ONLY_PROBES}))
+    for mux in (Multiplexer(index), Multiplexer(index, 1)):
+        assert allowing.permits(mux)
+        assert not WritePolicy([]).permits(mux)
+        assert WritePolicy([]).needs_probes(mux)
+        assert not allowing.needs_probes(mux)
+        assert WritePolicy([mux]).permits(mux), "the user named it"
 
 
 @pytest.mark.parametrize(
@@ -149,7 +155,7 @@ def test_no_permission_of_that_name(name: str, hint: str) -> None:
 
 
 def test_what_a_device_lacks_may_be_probed() -> None:
-    policy = WritePolicy([])
+    policy = WritePolicy([], frozenset({READ_ONLY_PROBES}))
     missing = Multiplexer(0x1004)
     assert not policy.permits(missing)
     policy.allow_missing(missing)
@@ -163,9 +169,7 @@ def test_what_a_device_lacks_may_be_probed() -> None:
 def test_exactly_initiates_of_downloads_are_held_back(frame: bytes) -> None:
     """Bits 7 to 5 are 1, or 6 with bit 0 clear (CiA 301, 7.2.4.3.3 and 7.2.4.3.9)."""
     filled = frame.ljust(8, b"\0")
-    index = int.from_bytes(filled[1:3], "little")
-    writes = filled[0] >> 5 == 1 or (filled[0] >> 5 == 6 and not filled[0] & 1)
-    held_back = writes and index not in (0x1000, 0x1008, 0x1009, 0x100A, 0x1018)
+    held_back = filled[0] >> 5 == 1 or (filled[0] >> 5 == 6 and not filled[0] & 1)
     try:
         check(WritePolicy([]), frame)
     except WriteNotPermitted:

@@ -10,8 +10,10 @@ from conformance.bus.channel import Channel
 from conformance.bus.host import HostedNode, NodeHost
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject, by_multiplexer
+from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.bench import private_channel
@@ -29,6 +31,7 @@ NODE_ID = 5
 # What comes, comes at once; what does not come is waited for.
 PATIENT, HASTY = 10.0, 0.05
 RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")
+PROBES = frozenset({READ_ONLY_PROBES, OTHER_NODES})
 READ = bytes.fromhex("4000100000000000")
 BASELINE = bytes.fromhex("4300100091010F00")
 NUMBER = KnownObject(Multiplexer(0x2004), REFERENCE_OBJECTS[3].data_type)
@@ -121,7 +124,11 @@ def undiscovered(
     known = list(objects)
     writable = [entry.mux for entry in known if entry.access.writable]
     device = Device(
-        NODE_ID, by_multiplexer(known), baseline=[(READ, BASELINE)], policy=WritePolicy(writable)
+        NODE_ID,
+        by_multiplexer(known),
+        baseline=[(READ, BASELINE)],
+        policy=WritePolicy(writable, PROBES),
+        permits=Permits(permissions=PROBES),
     )
     link = Link(open_bus(BusSettings("virtual", name)), name)
     try:

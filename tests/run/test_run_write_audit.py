@@ -9,7 +9,10 @@ from conformance.faults.device import reference_entries
 from conformance.run.matrix.states import STATES
 from conformance.running import ExitCode
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.frames import BlockSegment
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import BlockDownloadInitiate, BlockSegment, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, Refusal
@@ -18,6 +21,9 @@ from conformance.sdo.server import BlockDownload, Server
 pytest_plugins = ["pytester"]
 
 NAME = Multiplexer(0x1008)
+PROBES = "--allow=read-only-probes"
+# What is read-only by the standard, and there without an EDS.
+PROBED = {*IDENTITY, 0x1001}
 TEXT = Multiplexer(0x2010)
 DOMAIN = Multiplexer(0x2011)
 # Of the matrix two states, where most of its frames can be taken for a download.
@@ -29,14 +35,16 @@ WRITING = " or ".join(f"[{begin}" for begin in ("0", "1", "2", "3", "C", "D", "s
 def test_a_whole_run(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     begin = server.values()
-    result = run(pytester, server, node_like(None, server), "-k", f"{ONCE} or {WRITING}", "-vv")
+    result = run(
+        pytester, server, node_like(None, server), "-k", f"{ONCE} or {WRITING}", "-vv", PROBES
+    )
     assert result.ret == pytest.ExitCode.OK
     states = {state for state in STATES if f"::matrix.{state}[" in result.stdout.str()}
     assert states == set(STATES)
     assert {mux for mux, _ in server.writes} == WRITABLE
     probed = asked_to_write(server) - WRITABLE
     assert probed
-    assert {mux.index for mux in probed} <= set(IDENTITY), "the identity is read-only"
+    assert {mux.index for mux in probed} <= PROBED, "these are read-only"
     assert server.values() == begin
 
 
@@ -57,9 +65,12 @@ SHORT = (
 def test_a_whole_run_on_an_unusual_device(pytester: pytest.Pytester, name: str) -> None:
     server = server_like(name)
     begin = server.values()
-    assert run(pytester, server, node_like(name, server), "-k", SHORT).ret == pytest.ExitCode.OK
+    assert (
+        run(pytester, server, node_like(name, server), "-k", SHORT, PROBES).ret
+        == pytest.ExitCode.OK
+    )
     assert {mux for mux, _ in server.writes} <= WRITABLE
-    assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= set(IDENTITY)
+    assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= PROBED
     if name == "text-ends-in-zero":
         server.entries[TEXT].value = server.entries[TEXT].value.rstrip(b"\0")
     assert server.values() == begin
@@ -84,9 +95,9 @@ def test_a_device_that_writes_what_it_should_not(
     """Its values are put back all the same, and no other object is touched."""
     server = server_like(name)
     begin = server.values()
-    status = run(pytester, server, node_like(name, server), "-k", chosen).ret
+    status = run(pytester, server, node_like(name, server), "-k", chosen, PROBES).ret
     assert status in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED)
-    assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= set(IDENTITY)
+    assert {mux.index for mux in asked_to_write(server) - WRITABLE} <= PROBED
     assert server.values() == begin
 
 
@@ -136,13 +147,13 @@ def test_a_device_that_aborts_in_mid_burst(
         pytester,
         server,
         Node(NODE_ID, server),
-        *("--response-timeout=0.2", "--object=2011=domain", "-k", chosen),
+        *("--response-timeout=0.2", "--object=2011=domain", PROBES, "-k", chosen),
     ).ret
     assert status == pytest.ExitCode.TESTS_FAILED
     taken = [frame for frame in server.requests if frame[:2] in (b"\x22\x7e", b"\x22\x7c")]
     assert taken or late == 1, "segments have reached it that look like initiates"
     elsewhere = asked_to_write(server) - WRITABLE - {DOMAIN}
-    assert {mux.index for mux in elsewhere} <= set(IDENTITY)
+    assert {mux.index for mux in elsewhere} <= PROBED
     assert server.values() == begin
 
 
@@ -173,14 +184,44 @@ def test_without_leave_no_value_is_changed(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     server.entries[NAME].access = Access.RW  # unusual, and not forbidden
     begin = server.values()
-    status = run(pytester, server, node_like(None, server), "-k", ONCE, named=()).ret
+    node = node_like(None, server)
+    status = run(pytester, server, node, PROBES, "-k", ONCE, named=()).ret
     assert status == pytest.ExitCode.TESTS_FAILED
-    assert {mux.index for mux in asked_to_write(server)} <= set(IDENTITY)
+    assert {mux.index for mux in asked_to_write(server)} <= PROBED
     assert [(mux, value) for mux, value in server.writes if value != begin[mux]] == []
 
 
 def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) -> None:
+    """No download is begun at all, and no other node is asked anything."""
     server = server_like(None)
-    right = node_like(None, server)
-    assert run(pytester, server, right, "-k", ONCE, named=()).ret == pytest.ExitCode.OK
+    right = Overhearing(server)
+    result = run(pytester, server, right, "-k", f"{ONCE} or test_random", named=())
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.fnmatch_lines(["*add --allow=read-only-probes*", "*add --allow=other-nodes*"])
     assert server.writes == []
+    downloads = (DownloadInitiate, BlockDownloadInitiate)
+    begun = [decode_request(frame.ljust(8, b"\0")) for frame in server.requests]
+    assert [request for request in begun if isinstance(request, downloads)] == []
+    assert right.others == []
+
+
+def test_other_nodes_are_asked_with_permission(pytester: pytest.Pytester) -> None:
+    server = server_like(None)
+    right = Overhearing(server)
+    chosen = ("--allow=other-nodes", "-k", "frame.other-node")
+    assert run(pytester, server, right, *chosen, named=()).ret == pytest.ExitCode.OK
+    assert right.others
+
+
+class Overhearing(Node):
+    """Keeps the requests to other nodes."""
+
+    def __init__(self, server: Recording) -> None:
+        super().__init__(NODE_ID, server)
+        self.others: list[CanFrame] = []
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        asks = frame.can_id & ~0x7F == REQUEST_BASE and not frame.extended
+        if asks and frame.can_id != REQUEST_BASE + NODE_ID:
+            self.others.append(frame)
+        return super().receive(frame)

@@ -168,7 +168,8 @@ class _Client:
                     case Event.LATE:
                         late, sent = [self._frame(data) for data in sent], []
                     case Event.INSERT:
-                        frames.append(self._inserted(disturbance.label))
+                        inserted = self._inserted(disturbance.label)
+                        frames += [inserted] if self._lockstep.may_ask(inserted) else []
                     case _:
                         sent = [data for whole in sent for data in _changed(whole, disturbance)]
             frames += [self._frame(data) for data in sent]
