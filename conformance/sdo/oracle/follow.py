@@ -31,7 +31,7 @@ from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
 from conformance.sdo.oracle.reasons import LARGEST_BLOCK
 from conformance.sdo.oracle.states import IDLE, LOST, Lost, most_answers
-from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, UNSOLICITED, Violation
 
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580
@@ -173,6 +173,7 @@ class Oracle:
     def settled(self) -> list[Violation]:
         """Take that nothing more came, as a fence or a time-out proves; return what is missing."""
         resting = [_rested(branch) for branch in self._branches if branch.due is None]
+        asked = self._asked
         self._asked = self._other_asked = False
         self._sent.clear()
         if resting:
@@ -181,7 +182,9 @@ class Oracle:
         expected = " or ".join(dict.fromkeys(answer.words for answer in due))
         memory = self._branches[0].memory.in_doubt()
         self._go_to([quiet(LOST, memory, due[0].row)])
-        return [Violation(must(due[0].row), expected=expected, actual="no answer")]
+        # A sub-block that stops in the middle was answered, but not to its end.
+        rule = ANSWERED if asked else must(due[0].row)
+        return [Violation(rule, expected=expected, actual="no answer")]
 
     def silence(self) -> list[Violation]:
         """Take that the client was silent for longer than a server's time-out may be."""

@@ -126,7 +126,7 @@ def _variable_reasons(facts: Facts, size: int, *, block: bool) -> Reasons:
     if facts.capacity is None or size > facts.capacity:
         reasons.append(Reason("I26", NO_ROOM, binding=False, late=True))
     if facts.data_type is DataType.UNICODE_STRING and size % 2:
-        reasons.append(Reason("O22", LENGTHS, binding=False, late=True))
+        reasons.append(Reason("6-unicode", LENGTHS, binding=False, late=True))
     return tuple(reasons)
 
 

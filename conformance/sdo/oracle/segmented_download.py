@@ -73,7 +73,7 @@ def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
 def _length_reasons(request: DownloadInitiate, length: int | None) -> Reasons:
     if not request.sized:
         if length is None:
-            return (Reason("O20", LENGTHS, binding=False),)
+            return (Reason("I22", LENGTHS, binding=False),)
         if length > SHORT:
             return (Reason("I20", TOO_SHORT),)
         return (Reason("I21", TOO_LONG, binding=False),) if length < SHORT else ()

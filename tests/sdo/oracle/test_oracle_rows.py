@@ -129,7 +129,7 @@ NOT_ALLOWED = {
     "K13 unknown code": (f"{LONG_SUB_BLOCK} \n < 80 10 20 00 99 99 99 99", "abort.code"),
     "K13 foreign": (f"{LONG_SUB_BLOCK} \n < 80 12 34 00 12 00 07 06", "response.multiplexer"),
     "K13 reserved": (f"{LONG_SUB_BLOCK} \n < 91 10 20 00 12 00 07 06", "response.reserved"),
-    "I1 unanswered": (READ, "response.not-refused"),
+    "I1 unanswered": (READ, "response.answered"),
     "I1 refused": (f"{READ} \n < 80 00 10 00 00 00 02 06", "response.not-refused"),
     "I1 value": (f"{READ} \n < 43 00 10 00 92 01 0F 00", "response.not-refused"),
     "2.13 multiplexer": (f"{READ} \n < 43 01 10 00 91 01 0F 00", "response.multiplexer"),
@@ -143,7 +143,7 @@ NOT_ALLOWED = {
         "object.missing-refused",
     ),
     "I5 code": ("> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 01 00 01 06", "object.read-only"),
-    "I6 silence": ("> E0 00 10 00 00 00 00 00", "specifier.unknown"),
+    "I6 silence": ("> E0 00 10 00 00 00 00 00", "response.answered"),
     "I7 served": (
         "> 00 00 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00",
         "segmented-download.without-initiate",
@@ -181,23 +181,23 @@ NOT_ALLOWED = {
     ),
     "D10 ignored": (
         f"{DOWNLOAD} \n > 60 00 00 00 00 00 00 00",
-        "segmented-download.upload-segment",
+        "response.answered",
     ),
     "D11 ignored": (
         f"{DOWNLOAD} \n > E0 00 00 00 00 00 00 00",
-        "segmented-download.unknown-specifier",
+        "response.answered",
     ),
-    "D12 ignored": (f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00", "segmented-download.block-frames"),
+    "D12 ignored": (f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00", "response.answered"),
     "U3 ignored": (
         f"{UPLOAD} \n > 00 41 42 43 44 45 46 47",
-        "segmented-upload.download-segment",
+        "response.answered",
     ),
-    "U4 ignored": (f"{UPLOAD} \n > E0 00 00 00 00 00 00 00", "segmented-upload.unknown-specifier"),
+    "U4 ignored": (f"{UPLOAD} \n > E0 00 00 00 00 00 00 00", "response.answered"),
     "D5 confirmed": (
         f"{DOWNLOAD} \n > 01 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00",
         "segmented-download.too-few",
     ),
-    "O8 silence": (f"{DOWNLOAD} \n {READ}", "response.not-refused"),
+    "O8 silence": (f"{DOWNLOAD} \n {READ}", "response.answered"),
     "U2 served": (
         f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 10 54 69 6E 79 20 4E 6F",
         "segmented-upload.toggle",
@@ -226,7 +226,7 @@ NOT_ALLOWED = {
         f"{BLOCK_SENT} \n > C1 D3 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
         "block-download.crc",
     ),
-    "E7 ignored": (f"{BLOCK_SENT} \n > 60 00 00 00 00 00 00 00", "block-download.foreign-at-end"),
+    "E7 ignored": (f"{BLOCK_SENT} \n > 60 00 00 00 00 00 00 00", "response.answered"),
     "F1 number": (
         f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n < 02 54 69 6E 79 20 4E 6F",
         "block.sequence",
