@@ -1,6 +1,8 @@
 """Servers that are unusual and right where a block transfer is repeated, restarted or refused."""
 
-from conformance.faults.block_servers import HearsLastRepeated
+from dataclasses import replace
+
+from conformance.faults.block_servers import HearsLastRepeated, ReadsAcknowledgements
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -16,6 +18,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.objects import DEFAULT_CAPACITY, Entry, Refusal
+from conformance.sdo.segmented_server import SEGMENT_LENGTH
 from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 
@@ -132,3 +135,44 @@ class NewInitiateAtEndRefused(Server):
             self.transfer = None
             return [Abort(request.mux, AbortCode.DEVICE_STATE)]
         return super().react(request)
+
+
+@variant("last-block-size-ignored")
+class LastBlockSizeIgnored(ReadsAcknowledgements):
+    """Ignores the block size in the acknowledgement of the last segment of a block upload."""
+
+    def read(self, transfer: BlockUpload, request: BlockAck) -> BlockAck:
+        """Put a possible one there."""
+        end = transfer.offset + request.sequence * SEGMENT_LENGTH
+        last = request.sequence == transfer.sent and end >= len(transfer.data)
+        return replace(request, block_size=transfer.block_size) if last else request
+
+
+@variant("block-frames-called-not-valid", soft=True)
+class BlockFramesNotValid(Server):
+    """Calls a wrong block size in an acknowledgement, or a bad end frame, not valid (05040001h)."""
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Replace the code."""
+        if isinstance(request, BlockAck | BlockEnd):
+            code = AbortCode.COMMAND_NOT_VALID
+        return super().refuse(request, code)
+
+
+@variant("superseded-transfer-aborted")
+class SupersededAborted(Server):
+    """Aborts a transfer that is superseded on the bus, and serves the new initiate."""
+
+    def react(self, request: Request) -> list[Response]:
+        """Say both."""
+        superseded = self.transfer
+        initiate = isinstance(
+            request, UploadInitiate | DownloadInitiate | BlockUploadInitiate | BlockDownloadInitiate
+        )
+        if superseded is None or not initiate:
+            return super().react(request)
+        abort = Abort(superseded.mux, AbortCode.DEVICE_STATE)
+        try:
+            return [abort, *super().react(request)]
+        except Refusal as refusal:
+            return [abort, *self.refuse(request, refusal.code)]

@@ -25,6 +25,7 @@ from conformance.sdo.frames import (
     Request,
     UploadInitiateResponse,
 )
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
 from conformance.sdo.stepping import Result, advance
 
@@ -245,13 +246,31 @@ class BlockSteps(RoomSteps):
         initiate = next(transfer)
         if isinstance(initiate, Burst):
             raise TypeError("a transfer begins with one request")
+        superseded = self.tracker.open
         self.send(initiate)
         frame = self.receive()
-        if isinstance(decode_response(frame), Abort):
-            return self.checks.abort(frame, None)
+        response = decode_response(frame)
+        if isinstance(response, Abort):
+            self.checks.abort(frame, None)
+            served = self.behind_superseded(response, superseded) if superseded else None
+            if served is None:
+                return response
+            frame = served
         step = advance(transfer, frame)
         with self._served():
             return self._go_on(transfer, step)
+
+    def behind_superseded(self, abort: Abort, superseded: Multiplexer) -> bytes | None:
+        """Return the answer to a new initiate that follows an abort of the superseded transfer.
+
+        None where there is none: the server has refused the new one.
+        """
+        if abort.mux != superseded:
+            return None
+        frame = self.wait(self.channel.response_timeout)
+        if frame is not None:
+            self.notes.append("the superseded transfer is aborted, and the new one is served")
+        return frame
 
     def block_crc_supported(self, target: Target) -> bool:
         """Say whether the server offers a CRC for a block download."""

@@ -168,6 +168,9 @@ class Dialogue(StorageSteps):
             raise self.breach(
                 f"an abort of {mux_of(old)} or {mux_of(new)}", describe_response(frame)
             )
+        served = self.behind_superseded(response, mux_of(old))
+        if served is not None:
+            return served
         self.minor.append(
             Violation(
                 RESTART,

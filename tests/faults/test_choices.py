@@ -7,7 +7,12 @@ from detection import SERVER_TIMEOUT
 from conformance.run.verdict import Verdict
 
 LOST = ("-k", "block-download.lost or block-download.old-numbers or random.block")
+RESTARTS = ("-k", "new-initiate or restart or random or matrix.segmented-upload-first")
+ENDS = ("-k", "crc or unused or acknowledges or block-size or random.soup")
 CHOICES = {
+    "last-block-size-ignored": ENDS,
+    "block-frames-called-not-valid": ENDS,
+    "superseded-transfer-aborted": RESTARTS,
     "late-segment-taken": LOST,
     "late-segment-aborts": LOST,
     "gap-acknowledged-at-once-then-waits": LOST,

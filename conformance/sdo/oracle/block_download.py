@@ -336,6 +336,10 @@ class BlockDownloadEnd(_BlockDownload):
         wrong_crc = self.crc and request.crc != crc16(data)
         if wrong_crc or (self.crc and must_refuse(reasons)):
             reasons += (Reason("E2", WRONG_CRC, binding=wrong_crc),)
+        # A bad end frame may be called just that, though there are better codes.
+        reasons = tuple(
+            replace(reason, tolerated=(*reason.tolerated, *NOT_VALID)) for reason in reasons
+        )
         branches = refused(self, self.mux, tuple(dict.fromkeys(reasons)), memory)
         if must_refuse(reasons):
             return branches

@@ -19,6 +19,8 @@ from conformance.sdo.frames import (
     Request,
 )
 from conformance.sdo.oracle.answers import (
+    GENERAL,
+    NOT_VALID,
     Refusal,
     answered,
     expect,
@@ -44,6 +46,8 @@ from conformance.sdo.oracle.states import IDLE, Running, begin
 from conformance.sdo.rules import BLOCK_CRC, BLOCK_SEQUENCE, FILLER, RESERVED, SIZE, Violation
 
 SEGMENT = 7
+# In the place of a better code, for what is wrong with a frame of a block transfer.
+GENERIC = (*GENERAL, *NOT_VALID)
 
 
 @begin.register
@@ -272,14 +276,9 @@ class Unacknowledged(_BlockUpload):
         """Send what is next, or what was lost, or the end."""
         if not isinstance(request, BlockAck):
             return self.foreign(memory)
-        refusals = []
         if request.sequence > self.count:
             codes = (AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID)
-            refusals.append(Refusal("F9", codes))
-        if not 1 <= request.block_size <= LARGEST_BLOCK:
-            refusals.append(Refusal("F10", (AbortCode.INVALID_BLOCK_SIZE,)))
-        if refusals:
-            return [refusal.named(self.mux).branch(self, IDLE, memory) for refusal in refusals]
+            return [self._refused(Refusal("F9", codes), memory)]
         taken = request.sequence * SEGMENT
         following = replace(
             self,
@@ -287,9 +286,20 @@ class Unacknowledged(_BlockUpload):
             data=self.data + self.sent[:taken],
             sent=self.sent[taken:],
         )
-        if request.sequence and following.acknowledged == self.segments:
-            return [following.ends(memory)]
-        return following.sends(memory)
+        complete = bool(request.sequence) and following.acknowledged == self.segments
+        ending = [following.ends(memory)] if complete else []
+        if 1 <= request.block_size <= LARGEST_BLOCK:
+            return ending or following.sends(memory)
+        # Behind the last segment nothing is left that a block size could be about.
+        topic = "an impossible block size in the last acknowledgement"
+        invalid = Refusal("F10", (AbortCode.INVALID_BLOCK_SIZE,), tolerated=GENERIC)
+        return [
+            *(branch.choosing(Freedom(topic, "ignored")) for branch in ending),
+            self._refused(invalid, memory).choosing(Freedom(topic, "refused")),
+        ]
+
+    def _refused(self, refusal: Refusal, memory: Memory) -> Branch:
+        return refusal.named(self.mux).branch(self, IDLE, memory)
 
 
 @dataclass(frozen=True, slots=True)

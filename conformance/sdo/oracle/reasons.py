@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
-from conformance.sdo.oracle.answers import Codes, Refusal
+from conformance.sdo.oracle.answers import GENERAL, Codes, Refusal
 from conformance.sdo.oracle.knowledge import Facts, Presence
 
 TOO_LONG: Codes = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
@@ -49,17 +49,19 @@ LARGEST_BLOCK = 127
 class Reason:
     """Why a transfer may be refused.
 
-    ``binding``: it has to be, at once or, where ``late``, at its end at the latest.
+    ``binding``: it has to be, at once or, where ``late``, at its end at the latest. ``tolerated``
+    codes are breaches of a SHOULD.
     """
 
     row: str
     codes: Codes
     binding: bool = True
     late: bool = False
+    tolerated: Codes = GENERAL
 
     def refusal(self, mux: Multiplexer) -> Refusal:
         """Return the abort that is due for this reason."""
-        return Refusal(self.row, self.codes, (mux,))
+        return Refusal(self.row, self.codes, (mux,), self.tolerated)
 
 
 Reasons = tuple[Reason, ...]

@@ -26,7 +26,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.oracle.answers import GENERAL, KNOWN_CODES, Codes, Refusal
-from conformance.sdo.oracle.branch import Branch, Freedom, quiet
+from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
 from conformance.sdo.oracle.citations import should
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.short_frames import completed
@@ -200,10 +200,23 @@ class Running(Answering):
             expected = f"the transfer of {request.mux} to begin"
             missed = (Violation(should("O8"), expected=expected, actual="an abort"),)
         refusal = Refusal(self.restart_row, KNOWN_CODES, (self.mux, request.mux), findings=missed)
+        served = begin(request, memory)
         return [
-            *(branch.choosing(Freedom(topic, "served")) for branch in begin(request, memory)),
+            *(branch.choosing(Freedom(topic, "served")) for branch in served),
+            self._superseded(served, memory).choosing(Freedom(topic, "served behind an abort")),
             refusal.branch(self, IDLE, memory, Freedom(topic, "refused")),
         ]
+
+    def _superseded(self, served: list[Branch], memory: Memory) -> Branch:
+        """Abort the running transfer on the bus, and serve the new one all the same."""
+        refusal = Refusal(self.restart_row, KNOWN_CODES, (self.mux,))
+
+        def take(frame: bytes) -> list[Branch]:
+            abort = refusal.read(frame)
+            return [branch.noting(*refusal.breaches(abort, frame)) for branch in served]
+
+        words = f"an abort of {self.mux}, and then the answer to the new initiate"
+        return Branch(self, memory, self.restart_row, Due(self.restart_row, words, take))
 
     def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
         """End the transfer in silence; whether an odd abort is one, is open."""
