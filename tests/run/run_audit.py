@@ -29,7 +29,7 @@ ALSO_WRITABLE = {
     Multiplexer(0x1017): Entry(b"\0\0", DataType.UNSIGNED16),
     Multiplexer(0x1010, 1): Entry(bytes(4), DataType.UNSIGNED32),
     Multiplexer(0x0F00): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
-    Multiplexer(0x2004, 0xFE): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
+    Multiplexer(0x1018, 0xFE): Entry(b"\1\2\3\4", DataType.UNSIGNED32, Access.WO),
 }
 
 
