@@ -112,18 +112,23 @@ class AnyFrameContinues(Server):
 class ThresholdAsBlockSize(Server):
     """Reads blksize and pst as one number of 16 bits, and numbers segments from 80h on as well."""
 
+    high_byte = 0
+
     def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
-        """Send larger sub-blocks when pst is not 0."""
-        responses = super().on_block_upload_initiate(replace(request, threshold=0))
-        if isinstance(self.transfer, BlockUpload):
-            self.transfer.block_size |= request.threshold << 8
-        return responses
+        """Keep pst for the first sub-block."""
+        self.high_byte = request.threshold
+        return super().on_block_upload_initiate(replace(request, threshold=0))
 
     def sub_block(self, transfer: BlockUpload) -> list[Response]:
-        """Count in all bits of byte 0."""
+        """Send more than was asked for at first, and count in all bits of byte 0."""
+        asked = transfer.block_size
+        if not transfer.sent:
+            transfer.block_size |= self.high_byte << 8
+        responses = super().sub_block(transfer)
+        transfer.block_size = asked
         return [
             Unknown(bytes([response.sequence & 0xFF | response.last << 7]) + response.payload)
             if isinstance(response, BlockSegment)
             else response
-            for response in super().sub_block(transfer)
+            for response in responses
         ]

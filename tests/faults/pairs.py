@@ -90,7 +90,7 @@ MOST_CASES, MOST_CAUSES = 60, 3
 TIMEOUT = "--response-timeout=0.25"
 SHARE, QUICK_SHARE = 6, 12
 # Which specific fault the first pervasive one is paired with when it is quick; the rest follows.
-QUICK_BEGIN = 9
+QUICK_BEGIN = 22
 # So many of the cases that failed the pervasive fault alone meet a pair.
 OF_PERVASIVE = 60
 # What is judged at the end of a run belongs to each.
