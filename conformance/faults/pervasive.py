@@ -19,14 +19,14 @@ from conformance.sdo.frames import (
     Request,
     Response,
 )
-from conformance.sdo.objects import Entry, ObjectDictionary, Refusal
+from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
 from conformance.sdo.segmented_server import NO_MULTIPLEXER, Download
 from conformance.sdo.server import BlockDownload, Server
 
 ABORT = DefectClass.ABORT
 CHECKS = DefectClass.ACCESS_OR_SIZE
-# Bytes of every string and domain of a server that knows no other length.
-FIXED_LENGTH = 300
+# Bytes of every string and domain of a server that knows no other length; text fills its segments.
+FIXED_LENGTH, FIXED_TEXT = 300, 301
 # The segment of a sub-block for which a server has no room.
 NO_ROOM_FROM = 9
 
@@ -91,21 +91,25 @@ class BlocksRefused(Server):
 
 @fault("strings-padded", CHECKS, "segmented-download.")
 class StringsPadded(Server):
-    """Has strings and domains of 300 bytes only, and fills up with 0 what comes shorter."""
+    """Has strings and domains of 300 or 301 bytes only, and fills up with 0 what comes shorter."""
 
     def __init__(self, objects: ObjectDictionary) -> None:
         """Give what can be written its length."""
         super().__init__(objects)
         for entry in objects:
             if self.is_fixed(entry):
-                entry.value = entry.value.ljust(FIXED_LENGTH, b"\0")
-                entry.capacity = FIXED_LENGTH
+                entry.capacity = self.length_of(entry)
+                entry.value = entry.value.ljust(entry.capacity, b"\0")
 
     def store(self, entry: Entry, data: bytes) -> None:
         """Fill up."""
-        if self.is_fixed(entry) and len(data) < FIXED_LENGTH:
-            data = data.ljust(FIXED_LENGTH, b"\0")
+        if self.is_fixed(entry):
+            data = data.ljust(entry.capacity, b"\0")
         super().store(entry, data)
+
+    def length_of(self, entry: Entry) -> int:
+        """Return the only length that an entry has."""
+        return FIXED_TEXT if entry.data_type is DataType.VISIBLE_STRING else FIXED_LENGTH
 
     def is_fixed(self, entry: Entry) -> bool:
         """Say whether an entry ought to take values of different lengths."""
