@@ -1,8 +1,10 @@
 """Block downloads that a server has to take (CiA 301, 7.2.4.3.9 to 7.2.4.3.11)."""
 
+from dataclasses import replace
+
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.run.begun import lose_segment
+from conformance.run.begun import TWO_SEGMENTS, lose_segment, send_again, unused_in
 from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
@@ -84,9 +86,8 @@ def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
 @must("block-download.again", "3.11-idle", "E1", clause=SERVICE)
 def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     """One block download after another: the object holds the last and nothing else."""
-    for size in (50, 7, 30, 3):
-        data = sdo.payload(size)
-        sdo.store(variable, sdo.payload(size))
+    for wanted in (50, 7, 30, 3):
+        data = sdo.payload(len(sdo.prepare(variable, wanted)))
         sdo.block_download(variable, data)
         sdo.expect_value(variable, data)
 
@@ -94,8 +95,8 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
 @must("block-download.reserved", "2.13-reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of A4h, A2h and A1h are 0."""
-    sdo.store(variable, sdo.payload(20))
-    sdo.block_download(variable, sdo.payload(20))
+    size = len(sdo.prepare(variable, 20))
+    sdo.block_download(variable, sdo.payload(size))
     sdo.expect_clean(RESERVED)
 
 
@@ -119,9 +120,7 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     gap = lose_segment(sdo, variable, 7 * number - 2, position)
     if gap is None:
         return
-    sdo.send_segments(gap.segments, last=True)
-    sdo.acknowledged(variable, number - position)
-    sdo.end_block_download(variable, unused=2, crc=gap.crc)
+    send_again(sdo, variable, gap)
     sdo.expect_value(variable, gap.data)
 
 
@@ -132,28 +131,29 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     if gap is None:
         return
     if gap.block_size >= 2:
-        sdo.send_segments(gap.segments[1:], first=2, last=True)
-        if sdo.gap_acknowledged(variable, 0) is None:
+        again = gap.segments[: gap.block_size]
+        sdo.send_segments(again[1:], first=2, last=len(again) == len(gap.segments))
+        ack = sdo.gap_acknowledged(variable, 0)
+        if ack is None:
             return
-    sdo.send_segments(gap.segments, last=True)
-    sdo.acknowledged(variable, 2)
-    sdo.end_block_download(variable, unused=0, crc=gap.crc)
+        gap = replace(gap, block_size=ack.block_size)
+    send_again(sdo, variable, gap)
     sdo.expect_value(variable, gap.data)
 
 
 @may("block-download.repeated-segment", "B10", risk=LOST_SEGMENT)
 def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     """A segment that comes twice is ignored or taken for a gap; it is not stored twice."""
-    data = sdo.payload(21)
-    sdo.store(variable, sdo.payload(21))
+    data = sdo.payload(len(sdo.prepare(variable, 21, least=TWO_SEGMENTS)))
     chunks = segments_of(data)
     response = sdo.initiate_block_download(variable, len(data))
-    if response.block_size < 3:
+    if response.block_size < len(chunks):
         sdo.info(f"the server takes {response.block_size} segments at once: none can come twice")
         return
-    sdo.send_segments(chunks[:2])
-    sdo.send_segments(chunks[1:2], first=2)
-    sdo.send_segments(chunks[2:], first=3, last=True)
+    twice = len(chunks) - 1
+    sdo.send_segments(chunks[:twice])
+    sdo.send_segments(chunks[twice - 1 : twice], first=twice)
+    sdo.send_segments(chunks[twice:], first=twice + 1, last=True)
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
         sdo.checks.abort(frame, variable.mux)
@@ -162,23 +162,23 @@ def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
             sdo.checks.abort(answer, None)
         sdo.info("a repeated segment is refused")
         return
-    ack = sdo.checks.block_ack(frame, variable.mux, 3)
-    if ack.sequence < 3:
+    ack = sdo.checks.block_ack(frame, variable.mux, len(chunks))
+    if ack.sequence < len(chunks):
         sdo.info(f"a repeated segment counts as a gap behind segment {ack.sequence}")
         return
-    sdo.end_block_download(variable, unused=0, crc=crc16(data) if response.crc_supported else 0)
+    crc = crc16(data) if response.crc_supported else 0
+    sdo.end_block_download(variable, unused=unused_in(data), crc=crc)
     sdo.expect_value(variable, data)
 
 
 @may("block-download.sequence-zero", "B5", risk=LOST_SEGMENT)
 def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
     """Sequence number 0 is none: the segment is refused or dropped, never stored."""
-    data = sdo.payload(14)
-    sdo.store(text, sdo.payload(14))
+    data = sdo.payload(len(sdo.prepare(text, 14)))
     chunks = segments_of(data)
     response = sdo.initiate_block_download(text, len(data))
     sdo.send(BlockSegment(0, b"#######"))
-    if response.block_size < 2:
+    if response.block_size < len(chunks):
         sdo.expect_silence_or_abort()
         return
     sdo.send_segments(chunks, last=True)
@@ -189,24 +189,24 @@ def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
         for answer in sdo.fence():
             sdo.checks.abort(answer, None)
         return
-    if sdo.checks.block_ack(frame, text.mux, 2).sequence == 2:
+    if sdo.checks.block_ack(frame, text.mux, len(chunks)).sequence == len(chunks):
         crc = crc16(data) if response.crc_supported else 0
-        sdo.end_block_download(text, unused=0, crc=crc)
+        sdo.end_block_download(text, unused=unused_in(data), crc=crc)
         sdo.expect_value(text, data)
 
 
 @may("block-download.crc-unused", "E3")
 def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
     """Without a CRC its field is not looked at: nothing is refused for it."""
-    data = sdo.payload(14)
-    sdo.store(variable, sdo.payload(14))
-    response = sdo.initiate_block_download(variable, 14, crc=False)
-    if response.block_size < 2:
-        sdo.info(f"the server takes {response.block_size} segment at once")
+    data = sdo.payload(len(sdo.prepare(variable, 14)))
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(variable, len(data), crc=False)
+    if response.block_size < len(chunks):
+        sdo.info(f"the server takes {response.block_size} segment(s) at once")
         return
-    sdo.send_segments(segments_of(data), last=True)
-    sdo.acknowledged(variable, 2)
-    sdo.send(BlockEnd(0, 0x1234))
+    sdo.send_segments(chunks, last=True)
+    sdo.acknowledged(variable, len(chunks))
+    sdo.send(BlockEnd(unused_in(data), 0x1234))
     frame = sdo.receive()
     answer = decode_response(frame)
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
@@ -219,8 +219,7 @@ def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
 @may("block-download.empty", "B17", "6-zero-bytes", "5-empty")
 def test_empty(sdo: Dialogue, text: KnownObject) -> None:
     """A block download of no bytes stores an empty value or is refused; it never hangs."""
-    sdo.store(text, sdo.payload(9))
-    sdo.initiate_block_download(text, 9)
+    sdo.initiate_block_download(text, len(sdo.prepare(text, 9)))
     sdo.end_transfer()
     abort = sdo.try_block_download(text, b"")
     if abort is None:

@@ -1,11 +1,19 @@
 """Block downloads where CiA 301 leaves a choice: any choice passes, a wrong result does not."""
 
+from dataclasses import replace
+
 from conformance.device.objects import KnownObject
-from conformance.run.begun import begin_block_download, lose_segment
+from conformance.run.begun import (
+    Gap,
+    begin_block_download,
+    lose_segment,
+    send_again,
+    unused_in,
+)
 from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
-from conformance.run.initiates import INITIATES, Initiate
+from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -59,7 +67,7 @@ def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.checks.block_download_initiate(frame, variable.mux)
         sdo.end_transfer()
         sdo.info("a block download of FFFFFFFFh bytes is not refused at its initiate")
-    data = sdo.payload(9)
+    data = sdo.payload(sdo.fit(variable, 9))
     sdo.block_download(variable, data)
     sdo.expect_value(variable, data)
 
@@ -70,10 +78,11 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     gap = lose_segment(sdo, variable, 28, 2)
     if gap is None:
         return
-    if gap.block_size < 4:
+    number = gap.position + len(gap.segments)
+    if gap.block_size < number:
         sdo.info("the next sub-block has no such numbers")
         return
-    sdo.send_segments(gap.segments, first=3, last=True)
+    sdo.send_segments(gap.segments, first=gap.position + 1, last=True)
     frame = sdo.wait(sdo.channel.response_timeout)
     if frame is None:
         sdo.info("old numbers are ignored")
@@ -84,37 +93,39 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
         for answer in sdo.fence():
             sdo.checks.abort(answer, None)
         return
-    if sdo.checks.block_ack(frame, variable.mux, 4).sequence == 0:
-        sdo.send_segments(gap.segments, last=True)
-        sdo.acknowledged(variable, 2)
-    sdo.end_block_download(variable, unused=0, crc=gap.crc)
+    ack = sdo.checks.block_ack(frame, variable.mux, number)
+    if ack.sequence == 0:
+        send_again(sdo, variable, replace(gap, block_size=ack.block_size))
+    else:
+        sdo.end_block_download(variable, unused=gap.unused, crc=gap.crc)
     sdo.expect_value(variable, gap.data)
 
 
 @may("block-download.beyond-block-size", "B11", risk=LOST_SEGMENT)
 def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
     """A number beyond the block size is none: the segment is refused or dropped, never stored."""
-    sdo.store(text, sdo.payload(14))
-    response = sdo.initiate_block_download(text, 14)
+    size = len(sdo.prepare(text, 14))
+    response = sdo.initiate_block_download(text, size)
     sdo.end_transfer()
     if response.block_size == 127:
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
-    count = min(response.block_size, 2)
-    data = sdo.payload(7 * count)
+    data = sdo.payload(sdo.fit(text, 7 * min(response.block_size, 2)))
+    chunks = segments_of(data)
     response = sdo.initiate_block_download(text, len(data))
     if response.block_size == 127:
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
-    count = min(response.block_size, count)
+    count = min(response.block_size, len(chunks))
     beyond = response.block_size + 1
     sdo.send(BlockSegment(beyond, sdo.payload(7 * beyond)[-7:]))
-    sdo.send_segments(segments_of(data)[:count], last=count * 7 == len(data))
+    sdo.send_segments(chunks[:count], last=count == len(chunks))
     frame = sdo.receive()
     refused = isinstance(decode_response(frame), Abort)
     if refused:
         sdo.checks.abort(frame, text.mux)
-    if refused or sdo.checks.block_ack(frame, text.mux, count).sequence < count:
+    ack = None if refused else sdo.checks.block_ack(frame, text.mux, count)
+    if ack is None or ack.sequence < count:
         # The segments behind it are discarded, start a new sub-block, or meet an idle server.
         sdo.end_transfer()
         for answer in sdo.fence():
@@ -122,19 +133,19 @@ def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
                 raise sdo.breach("an acknowledgement or an abort", describe_response(answer))
         return
     crc = crc16(data) if response.crc_supported else 0
-    sdo.end_block_download(text, unused=0, crc=crc)
+    send_again(sdo, text, Gap(data, chunks[count:], count, ack.block_size, crc))
     sdo.expect_value(text, data)
 
 
 @may("block-download.crc-not-offered", "E3", field=[0x0001, 0xFFFF])
 def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
     """A server that has no CRC does not look at its field: nothing is refused for it."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     if sdo.block_crc_supported(text):
         sdo.info("the server computes a CRC")
         return
-    data = begin_block_download(sdo, text, 2)
-    sdo.send(BlockEnd(0, field))
+    data = begin_block_download(sdo, text, None, size)
+    sdo.send(BlockEnd(unused_in(data), field))
     frame = sdo.receive()
     answer = decode_response(frame)
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
@@ -147,10 +158,12 @@ def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
 @must("block-download.crc-and-size-wrong", "E6")
 def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
     """An end frame with a wrong CRC and a wrong n is refused for either, and nothing is stored."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     with sdo.unchanged(text):
-        data = begin_block_download(sdo, text, 2)
-        sdo.send(BlockEnd(3, crc16(data[:11]) ^ 0x0101))
+        data = begin_block_download(sdo, text, None, size)
+        right = unused_in(data)
+        wrong = min(right + 3, 7)
+        sdo.send(BlockEnd(wrong, crc16(data[: size + right - wrong]) ^ 0x0101))
         sdo.expect_abort(*WRONG_END, of=text, tolerated=GENERIC)
 
 
@@ -160,17 +173,18 @@ def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
 
     The server acknowledges it again, ignores it, or ends the transfer.
     """
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     before = sdo.upload(text)
-    data = sdo.payload(14)
-    response = sdo.initiate_block_download(text, len(data))
-    chunks = segments_of(data)
-    number = min(response.block_size, 2)
-    for start in range(0, 2, number):
-        sdo.send_segments(chunks[start : start + number], last=start + number == 2)
-        sdo.acknowledged(text, number)
-    sdo.send(BlockSegment(number, chunks[1], last=True))
-    sdo.send(BlockEnd(0, crc16(data) if response.crc_supported else 0))
+    data = sdo.payload(size)
+    response = sdo.initiate_block_download(text, size)
+    left, number, block_size = segments_of(data), 0, response.block_size
+    chunk = left[-1]
+    while left:
+        number = min(block_size, len(left))
+        sdo.send_segments(left[:number], last=number == len(left))
+        block_size, left = sdo.acknowledged(text, number).block_size, left[number:]
+    sdo.send(BlockSegment.with_data(number, chunk, last=True))
+    sdo.send(BlockEnd(unused_in(data), crc16(data) if response.crc_supported else 0))
     frame = sdo.receive()
     answer = decode_response(frame)
     if isinstance(answer, BlockAck) and answer.sequence == number:
@@ -192,21 +206,22 @@ def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
 @may("block-download.end-reserved-bit", "E9", "O2")
 def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
     """The reserved bit of the end frame (C3h) is ignored, or the frame is refused."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     has_crc = sdo.block_crc_supported(text)
-    data = begin_block_download(sdo, text, 2)
-    sdo.send(BlockEnd(0, crc16(data) if has_crc else 0, reserved_bits=1))
+    data = begin_block_download(sdo, text, None, size)
+    sdo.send(BlockEnd(unused_in(data), crc16(data) if has_crc else 0, reserved_bits=1))
     expect_end_or_abort(sdo, text, data, AbortCode.COMMAND_NOT_VALID)
 
 
 @must("block-download.new-initiate-at-end", "E7", "O9", initiate=INITIATES)
 def test_new_initiate_at_end(sdo: Dialogue, text: KnownObject, initiate: Initiate) -> None:
     """An initiate where the end is due is served, or ends the download; nothing of it is stored."""
-    sdo.store(text, sdo.payload(14))
+    sdo.fit(text, INITIATE_SIZE)
+    size = len(sdo.prepare(text, 14))
     before = sdo.upload(text)
-    data = begin_block_download(sdo, text, 2)
+    data = begin_block_download(sdo, text, None, size)
     refused = initiate(sdo, text)
     if refused is not None:
         sdo.info(f"refused: {describe_response(refused.encode())}")
         sdo.expect_value(text, before)
-    sdo.expect_dead(BlockEnd(0, crc16(data)))
+    sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))

@@ -2,7 +2,7 @@
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.run.begun import begin_block_download
+from conformance.run.begun import TWO_SEGMENTS, begin_block_download, unused_in
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.risks import risk_of_request
@@ -33,7 +33,7 @@ FOREIGN_AT_END = {
 }
 # The better codes for a bad end frame are a SHOULD.
 GENERIC = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
-BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
+BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": None}
 
 
 @must(
@@ -45,40 +45,45 @@ BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
 )
 def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
     """A wrong CRC is refused as such, and nothing is stored."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     with sdo.unchanged(text):
         if not sdo.block_crc_supported(text):
             sdo.info("the server computes no CRC")
             return
-        data = begin_block_download(sdo, text, 2)
-        sdo.send(BlockEnd(0, crc16(data) ^ flipped))
+        data = begin_block_download(sdo, text, None, size)
+        sdo.send(BlockEnd(unused_in(data), crc16(data) ^ flipped))
         sdo.expect_abort(AbortCode.CRC_ERROR, of=text, tolerated=GENERIC)
 
 
 @must("block-download.unused-too-many", "E4", unused=[1, 7])
 def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
     """An end frame whose n leaves fewer bytes than announced is refused, and nothing is stored."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     with sdo.unchanged(text):
-        data = begin_block_download(sdo, text, 2)
-        sdo.send(BlockEnd(unused, crc16(data[: 14 - unused])))
+        data = begin_block_download(sdo, text, None, size)
+        right = unused_in(data)
+        wrong = min(right + unused, 7)
+        sdo.send(BlockEnd(wrong, crc16(data[: size + right - wrong])))
         sdo.expect_abort(*TOO_SHORT, of=text, tolerated=GENERIC)
 
 
 @must("block-download.too-few", "E5", "6-announced-download")
 def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
     """Fewer bytes than announced are refused, and nothing is stored."""
-    sdo.store(text, sdo.payload(20))
+    size = len(sdo.prepare(text, 20, least=2))
     with sdo.unchanged(text):
-        sdo.expect_block_download_refused(text, sdo.payload(13), *TOO_SHORT, size=20)
+        data = sdo.payload(max(size - 7, 1))
+        sdo.expect_block_download_refused(text, data, *TOO_SHORT, size=size)
 
 
 @must("block-download.too-many", "B12", "6-announced-download")
 def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
     """More bytes than announced are refused, at the end at the latest, and nothing is stored."""
-    sdo.store(text, sdo.payload(21))
+    announced = sdo.fit(text, 10)
+    sdo.prepare(text, 21)
     with sdo.unchanged(text):
-        sdo.expect_block_download_refused(text, sdo.payload(21), *TOO_LONG, size=10)
+        data = sdo.payload(announced + 11)
+        sdo.expect_block_download_refused(text, data, *TOO_LONG, size=announced)
 
 
 @must("block-download.too-many-inside", "B12", "6-announced-download")
@@ -135,20 +140,20 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
 @must("block-download.foreign-at-end", "E7", risk=risk_of_request, request=FOREIGN_AT_END)
 def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     """A request of another service where the end is due ends the download with 05040001h."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     with sdo.unchanged(text):
-        data = begin_block_download(sdo, text, 2)
+        data = begin_block_download(sdo, text, None, size)
         sdo.send(request)
         sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=text)
-        sdo.expect_dead(BlockEnd(0, crc16(data)))
+        sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))
 
 
 @must("block-download.client-abort", "B4", "E10", "3.11-value-kept", segments=BEGUN)
-def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int | None) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14, least=TWO_SEGMENTS if segments else 1))
     with sdo.unchanged(text):
-        begin_block_download(sdo, text, segments)
+        begin_block_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
         sdo.expect_nothing()
 
@@ -156,21 +161,21 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
 @must("block-download.client-abort-then-end", "E10", "7-client", "3.11-value-kept")
 def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
     """An end frame right behind an abort completes nothing."""
-    sdo.store(text, sdo.payload(14))
+    size = len(sdo.prepare(text, 14))
     with sdo.unchanged(text):
-        data = begin_block_download(sdo, text, 2)
+        data = begin_block_download(sdo, text, None, size)
         sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-        sdo.expect_dead(BlockEnd(0, crc16(data)))
+        sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))
 
 
 @must("block-download.restart", "3.11-nothing-afterwards", "7-client")
 def test_restart(sdo: Dialogue, text: KnownObject) -> None:
     """After an abort the next block download holds nothing of the old one."""
-    sdo.store(text, sdo.payload(14))
-    begin_block_download(sdo, text, 1)
+    size = len(sdo.prepare(text, 14, least=TWO_SEGMENTS))
+    begin_block_download(sdo, text, 1, size)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    data = sdo.payload(14)
-    sdo.send(BlockDownloadInitiate.with_size(text.mux, 14))
+    data = sdo.payload(size)
+    sdo.send(BlockDownloadInitiate.with_size(text.mux, size))
     sdo.checks.block_download_initiate(sdo.receive(), text.mux)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
     sdo.block_download(text, data)

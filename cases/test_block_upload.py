@@ -115,8 +115,7 @@ def test_ends_with_sub_block(sdo: Dialogue, variable: KnownObject, block_size: i
 @must("block-upload.block-size-changes", "F5", "2.13-block-size")
 def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for the next sub-block, larger or smaller."""
-    data = sdo.payload(210)
-    sdo.store(variable, data)
+    data = sdo.prepare(variable, 210, least=15)
     uploaded = sdo.block_upload(
         variable, block_size=1, next_block_size=lambda size: {1: 5, 5: 2}.get(size, 9)
     )
@@ -137,8 +136,7 @@ def test_same_as_segmented(sdo: Dialogue) -> None:
 def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     """One block upload after another: each delivers its own object's bytes."""
     for size in (50, 7, 30, 3):
-        data = sdo.payload(size)
-        sdo.store(variable, data)
+        data = sdo.prepare(variable, size)
         expect_data(sdo, variable, data, sdo.block_upload(variable))
         expect_data(sdo, variable, data, sdo.block_upload(variable))
         sdo.expect_value(variable, data)
@@ -155,8 +153,7 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
 )
 def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
     """What was not acknowledged comes again, numbered from 1; size and CRC count it once."""
-    data = sdo.payload(LENGTH)
-    sdo.store(variable, data)
+    data = sdo.prepare(variable, LENGTH, least=8)
     first = [True]
 
     def acknowledge(received: int) -> int:
@@ -170,8 +167,7 @@ def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
 @must("block-upload.acknowledged-repeatedly", "F7", "F8", "8-numbering")
 def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     """Segments that get lost again and again come again and again."""
-    data = sdo.payload(LENGTH)
-    sdo.store(variable, data)
+    data = sdo.prepare(variable, LENGTH, least=8)
     losses = [0, 1, 0, 0, 2]
 
     def acknowledge(received: int) -> int:
@@ -183,8 +179,7 @@ def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
 @must("block-upload.block-size-with-retransmission", "F7", "F8", "2.13-block-size")
 def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for what is sent again as well."""
-    data = sdo.payload(LENGTH)
-    sdo.store(variable, data)
+    data = sdo.prepare(variable, LENGTH, least=8)
     losses = [0, 1]
     sizes = [3, 2, 5, 1]
 
@@ -203,9 +198,8 @@ def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) ->
 @must("block-upload.threshold", "I31", "I32", "I30", threshold=[0, 1, 5, 13, 14, 255])
 def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
     """Up to pst bytes may come as an ordinary upload; more, or any with pst = 0, must not."""
-    data = sdo.payload(14)
-    sdo.store(variable, data)
-    if threshold in (0, 1, 5, 13):
+    data = sdo.prepare(variable, 14)
+    if threshold < len(data):
         expect_in_blocks(sdo, variable, BlockUploadInitiate(variable.mux, 127, threshold))
         return
     expect_data(sdo, variable, data, sdo.block_upload(variable, threshold=threshold))
@@ -230,8 +224,7 @@ def test_threshold_and_block_size(sdo: Dialogue, variable: KnownObject, threshol
 @must("block-upload.reserved", "2.13-reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of the answers in a block upload are 0."""
-    data = sdo.payload(20)
-    sdo.store(variable, data)
+    sdo.prepare(variable, 20)
     sdo.block_upload(variable)
     sdo.expect_clean(RESERVED)
 
@@ -261,7 +254,7 @@ def test_next_request(sdo: Dialogue) -> None:
 @may("block-upload.empty", "F17", "6-zero-bytes", "5-empty")
 def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
-    sdo.store(variable, sdo.payload(PADDED))
+    before = len(sdo.prepare(variable, PADDED))
     sdo.initiate_block_upload(variable)
     sdo.end_transfer()
     if sdo.try_download(variable, b"", segmented=True) is not None:
@@ -271,7 +264,7 @@ def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     if isinstance(uploaded, Abort):
         sdo.info(f"{variable} is empty and refused: {describe_response(uploaded.encode())}")
         return
-    sdo.expect_empty(variable, uploaded.data, PADDED)
+    sdo.expect_empty(variable, uploaded.data, before)
 
 
 @must("block-upload.constant", "F1", "F6")

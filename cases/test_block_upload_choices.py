@@ -1,11 +1,13 @@
 """Block uploads where CiA 301 leaves a choice: any choice passes, a wrong result does not."""
 
-from conformance.device.device import VENDOR_ID
+from contextlib import suppress
+
+from conformance.device.device import VENDOR_ID, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
-from conformance.run.initiates import INITIATES, Initiate
+from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response, decode_segment
@@ -31,8 +33,7 @@ CONFIRMATION: Waiting = (2, BlockEndResponse())
 @may("block-upload.threshold-without-block-size", "I33")
 def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> None:
     """With pst = 255 and blksize 0 a short object comes as an ordinary upload, or is refused."""
-    data = sdo.payload(9)
-    sdo.store(variable, data)
+    data = sdo.prepare(variable, 9)
     sdo.initiate_block_upload(variable)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(variable.mux, 0, threshold=255))
@@ -111,6 +112,8 @@ def test_crc_refused_by_client(sdo: Dialogue) -> None:
 def expect_served_or_refused(sdo: Dialogue, waiting: Waiting, initiate: Initiate) -> None:
     """Begin a block upload, and another transfer where its next frame is due."""
     sub_blocks, due = waiting
+    with suppress(NotTestable):
+        sdo.fit(sdo.device.text(), INITIATE_SIZE)
     known = begin_block_upload(sdo, sub_blocks)
     refused = initiate(sdo, known)
     if refused is not None:

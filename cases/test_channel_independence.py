@@ -39,11 +39,14 @@ def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
     return found[0], found[1]
 
 
-def long_read_only(device: Device) -> tuple[KnownObject, bytes]:
-    """Return a read-only object whose upload takes two segments or more, and its value."""
+def long_read_only(device: Device, but: KnownObject | None = None) -> tuple[KnownObject, bytes]:
+    """Return a read-only object whose upload takes two segments or more, and its value.
+
+    It is another one than ``but``.
+    """
     for known in device.objects:
         value = device.values.get(known.mux, b"")
-        if not known.access.writable and len(value) > 7:
+        if not known.access.writable and len(value) > 7 and known != but:
             return known, value
     raise NotTestable(
         "needs a read-only object longer than 7 bytes: name one, for example "
@@ -54,7 +57,7 @@ def long_read_only(device: Device) -> tuple[KnownObject, bytes]:
 def value_for(sdo: Dialogue, device: Device, known: KnownObject) -> bytes:
     """Return another value than the present one."""
     if known.varies:
-        return sdo.payload(SIZE)
+        return sdo.payload(sdo.fit(known, SIZE))
     before = device.values[known.mux]
     return bytes([before[0] ^ 1]) + before[1:]
 
@@ -88,20 +91,28 @@ def require_blocks(sdo: Dialogue, kinds: tuple[str, ...]) -> None:
         sdo.end_transfer()
 
 
+def size_of(sdo: Dialogue, known: KnownObject) -> int:
+    """Return how many bytes to write to an object."""
+    return sdo.fit(known, SIZE) if known.varies else len(sdo.device.values[known.mux])
+
+
 def start(sdo: Dialogue, kind: str, known: KnownObject) -> None:
     """Begin a transfer of an object and leave it unfinished."""
     if kind == "upload":
         sdo.start_segmented_upload(known)
         sdo.upload_segment(toggle=0)
     elif kind == "download":
-        sdo.initiate_download(known, SIZE)
-        sdo.download_segment(sdo.payload(7), toggle=0)
+        size = size_of(sdo, known)
+        sdo.initiate_download(known, size)
+        if size > 7:
+            sdo.download_segment(sdo.payload(7), toggle=0)
     elif kind == "block-upload":
         sdo.initiate_block_upload(known, block_size=2)
         sdo.start_block_upload(known, 2)
     else:
-        response = sdo.initiate_block_download(known, SIZE)
-        if response.block_size > 1:  # else a segment would be acknowledged
+        size = size_of(sdo, known)
+        response = sdo.initiate_block_download(known, size)
+        if response.block_size > 1 and size > 7:  # else a segment would be acknowledged
             sdo.send_segments([sdo.payload(7)])
 
 
@@ -153,7 +164,7 @@ def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> N
     """An abort on one channel ends the transfer there and not the one on another channel."""
     require_blocks(sdo, (kind,))
     known, due = long_read_only(device)
-    sdo.store(text, sdo.payload(SIZE))
+    sdo.prepare(text, SIZE, least=8)
     with sdo.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
             start(one, kind, text)
@@ -168,23 +179,23 @@ def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> N
 def test_refusal(sdo: Dialogue, device: Device, text: KnownObject) -> None:
     """A transfer that the server aborts on one channel does not end the one on another channel."""
     known, _ = long_read_only(device)
-    data = sdo.payload(14)
+    data = sdo.payload(sdo.fit(text, 14, least=8))
     with sdo.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
-            another.initiate_download(text, 14)
+            another.initiate_download(text, len(data))
             another.download_segment(data[:7], toggle=0)
             one.start_segmented_upload(known)
             one.send(UploadSegment(1))
             one.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known)
-            another.download_segment(data[7:], toggle=1, last=True)
+            another.download_segments(data, first=1)
             sdo.expect_value(text, data)
 
 
 @must("independence.toggle", "P12")
 def test_toggle(sdo: Dialogue, device: Device) -> None:
     """Each channel has a toggle bit of its own: one is a segment ahead of the other."""
-    ahead, _ = sdo.long_object(5)
-    known, data = long_read_only(device)
+    ahead, _ = sdo.long_object()
+    known, data = long_read_only(device, but=ahead)
     with sdo.further() as other:
         sdo.start_segmented_upload(ahead)
         sdo.upload_segment(toggle=0)
@@ -221,8 +232,8 @@ def test_same_object(sdo: Dialogue, text: KnownObject, kind: str) -> None:
 
     Whatever happens, the data of the one do not turn up in those of the other.
     """
-    before, first, second = (sdo.payload(SIZE) for _ in range(3))
-    sdo.store(text, before)
+    before = sdo.prepare(text, SIZE)
+    first, second = (sdo.payload(len(before)) for _ in range(2))
     with sdo.further() as other:
         results = interleave(
             (sdo, transfer(sdo, "download", text, first)),
@@ -259,7 +270,7 @@ def test_next_request(sdo: Dialogue) -> None:
 @must("independence.segment-elsewhere", "P12", kind=["upload", "download"])
 def test_segment_elsewhere(sdo: Dialogue, text: KnownObject, kind: str) -> None:
     """A segment on a channel without a transfer does not go on with the one of another channel."""
-    sdo.store(text, sdo.payload(SIZE))
+    sdo.prepare(text, SIZE, least=8)
     with sdo.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
             start(one, kind, text)

@@ -144,11 +144,11 @@ def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> Non
 @may("frame.short-segment", "3.9-segment", risk=of_length, dlc=[1, 4])
 def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
     """A segment that is cut off must not complete a download."""
-    sdo.store(text, sdo.payload(14))
+    size = sdo.fit(text, 7)
+    sdo.prepare(text, 14)
     with sdo.unchanged(text):
-        data = sdo.payload(7)
-        sdo.initiate_download(text, 7)
-        sdo.send((b"\x01" + data)[:dlc])
+        sdo.initiate_download(text, size)
+        sdo.send((b"\x01" + sdo.payload(7))[:dlc])
         answer = sdo.reaction()
         if answer is not None and not isinstance(decode_response(answer), Abort):
             raise sdo.breach("no answer, or an abort", describe_response(answer))
@@ -177,9 +177,10 @@ def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None
 
     The end request follows at once, without a CRC to refuse it for.
     """
-    sdo.store(text, sdo.payload(14))
+    size = sdo.fit(text, 7)
+    sdo.prepare(text, 14)
     with sdo.unchanged(text):
-        sdo.initiate_block_download(text, 7, crc=False)
+        sdo.initiate_block_download(text, size, crc=False)
         sdo.send((b"\x81" + sdo.payload(7))[:dlc])
         sdo.send(BlockEnd(0))
         sdo.end_transfer()

@@ -43,12 +43,12 @@ NO_HEARTBEAT_TIME = (
 
 
 def start_transfer(sdo: Dialogue, kind: str, text: KnownObject) -> None:
-    """Begin a transfer of three segments and leave it unfinished."""
+    """Begin a transfer of three segments, or of two, and leave it unfinished."""
     if kind == "download":
-        sdo.initiate_download(text, 17)
+        sdo.initiate_download(text, sdo.fit(text, 17, least=8))
         sdo.download_segment(sdo.payload(7), toggle=0)
     else:
-        sdo.store(text, sdo.payload(17))
+        sdo.prepare(text, 17, least=8)
         sdo.start_segmented_upload(text)
         sdo.upload_segment(toggle=0)
 
@@ -65,8 +65,7 @@ def test_serves(sdo: Dialogue, text: KnownObject, command: NmtCommand) -> None:
     """In Pre-operational and in Operational the server reads and writes as ever."""
     sdo.nmt(command)
     sdo.settle()
-    data = sdo.payload(17)
-    sdo.store(text, data)
+    data = sdo.prepare(text, 17)
     sdo.expect_value(text, data)
     sdo.fence()
 
@@ -105,6 +104,7 @@ def test_stopped_in_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> Non
 
     Its next segment is not answered in Stopped.
     """
+    data = sdo.payload(sdo.fit(text, 9))
     sdo.produce_heartbeats()
     start_transfer(sdo, kind, text)
     sdo.nmt(NmtCommand.STOP)
@@ -120,7 +120,6 @@ def test_stopped_in_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> Non
     sdo.settle()
     sdo.tracker.open = None
     sdo.expect_nothing()
-    data = sdo.payload(9)
     sdo.store(text, data, segmented=True)
     sdo.expect_value(text, data)
 
@@ -157,12 +156,12 @@ def test_first_request(sdo: Dialogue, number: KnownObject, kind: str) -> None:
 @must("nmt.reset-ends-transfer", "1.5-interrupted", clause="7.3.2.2.1", kind=["upload", "download"])
 def test_reset_ends_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
     """A transfer that a reset interrupted is forgotten: its next segment is not served."""
+    data = sdo.payload(sdo.fit(text, 12))
     start_transfer(sdo, kind, text)
     sdo.reset(NmtCommand.RESET_COMMUNICATION)
     sdo.drain()  # an abort on the way down is allowed
     sdo.tracker.open = None
     sdo.expect_dead(next_segment(sdo, kind))
-    data = sdo.payload(12)
     sdo.store(text, data, segmented=True)
     sdo.expect_value(text, data)
 

@@ -22,10 +22,15 @@ IGNORED = "a segment with the wrong toggle bit gets no answer, and the download 
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
 
 
-def begin_download(sdo: Dialogue, text: KnownObject, segments: int) -> bytes:
-    """Start a download of three full segments and send so many of them; return all its data."""
-    data = sdo.payload(SIZE)
-    sdo.initiate_download(text, SIZE)
+def stored(sdo: Dialogue, text: KnownObject, segments: int) -> int:
+    """Store a value of three full segments, or of so many and one byte; return its size."""
+    return len(sdo.prepare(text, SIZE, least=7 * segments + 1))
+
+
+def begin_download(sdo: Dialogue, text: KnownObject, segments: int, size: int) -> bytes:
+    """Start a download of full segments and send so many of them; return all its data."""
+    data = sdo.payload(size)
+    sdo.initiate_download(text, size)
     for number in range(segments):
         sdo.download_segment(data[7 * number : 7 * number + 7], toggle=number % 2)
     return data
@@ -37,9 +42,9 @@ def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
 
     The right segment follows at once, so that a server that ignored the wrong one shows it.
     """
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, segments)
     with sdo.unchanged(text):
-        data = begin_download(sdo, text, segments)
+        data = begin_download(sdo, text, segments, size)
         right, wrong = segments % 2, 1 - segments % 2
         chunk = data[7 * segments : 7 * segments + 7]
         sdo.send(DownloadSegment.with_data(b"#######", toggle=wrong))
@@ -62,8 +67,8 @@ def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
 @must("segmented-download.toggle-ignored-data", "D3")
 def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     """A server that ignores a repeated segment does not store it twice."""
-    sdo.store(text, sdo.payload(SIZE))
-    data = begin_download(sdo, text, 1)
+    size = stored(sdo, text, 2)
+    data = begin_download(sdo, text, 1, size)
     sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
     sdo.send(DownloadSegment.with_data(data[7:14], toggle=1))
     frame = sdo.receive()
@@ -75,17 +80,17 @@ def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
         raise sdo.breach("no answer to the repeated segment", describe_response(frame))
     sdo.checks.download_segment(frame, text.mux, 1)
     sdo.info(IGNORED)
-    sdo.download_segment(data[14:], toggle=0, last=True)
+    sdo.download_segments(data, first=2)
     sdo.expect_value(text, data)
 
 
 @must("segmented-download.toggle-afterwards", "D1", "3.11-idle", segments=[1, 2])
 def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
-    sdo.store(text, sdo.payload(SIZE))
-    begin_download(sdo, text, segments)
+    size = stored(sdo, text, segments)
+    begin_download(sdo, text, segments, size)
     sdo.channel.abort(text.mux, AbortCode.GENERAL_ERROR)
-    sdo.initiate_download(text, SIZE)
+    sdo.initiate_download(text, size)
     sdo.download_segment(sdo.payload(7), toggle=0)
 
 
@@ -116,9 +121,9 @@ def test_foreign_later(sdo: Dialogue, text: KnownObject, request: bytes) -> None
 
 
 def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) -> None:
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, segments)
     with sdo.unchanged(text):
-        begin_download(sdo, text, segments)
+        begin_download(sdo, text, segments, size)
         sdo.send(request)
         sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=text)
         sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=segments % 2, last=True))
@@ -127,15 +132,13 @@ def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) ->
 @must("segmented-download.restart", "D13", "O8", segments=BEGUN)
 def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """The same initiate again starts a new download, or is refused and ends the transfer."""
-    sdo.store(text, sdo.payload(SIZE))
-    begin_download(sdo, text, segments)
-    data = sdo.payload(9)
-    request = DownloadInitiate.with_size(text.mux, 9)
+    data = sdo.payload(sdo.fit(text, 9))
+    begin_download(sdo, text, segments, stored(sdo, text, segments))
+    request = DownloadInitiate.with_size(text.mux, len(data))
     frame = sdo.expect_restart_or_abort(request, text, text)
     if frame is not None:
         sdo.checks.download_initiate(frame, text.mux)
-        sdo.download_segment(data[:7], toggle=0)
-        sdo.download_segment(data[7:], toggle=1, last=True)
+        sdo.download_segments(data)
         sdo.expect_value(text, data)
 
 
@@ -146,9 +149,9 @@ def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segme
     The rest of the download must not end up in the object that was read, either.
     """
     due = sdo.upload(number)
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, segments)
     with sdo.unchanged(text):
-        data = begin_download(sdo, text, segments)
+        data = begin_download(sdo, text, segments, size)
         frame = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
         if frame is not None:
             response = sdo.checks.upload_initiate(frame, number.mux)
@@ -164,9 +167,9 @@ def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segme
 def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
     """A download of another object in mid-download is served or refused; the old one is over."""
     value = sdo.upload(number)
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, segments)
     with sdo.unchanged(text):
-        begin_download(sdo, text, segments)
+        begin_download(sdo, text, segments, size)
         request = DownloadInitiate.with_size(number.mux, len(value))
         frame = sdo.expect_restart_or_abort(request, text, number)
         if frame is not None:
@@ -180,9 +183,9 @@ def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, seg
 @must("segmented-download.client-abort", "D14", "3.11-value-kept", segments=BEGUN)
 def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, segments)
     with sdo.unchanged(text):
-        begin_download(sdo, text, segments)
+        begin_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
         sdo.expect_nothing()
 
@@ -196,9 +199,9 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
 )
 def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """A last segment right behind an abort completes nothing."""
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, segments)
     with sdo.unchanged(text):
-        data = begin_download(sdo, text, segments)
+        data = begin_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
         rest = data[7 * segments : 7 * segments + 7]
         sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
@@ -214,9 +217,9 @@ def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> No
 
     05040001h is accepted: a server may take it for a request that has no place there.
     """
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, 1)
     with sdo.unchanged(text):
-        begin_download(sdo, text, 1)
+        begin_download(sdo, text, 1, size)
         sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         sdo.tracker.open = text.mux  # the server may have ignored it
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
@@ -225,9 +228,9 @@ def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> No
 @may("segmented-download.abort-reserved-bits", "D16", "O2", bits=[0x01, 0x10, 0x1F])
 def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> None:
     """81h to 9Fh is an abort with reserved bits, or no valid request; never a segment."""
-    sdo.store(text, sdo.payload(SIZE))
+    size = stored(sdo, text, 1)
     with sdo.unchanged(text):
-        begin_download(sdo, text, 1)
+        begin_download(sdo, text, 1, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR, bits))
         sdo.tracker.open = text.mux  # the server may have ignored it
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
@@ -237,8 +240,7 @@ def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> Non
 def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
     """After the last segment another one is refused or ignored, and changes nothing."""
     for toggle in (0, 1):
-        data = sdo.payload(SIZE)
-        sdo.store(text, data)
+        data = sdo.prepare(text, SIZE)
         sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=toggle, last=True))
         sdo.expect_value(text, data)
 

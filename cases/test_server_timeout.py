@@ -70,8 +70,8 @@ def test_once(sdo: Dialogue, server_timeout: float, state: State) -> None:
 
 
 def _segmented_download(sdo: Dialogue) -> Transfer:
-    text, data = sdo.device.text(), sdo.payload(SIZE)
-    sdo.store(text, data)
+    text = sdo.device.text()
+    data = sdo.prepare(text, SIZE, least=8)
     return sdo.client.download(text.mux, data)
 
 
@@ -81,9 +81,9 @@ def _segmented_upload(sdo: Dialogue) -> Transfer:
 
 
 def _block_download(sdo: Dialogue) -> Transfer:
-    text, data = sdo.device.text(), sdo.payload(SIZE)
-    sdo.store(text, data)
-    sdo.initiate_block_download(text, SIZE)
+    text = sdo.device.text()
+    data = sdo.prepare(text, SIZE)
+    sdo.initiate_block_download(text, len(data))
     sdo.end_transfer()
     return sdo.client.block_download(text.mux, data)
 

@@ -1,9 +1,12 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
+from collections import defaultdict
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from math import inf
 
 from conformance.device.deny import group_of
+from conformance.device.lengths import Lengths
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
@@ -17,6 +20,8 @@ from conformance.sdo.storage import COMMANDS
 LAST_DATA_TYPE = 0x025F
 # Within how many seconds a device stores its parameters, if nothing else is declared.
 STORAGE_TIME = 5.0
+# The fewest bytes of a transfer that has a first, a middle and a last segment.
+THREE_SEGMENTS = 15
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
@@ -72,6 +77,7 @@ class Device:
     to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
     room: dict[Multiplexer, int] = field(default_factory=dict)
     nowhere: tuple[Multiplexer, ...] = ()
+    lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
 
     @property
     def objects(self) -> Collection[KnownObject]:
@@ -106,22 +112,38 @@ class Device:
         raise _lacking(f"a writable number of {length or 'any number of'} bytes", f"2001={kind}")
 
     def variable(self) -> KnownObject:
-        """Return a writable string or domain, if possible one whose bytes count to the last 00h."""
+        """Return a writable string or domain, if possible one whose bytes count to the last 00h.
+
+        One that was found to be short comes last.
+        """
         found = [known for known in self.all_writable() if _takes_any_bytes(known)]
         for known in sorted(found, key=self._last_for_long_transfers):
             return known
         raise _lacking("a writable string or domain", "2010=visible_string")
 
-    def _last_for_long_transfers(self, known: KnownObject) -> tuple[bool, bool]:
+    def _last_for_long_transfers(self, known: KnownObject) -> tuple[float, bool, bool]:
         is_large = self.permits.large is not None and known.mux == self.permits.large.mux
-        return not is_large, known.data_type is DataType.VISIBLE_STRING
+        most = self.lengths[known.mux].most
+        shortness = -inf if most is None else -most
+        return shortness, not is_large, known.data_type is DataType.VISIBLE_STRING
 
     def text(self) -> KnownObject:
-        """Return a writable string: of a domain, an aborted write may leave a part behind."""
-        for known in self.all_writable():
-            if _takes_any_bytes(known) and known.data_type is not DataType.DOMAIN:
-                return known
-        raise _lacking("a writable string", "2010=visible_string")
+        """Return a writable string: of a domain, an aborted write may leave a part behind.
+
+        A domain has to do where there is no string, or none that takes three segments.
+        """
+        for known in self.varying():
+            return known
+        raise _lacking("a writable string or domain", "2010=visible_string")
+
+    def _last_for_short_transfers(self, known: KnownObject) -> tuple[bool, bool]:
+        most = self.lengths[known.mux].most
+        return most is not None and most < THREE_SEGMENTS, known.data_type is DataType.DOMAIN
+
+    def varying(self) -> list[KnownObject]:
+        """Return the writable strings and domains, strings first."""
+        found = [known for known in self.all_writable() if _takes_any_bytes(known)]
+        return sorted(found, key=self._last_for_short_transfers)
 
     def write_only(self) -> KnownObject:
         """Return a write-only object."""

@@ -34,6 +34,7 @@ from conformance.faults import (
     gap_variants,
     histories,
     leaks,
+    length_variants,
     narrow,
     nmt_states,
     pervasive,
@@ -97,6 +98,7 @@ _MODULES = (
     gap_variants,
     channel_variants,
     dictionary_variants,
+    length_variants,
 )
 
 

@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from conformance.device.deny import PERMISSIONS
@@ -35,8 +36,12 @@ def listing_of(node: Node) -> Listing:
 
 def permits_for(node: Node) -> Permits:
     """Return what the user of a built-in device would permit: everything that is there."""
-    there = {mux for mux, _ in node.objects.items()}
-    named = tuple(known for known in REFERENCE_OBJECTS if known.mux in there)
+    there = dict(node.objects.items())
+    named = tuple(
+        replace(known, data_type=there[known.mux].data_type)
+        for known in REFERENCE_OBJECTS
+        if known.mux in there
+    )
     return Permits(named, all_rw=True, permissions=PERMISSIONS)
 
 

@@ -1,5 +1,6 @@
 """Servers that are unusual and right: what CiA 301 leaves open, taken the other way."""
 
+from conformance.faults.length_variants import SmallBuffer
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -304,27 +305,8 @@ class UnusedBinding(Server):
         return request.data
 
 
-class _SmallBuffer(Server):
-    """Has room for a few bytes in strings and domains."""
-
-    capacity = 0
-
-    def entry_to_write(self, request: DownloadInitiate) -> Entry:
-        """Set the capacity."""
-        entry = super().entry_to_write(request)
-        entry.capacity = self.capacity
-        return entry
-
-
-@variant("strings-of-20-bytes")
-class StringsOf20(_SmallBuffer):
-    """Has room for 20 bytes in strings and domains."""
-
-    capacity = 20
-
-
 @variant("strings-of-300-bytes-out-of-memory")
-class StringsOf300(_SmallBuffer, _Codes):
+class StringsOf300(SmallBuffer, _Codes):
     """Has room for 300 bytes in strings and domains, and calls more out of memory."""
 
     capacity = 300

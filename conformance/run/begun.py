@@ -19,9 +19,11 @@ from conformance.sdo.frames import (
     Request,
     UploadSegment,
 )
+from conformance.sdo.objects import DataType
 
 BLOCK_SIZE = 2
 SIZE = 20
+TWO_SEGMENTS = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,48 +41,62 @@ class Begun:
     in_sub_block: bool = False
 
 
-def begin_block_download(sdo: Dialogue, text: KnownObject, segments: int, size: int = 14) -> bytes:
-    """Start a block download of two segments and send so many of them; return its data."""
+def begin_block_download(
+    sdo: Dialogue, known: KnownObject, segments: int | None, size: int
+) -> bytes:
+    """Start a block download of ``size`` bytes and send so many segments; return its data.
+
+    With all of them, None, the end is due.
+    """
     data = sdo.payload(size)
-    response = sdo.initiate_block_download(text, size)
+    block_size = sdo.initiate_block_download(known, size).block_size
     chunks = segments_of(data)
-    if segments == 0:
-        return data
-    if response.block_size == 1:
-        for number in range(segments):
-            sdo.send_segments(chunks[number : number + 1], last=number == len(chunks) - 1)
-            sdo.acknowledged(text, 1)
-        return data
-    sdo.send_segments(chunks[:segments], last=segments == len(chunks))
-    if segments == len(chunks) or segments == response.block_size:
-        sdo.acknowledged(text, segments)
+    pending = 0
+    for number, chunk in enumerate(chunks[:segments]):
+        last = number == len(chunks) - 1
+        sdo.send_segments([chunk], first=pending + 1, last=last)
+        pending += 1
+        if last or pending == block_size:
+            block_size, pending = sdo.acknowledged(known, pending).block_size, 0
     return data
+
+
+def unused_in(data: bytes) -> int:
+    """Return n of the end frame: how many bytes of the last segment hold no data."""
+    return 7 * len(segments_of(data)) - len(data)
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
     """A block download of which a segment was lost and the gap acknowledged: what is still to come.
 
-    The ``segments`` from the lost one on are due again, in sub-blocks of ``block_size``; ``crc`` is
-    what the end frame has to say.
+    The ``segments`` from the lost one on are due again; ``position`` is that of the first of them.
+    ``block_size`` is how many the server takes at once, as it said last; ``crc`` is what the end
+    frame has to say.
     """
 
     data: bytes
     segments: list[bytes]
+    position: int
     block_size: int
     crc: int
+
+    @property
+    def unused(self) -> int:
+        """How many bytes of the last segment hold no data."""
+        return unused_in(self.data)
 
 
 def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) -> Gap | None:
     """Send a block download in one sub-block, all but the segment at a position, counted from 0.
 
-    It is not the last. None where the server takes too few segments at once for a gap, or keeps
-    silent about it.
+    It is not the last: where the object takes fewer bytes than ``size``, an earlier one is lost.
+    None where the server takes too few segments at once for a gap, or keeps silent about it.
     """
-    data = sdo.payload(size)
-    sdo.store(known, sdo.payload(size))
+    data = sdo.payload(len(sdo.prepare(known, size, least=TWO_SEGMENTS)))
     chunks = segments_of(data)
-    response = sdo.initiate_block_download(known, size)
+    position = min(position, len(chunks) - 2)
+    response = sdo.initiate_block_download(known, len(data))
     if response.block_size < len(chunks):
         sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
         return None
@@ -90,7 +106,17 @@ def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) ->
     if ack is None:
         return None
     crc = crc16(data) if response.crc_supported else 0
-    return Gap(data, chunks[position:], ack.block_size, crc)
+    return Gap(data, chunks[position:], position, ack.block_size, crc)
+
+
+def send_again(sdo: Dialogue, known: KnownObject, gap: Gap) -> None:
+    """Send what is due behind a gap, and take the end: in sub-blocks as long as the server says."""
+    left, block_size = gap.segments, gap.block_size
+    while left:
+        count = min(block_size, len(left))
+        sdo.send_segments(left[:count], last=count == len(left))
+        block_size, left = sdo.acknowledged(known, count).block_size, left[count:]
+    sdo.end_block_download(known, unused=gap.unused, crc=gap.crc)
 
 
 def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
@@ -112,23 +138,30 @@ def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
     return known
 
 
-def _stored_text(sdo: Dialogue) -> tuple[KnownObject, bytes]:
-    text, value = sdo.device.text(), sdo.payload(SIZE)
-    sdo.store(text, value)
-    return text, value
+def _stored_text(sdo: Dialogue, least: int = TWO_SEGMENTS) -> tuple[KnownObject, bytes, bytes]:
+    """Return a string, the value that it has, and the one that is to be written."""
+    text = sdo.device.text()
+    value = sdo.prepare(text, SIZE, least)
+    return text, value, sdo.payload(len(value))
+
+
+def _kept(known: KnownObject, value: bytes) -> bytes | None:
+    """Return what an aborted download leaves; of a domain that is open."""
+    return None if known.data_type is DataType.DOMAIN else value
 
 
 def _segmented_download(sdo: Dialogue) -> Begun:
-    text, value = _stored_text(sdo)
-    sdo.initiate_download(text, SIZE)
-    return Begun(text, DownloadSegment.with_data(b"ABCDEFG", toggle=0), value)
+    text, value, data = _stored_text(sdo)
+    sdo.initiate_download(text, len(data))
+    return Begun(text, DownloadSegment.with_data(data[:7], toggle=0), _kept(text, value))
 
 
 def _segmented_download_in_the_middle(sdo: Dialogue) -> Begun:
-    text, value = _stored_text(sdo)
-    sdo.initiate_download(text, SIZE)
-    sdo.download_segment(b"ABCDEFG", toggle=0)
-    return Begun(text, DownloadSegment.with_data(b"HIJKLMN", toggle=1), value)
+    text, value, data = _stored_text(sdo)
+    sdo.initiate_download(text, len(data))
+    sdo.download_segment(data[:7], toggle=0)
+    due = DownloadSegment.with_data(data[7:14], toggle=1, last=len(data) <= 14)
+    return Begun(text, due, _kept(text, value))
 
 
 def _segmented_upload(sdo: Dialogue) -> Begun:
@@ -145,39 +178,44 @@ def _segmented_upload_in_the_middle(sdo: Dialogue) -> Begun:
 
 
 def _block_download(sdo: Dialogue) -> Begun:
-    text, value = _stored_text(sdo)
-    begin_block_download(sdo, text, 0, SIZE)
-    return Begun(text, BlockSegment(1, b"ABCDEFG"), value, in_sub_block=True)
+    text, value, _ = _stored_text(sdo)
+    data = begin_block_download(sdo, text, 0, len(value))
+    due = BlockSegment.with_data(1, data[:7])
+    return Begun(text, due, _kept(text, value), in_sub_block=True)
 
 
 def _block_download_in_a_sub_block(sdo: Dialogue) -> Begun:
-    text, value = _stored_text(sdo)
-    response = sdo.initiate_block_download(text, SIZE)
+    text, value, data = _stored_text(sdo)
+    response = sdo.initiate_block_download(text, len(data))
     if response.block_size == 1:
         raise NotTestable("the server takes 1 segment at once: a sub-block has no middle")
-    sdo.send(BlockSegment(1, b"ABCDEFG"))
-    return Begun(text, BlockSegment(2, b"HIJKLMN"), value, in_sub_block=True)
+    sdo.send(BlockSegment(1, data[:7]))
+    due = BlockSegment.with_data(2, data[7:14], last=len(data) <= 14)
+    return Begun(text, due, _kept(text, value), in_sub_block=True)
 
 
 def _block_download_between_sub_blocks(sdo: Dialogue) -> Begun:
-    text, value = _stored_text(sdo)
-    chunks = segments_of(sdo.payload(SIZE))
-    response = sdo.initiate_block_download(text, SIZE)
+    text, value, data = _stored_text(sdo)
+    chunks = segments_of(data)
+    response = sdo.initiate_block_download(text, len(data))
     if response.block_size < len(chunks):
-        sdo.send_segments(chunks[: response.block_size])
-        sdo.acknowledged(text, response.block_size)
+        taken = response.block_size
+        sdo.send_segments(chunks[:taken])
     else:
         # A gap ends a sub-block as well, however long the server wants them.
-        sdo.send_segments(chunks[:1])
-        sdo.send_segments(chunks[2:], first=3, last=True)
-        sdo.acknowledged(text, 1)
-    return Begun(text, BlockSegment(1, b"HIJKLMN"), value, in_sub_block=True)
+        taken = min(1, len(chunks) - 2)
+        sdo.send_segments(chunks[:taken])
+        sdo.send_segments(chunks[taken + 1 :], first=taken + 2, last=True)
+    sdo.acknowledged(text, taken)
+    last = taken + 1 == len(chunks)
+    due = BlockSegment.with_data(1, chunks[taken], last=last)
+    return Begun(text, due, _kept(text, value), in_sub_block=True)
 
 
 def _block_download_before_the_end(sdo: Dialogue) -> Begun:
-    text, value = _stored_text(sdo)
-    data = begin_block_download(sdo, text, 2)
-    return Begun(text, BlockEnd(0, crc16(data)), value)
+    text, value, _ = _stored_text(sdo)
+    data = begin_block_download(sdo, text, None, len(value))
+    return Begun(text, BlockEnd(unused_in(data), crc16(data)), _kept(text, value))
 
 
 def _block_upload(sdo: Dialogue) -> Begun:

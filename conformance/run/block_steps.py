@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE, NotTestable
+from conformance.device.objects import KnownObject
 from conformance.run.room_steps import RoomSteps
 from conformance.run.steps import Target, mux_of
 from conformance.run.verdict import Unimplemented
@@ -272,9 +273,9 @@ class BlockSteps(RoomSteps):
             self.notes.append("the superseded transfer is aborted, and the new one is served")
         return frame
 
-    def block_crc_supported(self, target: Target) -> bool:
-        """Say whether the server offers a CRC for a block download."""
-        response = self.initiate_block_download(target, 14)
+    def block_crc_supported(self, known: KnownObject) -> bool:
+        """Say whether the server offers a CRC for a block download to a string or domain."""
+        response = self.initiate_block_download(known, self.fit(known, 14))
         self.end_transfer()
         return response.crc_supported
 

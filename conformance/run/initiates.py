@@ -11,6 +11,8 @@ from conformance.sdo.client import Uploaded
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
 
+# How many bytes a download writes to a string that takes them; cases find that out before.
+INITIATE_SIZE = 9
 Initiate = Callable[[Dialogue, KnownObject], Abort | None]
 
 
@@ -29,13 +31,20 @@ def _download(sdo: Dialogue, old: KnownObject) -> Abort | None:
 
 
 def _segmented_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
-    text, data = sdo.device.text(), sdo.payload(9)
-    return _write(sdo, old, text, data, sdo.client.download(text.mux, data))
+    text = sdo.device.text()
+    data = _fitting(sdo, text)
+    return _write(sdo, old, text, data, sdo.client.download(text.mux, data, segmented=True))
 
 
 def _block_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
-    text, data = sdo.device.text(), sdo.payload(9)
+    text = sdo.device.text()
+    data = _fitting(sdo, text)
     return _write(sdo, old, text, data, sdo.client.block_download(text.mux, data))
+
+
+def _fitting(sdo: Dialogue, text: KnownObject) -> bytes:
+    """Return what a string takes as far as that is known: a transfer runs, and it is not asked."""
+    return sdo.payload(sdo.device.lengths[text.mux].fit(INITIATE_SIZE) or INITIATE_SIZE)
 
 
 def _read(

@@ -12,6 +12,8 @@ from conformance.sdo.objects import DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
 MUCH_ROOM = 4096
+# Where so many bytes or fewer are refused, it is found out how many are not.
+MOST_MEASURED = 300
 NO_ROOM = (
     AbortCode.LENGTH_TOO_HIGH,
     AbortCode.LENGTH_MISMATCH,
@@ -33,9 +35,10 @@ class RoomSteps(Steps):
     ) -> None:
         """Write ``data`` to a string or domain that may be too small for it.
 
-        Raises NotTestable when the object is too small. A device that refuses this length and
-        takes a longer one is at fault.
+        Raises NotTestable when the object is too small, or takes one length only. A device that
+        refuses this length alone is at fault.
         """
+        self._check_length(known, len(data))
         abort = self.try_download(known, data, segmented=segmented, sized=sized)
         if abort is None:
             return
@@ -45,7 +48,27 @@ class RoomSteps(Steps):
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
                 actual=describe_response(abort.encode()),
             )
+        if len(data) <= MOST_MEASURED and self.device.lengths[known.mux].most is None:
+            self._measure(known, len(data), abort)
+            self._check_length(known, len(data))
         raise self.no_room(known, len(data), abort)
+
+    def _check_length(self, known: KnownObject, size: int) -> None:
+        """Raise NotTestable for a length of which it was found out that an object does not take it.
+
+        Nothing is sent: what was found out holds for the run.
+        """
+        lengths = self.device.lengths[known.mux]
+        if lengths.fixed and size != lengths.most:
+            raise NotTestable(
+                f"{known} takes values of {lengths.most} bytes only (others are refused with "
+                f"{lengths.refusal}): name a string or domain of variable length"
+            )
+        if lengths.most is not None and size > lengths.most:
+            raise NotTestable(
+                f"{known} takes values of {lengths.most} bytes at most (more are refused with "
+                f"{lengths.refusal}): name a larger string or domain"
+            )
 
     def need_room(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable unless a string or domain takes ``size`` bytes.
@@ -54,20 +77,31 @@ class RoomSteps(Steps):
         its own value again then.
         """
         room = self.device.room
-        if self.has_room(known, size):
+        if known.mux in room and self.has_room(known, size):
             return
         if known.mux not in room:
             much = MUCH_ROOM if self.device.nowhere else MOST_PLAIN
-            served = self.try_download(known, self.payload(much), segmented=True) is None
-            room[known.mux] = much if served else 0
-        if room[known.mux] < size:
+            room[known.mux] = much if self._takes(known, much) else 0
+        if not self.has_room(known, size) and room[known.mux] < size:
             self.store(known, self.payload(size), segmented=True)
-            room[known.mux] = size
-        self.download(known, self.device.values[known.mux])
+            self.device.lengths[known.mux].taken.add(size)
+        self.restore_own(known)
+        if not self.has_room(known, size):
+            # It took much, and its own value: that may be one and the same length.
+            self.store(known, self.payload(size), segmented=True)
+            self.device.lengths[known.mux].taken.add(size)
+            self.restore_own(known)
+
+    def restore_own(self, known: KnownObject) -> None:
+        """Write the value that an object had before the run."""
+        value = self.device.values[known.mux]
+        self.download(known, value)
+        self.device.lengths[known.mux].taken.add(len(value))
 
     def has_room(self, known: KnownObject, size: int) -> bool:
-        """Say whether an object has taken ``size`` bytes or more in this run."""
-        return self.device.room.get(known.mux, 0) >= size
+        """Say whether an object surely takes ``size`` bytes, by what it has taken in this run."""
+        lengths = self.device.lengths[known.mux]
+        return size in lengths.taken or size <= (lengths.surely or 0)
 
     def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of so many bytes means: too small an object, or a breach."""
@@ -77,17 +111,28 @@ class RoomSteps(Steps):
                 expected=f"a download of {size} bytes to {known}, or that it is too small",
                 actual=describe_response(abort.encode()),
             )
+        why = f"(refused with {describe_code(abort.code)})"
+        longer = any(taken > size for taken in self.device.lengths[known.mux].taken)
+        if longer or abort.code == AbortCode.LENGTH_TOO_LOW:
+            return NotTestable(
+                f"{known} takes no value of {size} bytes {why}: name a string or domain of "
+                "variable length"
+            )
         return NotTestable(
-            f"{known} has no room for {size} bytes (refused with "
-            f"{describe_code(abort.code)}): name a larger string or domain"
+            f"{known} has no room for {size} bytes {why}: name a larger string or domain"
         )
 
     def _takes_otherwise(self, known: KnownObject, data: bytes) -> bool:
-        """Say whether an object that refused a download takes a longer one, or one without size."""
-        longer = self.payload(len(data) + 1)
+        """Say whether it is not for the length that an object refused a download.
+
+        It takes these bytes without their size. Or it takes so many longer and shorter values that
+        no fixed length, no shortest one and no multiple of anything explains it.
+        """
+        size = len(data)
         return (
-            self.try_download(known, longer, segmented=True) is None
-            or self.try_download(known, data, segmented=True, sized=False) is None
+            self.try_download(known, data, segmented=True, sized=False) is None
+            or self.try_download(known, data, segmented=True) is None
+            or self._has_gap(known, size)
         )
 
     def expect_empty(self, known: KnownObject, found: bytes, before: int) -> None:
@@ -119,6 +164,80 @@ class RoomSteps(Steps):
                 raise self.no_room(known, size, abort)
         return known, data
 
+    def _has_gap(self, known: KnownObject, size: int) -> bool:
+        """Say whether an object takes values around a length that it does not take."""
+        if not self._takes(known, size + 1):
+            return False
+        two_more = self._takes(known, size + 2)
+        shorter = self._takes(known, size - 1) if size > 1 else self._takes(known, size + 3)
+        if known.data_type is DataType.VISIBLE_STRING:
+            return two_more or shorter  # else it has one length
+        return two_more and shorter
+
+    def _takes(self, known: KnownObject, size: int) -> bool:
+        taken = self.try_download(known, self.payload(size), segmented=True) is None
+        if taken:
+            self.device.lengths[known.mux].taken.add(size)
+        return taken
+
+    # As many bytes as an object takes
+
+    def fit(self, known: KnownObject, wanted: int, least: int = 1) -> int:
+        """Return how many bytes to write to a string or domain: ``wanted``, if it takes them.
+
+        Else it is the most that it takes, or the only length that it has, which may be more. What
+        was found out is remembered for the run. Raises NotTestable where that is less than
+        ``least``.
+        """
+        lengths = self.device.lengths[known.mux]
+        if lengths.fit(wanted) is None:
+            self._try(known, self.payload(wanted))
+        size = lengths.fit(wanted) or 0
+        if size < least:
+            self._check_length(known, least)
+            raise NotTestable(f"{known} takes no value of {least} bytes: name a larger one")
+        return size
+
+    def prepare(self, known: KnownObject, wanted: int, least: int = 1) -> bytes:
+        """Store a value of ``wanted`` bytes, or of as many as ``fit`` says, and return it."""
+        data = self.payload(wanted)
+        if self.device.lengths[known.mux].fit(wanted) is None and self._try(known, data):
+            return data
+        size = self.fit(known, wanted, least)
+        if size != wanted:
+            data = self.payload(size)
+        self.store(known, data)
+        return data
+
+    def _try(self, known: KnownObject, data: bytes) -> bool:
+        """Write a value; where it is refused for its length, find out which lengths are not."""
+        try:
+            self.store(known, data)
+        except NotTestable:
+            return False
+        self.device.lengths[known.mux].taken.add(len(data))
+        return True
+
+    def _measure(self, known: KnownObject, refused: int, abort: Abort) -> None:
+        """Find the most bytes that an object takes, fewer than ``refused``, or its only length."""
+        lengths = self.device.lengths[known.mux]
+        own = len(self.device.values[known.mux])
+        if own and own not in lengths.taken:
+            self._takes(known, own)
+        low = max((taken for taken in lengths.taken if taken < refused), default=0)
+        high = refused
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self._takes(known, middle) else (low, middle)
+        longer = [taken for taken in lengths.taken if taken > refused]
+        if len(lengths.taken) == 1:
+            (low,) = lengths.taken
+            lengths.fixed = low == 1 or not self._takes(known, low - 1)
+        elif longer:
+            low = max(longer)
+        lengths.most = low
+        lengths.refusal = describe_code(abort.code)
+
     def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:
         """Return an object whose upload takes so many segments or more, and its value.
 
@@ -127,10 +246,10 @@ class RoomSteps(Steps):
         needed = 7 * (segments - 1) + 1
         try:
             known = self.device.variable()
-            data = self.payload(7 * segments - 1)
-            self.store(known, data)
+            data = self.prepare(known, 7 * segments - 1, least=needed)
         except NotTestable:
-            for known in self.device.objects:
+            # What only the device changes may be another value the next time.
+            for known in sorted(self.device.objects, key=lambda known: not known.is_steady):
                 data = self.device.values.get(known.mux, b"")
                 if len(data) >= needed:
                     return known, data

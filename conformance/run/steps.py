@@ -128,6 +128,12 @@ class Steps(Wire):
             self.send(DownloadSegment.with_data(data, toggle=toggle, last=last))
             self.checks.download_segment(self.receive(), mux, toggle)
 
+    def download_segments(self, data: bytes, *, first: int = 0) -> None:
+        """Send what is left of a segmented download of ``data``, segments counted from 0."""
+        chunks = [data[start : start + 7] for start in range(0, len(data), 7)]
+        for number, chunk in enumerate(chunks[first:], first):
+            self.download_segment(chunk, toggle=number % 2, last=number == len(chunks) - 1)
+
     def initiate_upload(self, target: Target) -> UploadInitiateResponse:
         """Start an upload."""
         mux = mux_of(target)

@@ -103,8 +103,8 @@ class Refusal(Exception):
 class Entry:
     """One entry: its value as it goes over the wire, and what may be written.
 
-    ``capacity`` is the most bytes that a string or domain holds; ``low`` and ``high`` are limits
-    of an integer, both included.
+    ``capacity`` is the most bytes that a string or domain holds, ``fewest`` the fewest; ``low`` and
+    ``high`` are limits of an integer, both included.
     """
 
     value: bytes
@@ -114,6 +114,7 @@ class Entry:
     high: int | float | None = None
     capacity: int = DEFAULT_CAPACITY
     has_data: bool = True
+    fewest: int = 0
 
     @property
     def longest(self) -> int:
@@ -123,7 +124,7 @@ class Entry:
     @property
     def shortest(self) -> int:
         """The fewest bytes that a value may have."""
-        return self.data_type.length or 0
+        return self.data_type.length or self.fewest
 
     def check_length(self, length: int) -> None:
         """Refuse a value of so many bytes when the type does not have it."""

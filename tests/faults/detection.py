@@ -128,7 +128,7 @@ def scripts(*without: str) -> list[str]:
 def about_more_than_transfers(deviation: Deviation) -> bool:
     """Say whether a server is unusual in its objects, its channels or its NMT states."""
     module = deviation.kind.__module__.rpartition(".")[2]
-    return module.startswith(("dictionary", "channel", "nmt", "storage"))
+    return module.startswith(("dictionary", "channel", "nmt", "storage", "length"))
 
 
 def run_deviation(

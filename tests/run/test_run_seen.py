@@ -138,5 +138,5 @@ def test_little_room_is_asked_for_again_when_more_is_needed() -> None:
 def test_too_little_room_is_not_testable() -> None:
     with discovered(build_node("strings-of-20-bytes", NODE_ID)) as bench:
         bench.dialogue().need_room(TEXT, 20)
-        with pytest.raises(NotTestable, match="no room for 21 bytes"):
+        with pytest.raises(NotTestable, match="20 bytes at most"):
             bench.dialogue().need_room(TEXT, 21)

@@ -209,7 +209,7 @@ def test_a_string_that_is_too_small() -> None:
     with discovered(build_node("strings-of-20-bytes", NODE_ID)) as opened:
         sdo = opened.dialogue()
         sdo.store(TEXT, b"x" * 20)
-        with pytest.raises(NotTestable, match=r"2010h:00 has no room for 21 bytes.*06070012h"):
+        with pytest.raises(NotTestable, match=r"2010h:00 takes values of 20 bytes .*06070012h"):
             sdo.store(TEXT, b"x" * 21)
 
 

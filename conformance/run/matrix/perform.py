@@ -1,14 +1,18 @@
 """One field of the matrix: lead the server into a state, send one frame, judge what follows."""
 
-from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
 from conformance.run.lockstep import Lockstep, knowledge_of
-from conformance.run.matrix.states import SIZE, STATES
+from conformance.run.matrix.states import BETWEEN, LEAST, SIZE, STATES
 from conformance.run.matrix.stimuli import Stimulus, Targets
+from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
+
+# What a sub-block of a download may take.
+LONGEST = 7 * LARGEST_BLOCK
 
 
 def perform(
@@ -16,8 +20,9 @@ def perform(
 ) -> None:
     """Judge the reaction to a stimulus, the value that ``known`` has then, and the next transfers.
 
-    ``known`` is a writable string. The oracle follows from the first frame on. Raises Violation,
-    NotTestable and Unimplemented.
+    ``known`` is a writable string; where it is too short for the state, another string or a domain
+    takes its place. The oracle follows from the first frame on. Raises Violation, NotTestable and
+    Unimplemented.
     """
     missing = sdo.missing_object()
     try:
@@ -25,15 +30,47 @@ def perform(
     except Violation:
         # That this device serves any sub-index is for other cases to say.
         missing_sub_index = Multiplexer(missing.index, 1)
+    known, size = _suited(sdo, known, state)
     targets = Targets(device.node_id, known.mux, missing, missing_sub_index)
-    sdo.need_room(known, SIZE)
-    knowledge = knowledge_of(device, {known.mux: device.room[known.mux]}, targets.there)
+    surely = device.lengths[known.mux].surely
+    capacity = {} if surely is None else {known.mux: surely}
+    knowledge = knowledge_of(device, capacity, targets.there)
     oracle = Oracle(knowledge, device.node_id)
     lockstep = Lockstep(sdo, oracle)
     with lockstep.following():
-        STATES[state](sdo, known)
+        STATES[state](sdo, known, size)
         lockstep.check()
         lockstep.send(stimulus(targets))
         lockstep.settle(known.mux)
         sdo.upload(known)
         lockstep.check()
+
+
+def _suited(sdo: Dialogue, known: KnownObject, state: str) -> tuple[KnownObject, int]:
+    """Return an object that takes a transfer into a state, and of how many bytes that is.
+
+    It has its own value then.
+    """
+    lacking = []
+    for candidate in (known, *(one for one in sdo.device.varying() if one.mux != known.mux)):
+        try:
+            return candidate, _size(sdo, candidate, state)
+        except NotTestable as found:
+            lacking.append(found)
+    if state == BETWEEN:
+        return known, SIZE  # the server may ask for less than a sub-block can have
+    raise lacking[0]
+
+
+def _size(sdo: Dialogue, known: KnownObject, state: str) -> int:
+    if state == BETWEEN:
+        sdo.need_room(known, LONGEST)
+        return SIZE
+    try:
+        sdo.need_room(known, SIZE)
+    except NotTestable:
+        size = sdo.fit(known, SIZE, LEAST.get(state, 1))
+        if known.mux in sdo.written:
+            sdo.restore_own(known)
+        return size
+    return SIZE

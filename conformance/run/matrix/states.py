@@ -1,33 +1,39 @@
 """The states of a server, and the shortest way into each (CiA 301, 7.2.4.3).
 
-Transfers are of 20 bytes, that is three segments, the last one with 6 bytes of data. In the
-middle of a block download at a border of sub-blocks it takes as much as the server's block size
-asks for. What a download finds there is the device's own value, and it has room for 20 bytes.
+Transfers are of 20 bytes, that is three segments, the last one with 6 bytes of data, or of as many
+as the object takes. In the middle of a block download at a border of sub-blocks it takes as much as
+the server's block size asks for. What a download finds there is the device's own value.
 """
 
 from collections.abc import Callable
 
-from conformance.device.device import NotTestable
+from conformance.device.device import THREE_SEGMENTS, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
 from conformance.run.dialogue import Dialogue
 from conformance.sdo.frames import BlockAck
 
 SIZE = 20
-Reach = Callable[[Dialogue, KnownObject], None]
+TWO_SEGMENTS = 8
+BETWEEN = "block-download-between"
+# Brings the server into a state by a transfer of an object, of so many bytes.
+Reach = Callable[[Dialogue, KnownObject, int], None]
 
 
-def idle(sdo: Dialogue, known: KnownObject) -> None:
+def idle(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Store a value: the state is idle, and what was before is known."""
-    sdo.download(known, sdo.payload(SIZE), segmented=True)
+    sdo.download(known, sdo.payload(size), segmented=True)
 
 
 def segmented_download(segments: int) -> Reach:
-    """Return the way into a segmented download of which so many segments are there."""
+    """Return the way into a segmented download of which so many segments are there.
 
-    def reach(sdo: Dialogue, known: KnownObject) -> None:
-        chunks = segments_of(sdo.payload(SIZE))
-        sdo.initiate_download(known, SIZE)
+    A negative number says how many are to come.
+    """
+
+    def reach(sdo: Dialogue, known: KnownObject, size: int) -> None:
+        chunks = segments_of(sdo.payload(size))
+        sdo.initiate_download(known, size)
         for number, chunk in enumerate(chunks[:segments]):
             sdo.download_segment(chunk, toggle=number % 2)
 
@@ -35,27 +41,27 @@ def segmented_download(segments: int) -> Reach:
 
 
 def segmented_upload(segments: int) -> Reach:
-    """Return the way into a segmented upload of which so many segments came."""
+    """Return the way into a segmented upload of which so many segments came, or are to come."""
 
-    def reach(sdo: Dialogue, known: KnownObject) -> None:
-        idle(sdo, known)
+    def reach(sdo: Dialogue, known: KnownObject, size: int) -> None:
+        idle(sdo, known, size)
         sdo.start_segmented_upload(known)
-        for number in range(segments):
+        for number in range(len(segments_of(bytes(size))[:segments])):
             if sdo.upload_segment(toggle=number % 2).last:
                 raise NotTestable(f"{known} is uploaded in {number + 1} segments: too few")
 
     return reach
 
 
-def block_download(segments: int) -> Reach:
+def block_download(segments: int | None) -> Reach:
     """Return the way into a block download of which so many segments were sent.
 
-    With all three, the server has acknowledged them.
+    With all of them, None, the server has acknowledged them.
     """
 
-    def reach(sdo: Dialogue, known: KnownObject) -> None:
-        block_size = sdo.initiate_block_download(known, SIZE).block_size
-        chunks = segments_of(sdo.payload(SIZE))
+    def reach(sdo: Dialogue, known: KnownObject, size: int) -> None:
+        block_size = sdo.initiate_block_download(known, size).block_size
+        chunks = segments_of(sdo.payload(size))
         pending = 0
         for number, chunk in enumerate(chunks[:segments]):
             last = number == len(chunks) - 1
@@ -67,8 +73,9 @@ def block_download(segments: int) -> Reach:
     return reach
 
 
-def block_download_between(sdo: Dialogue, known: KnownObject) -> None:
+def block_download_between(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the first sub-block of a block download is acknowledged, and one is to come."""
+    del size
     block_size = sdo.initiate_block_download(known, None).block_size
     if not sdo.has_room(known, 7 * block_size):
         # What follows its abort would be requests to the server, which might do anything.
@@ -82,44 +89,65 @@ def block_download_between(sdo: Dialogue, known: KnownObject) -> None:
     sdo.acknowledged(known, block_size)
 
 
-def block_upload_initiated(sdo: Dialogue, known: KnownObject) -> None:
+def blocks_of(size: int) -> int:
+    """Return the block size with which an upload of so many bytes takes two sub-blocks."""
+    return 2 if size >= THREE_SEGMENTS else 1
+
+
+def block_upload_initiated(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where a block upload waits for its start."""
-    idle(sdo, known)
-    sdo.initiate_block_upload(known, block_size=2)
+    idle(sdo, known, size)
+    sdo.initiate_block_upload(known, block_size=blocks_of(size))
 
 
-def block_upload_between(sdo: Dialogue, known: KnownObject) -> None:
-    """Go to where the first of two sub-blocks waits for its acknowledgement."""
-    block_upload_initiated(sdo, known)
-    sdo.start_block_upload(known, 2)
+def block_upload_between(sdo: Dialogue, known: KnownObject, size: int) -> None:
+    """Go to where the first of two sub-blocks or more waits for its acknowledgement."""
+    block_upload_initiated(sdo, known, size)
+    sdo.start_block_upload(known, blocks_of(size))
 
 
-def block_upload_sent(sdo: Dialogue, known: KnownObject) -> None:
+def block_upload_sent(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the last sub-block waits for its acknowledgement."""
-    block_upload_between(sdo, known)
-    sdo.sub_block(known, BlockAck(2, 2), 2)
+    block_upload_between(sdo, known, size)
+    block_size = blocks_of(size)
+    for _ in range(block_size, len(segments_of(bytes(size))), block_size):
+        sdo.sub_block(known, BlockAck(block_size, block_size), block_size)
 
 
-def block_upload_end(sdo: Dialogue, known: KnownObject) -> None:
+def block_upload_end(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the end of a block upload waits for its confirmation."""
-    block_upload_sent(sdo, known)
-    sdo.end_of_block_upload(known, BlockAck(1, 2))
+    block_upload_sent(sdo, known, size)
+    block_size = blocks_of(size)
+    left = (len(segments_of(bytes(size))) - 1) % block_size + 1
+    sdo.end_of_block_upload(known, BlockAck(left, block_size))
 
 
 STATES: dict[str, Reach] = {
     "idle": idle,
     "segmented-download-first": segmented_download(0),
     "segmented-download-middle": segmented_download(1),
-    "segmented-download-last": segmented_download(2),
+    "segmented-download-last": segmented_download(-1),
     "segmented-upload-first": segmented_upload(0),
     "segmented-upload-middle": segmented_upload(1),
-    "segmented-upload-last": segmented_upload(2),
+    "segmented-upload-last": segmented_upload(-1),
     "block-download-first": block_download(0),
     "block-download-inside": block_download(1),
-    "block-download-between": block_download_between,
-    "block-download-end": block_download(3),
+    BETWEEN: block_download_between,
+    "block-download-end": block_download(None),
     "block-upload-initiated": block_upload_initiated,
     "block-upload-between": block_upload_between,
     "block-upload-sent": block_upload_sent,
     "block-upload-end": block_upload_end,
+}
+# The fewest bytes with which there is such a state, where that is not one segment.
+LEAST = {
+    "segmented-download-middle": THREE_SEGMENTS,
+    "segmented-download-last": TWO_SEGMENTS,
+    "segmented-upload-first": TWO_SEGMENTS,
+    "segmented-upload-middle": THREE_SEGMENTS,
+    "segmented-upload-last": TWO_SEGMENTS,
+    "block-download-inside": TWO_SEGMENTS,
+    "block-upload-between": TWO_SEGMENTS,
+    "block-upload-sent": TWO_SEGMENTS,
+    "block-upload-end": TWO_SEGMENTS,
 }

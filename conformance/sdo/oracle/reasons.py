@@ -17,6 +17,8 @@ LENGTHS: Codes = (
     AbortCode.LENGTH_TOO_LOW,
 )
 NO_ROOM: Codes = (*TOO_LONG, AbortCode.OUT_OF_MEMORY, AbortCode.NOT_TRANSFERABLE)
+# What a string or domain may say that has, for all that is known, one length only.
+ANY_LENGTH: Codes = (*NO_ROOM, AbortCode.LENGTH_TOO_LOW)
 EMPTY: Codes = (
     *TOO_SHORT,
     AbortCode.NOT_TRANSFERABLE,
@@ -125,7 +127,9 @@ def _variable_reasons(facts: Facts, size: int, *, block: bool) -> Reasons:
     reasons = []
     if size == 0:
         reasons.append(Reason("B17" if block else "D20", EMPTY, binding=False, late=True))
-    if facts.capacity is None or size > facts.capacity:
+    if facts.capacity is None:
+        reasons.append(Reason("I26", ANY_LENGTH, binding=False, late=True))
+    elif size > facts.capacity:
         reasons.append(Reason("I26", NO_ROOM, binding=False, late=True))
     if facts.data_type is DataType.UNICODE_STRING and size % 2:
         reasons.append(Reason("6-unicode", LENGTHS, binding=False, late=True))

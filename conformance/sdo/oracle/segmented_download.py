@@ -19,6 +19,7 @@ from conformance.sdo.oracle.answers import Refusal, answered
 from conformance.sdo.oracle.branch import Branch, Freedom, State, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import (
+    ANY_LENGTH,
     LENGTHS,
     TOO_LONG,
     TOO_SHORT,
@@ -61,7 +62,7 @@ def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
     if facts.length in (None, len(data)):
         reasons += value_reasons(facts, data)
     if facts.varies and facts.capacity is None:
-        reasons += excess_reasons(facts, None, len(data), "I19")
+        reasons += (Reason("I26", ANY_LENGTH, binding=False),)
     branches = refused(IDLE, mux, reasons, memory)
     if not must_refuse(reasons):
         # Without a count, only a type of fixed length says how many bytes are stored.

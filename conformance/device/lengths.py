@@ -1,0 +1,31 @@
+"""How long a string or domain may be, as far as writing to it has told."""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(slots=True)
+class Lengths:
+    """The lengths, in bytes, that a string or domain takes.
+
+    ``taken`` are some that it has taken. ``most`` is the largest, None as long as nobody had to
+    find out; a ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
+    words.
+    """
+
+    taken: set[int] = field(default_factory=set)
+    most: int | None = None
+    fixed: bool = False
+    refusal: str = ""
+
+    @property
+    def surely(self) -> int | None:
+        """Up to how many bytes any length is taken; None where there may be one length only."""
+        return None if self.fixed or len(self.taken) < 2 else max(self.taken)
+
+    def fit(self, wanted: int) -> int | None:
+        """Return what to write where so many bytes would be best; None if that is to be tried."""
+        if self.fixed:
+            return self.most
+        if wanted in self.taken or wanted <= (self.surely or 0):
+            return wanted
+        return None if self.most is None else min(wanted, self.most)

@@ -1,0 +1,183 @@
+"""Servers that are unusual and right in the strings and domains that they have, and how long."""
+
+from conformance.faults.dictionary import TYPES, all_entries
+from conformance.faults.registry import variant
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Request, Response
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import DataType, Entry, ObjectDictionary
+from conformance.sdo.server import Server
+
+STRING, DOMAIN = Multiplexer(0x2010), Multiplexer(0x2011)
+_VARYING = frozenset(
+    mux
+    for mux, entry in all_entries(1).items()
+    if entry.data_type.length is None and entry.access.writable
+)
+_TYPES = frozenset(mux for mux in _VARYING if mux.index == TYPES)
+
+
+class AlteredObjects(Server):
+    """Changes the writable strings and domains before the first request."""
+
+    def __init__(self, objects: ObjectDictionary) -> None:
+        """Change them; each channel has a server on the same objects."""
+        super().__init__(objects)
+        for entry in objects:
+            if entry.data_type.length is None and entry.access.writable:
+                self.alter(entry)
+
+    def alter(self, entry: Entry) -> None:
+        """Leave it as it is."""
+
+
+class SmallBuffer(AlteredObjects):
+    """Has room for a few bytes in strings and domains."""
+
+    capacity = 0
+
+    def alter(self, entry: Entry) -> None:
+        """Set the capacity."""
+        entry.capacity = self.capacity
+
+
+@variant("strings-of-4-bytes")
+class StringsOf4(SmallBuffer):
+    """Has room for 4 bytes in strings and domains: none is ever transferred in two segments."""
+
+    capacity = 4
+
+
+@variant("strings-of-8-bytes")
+class StringsOf8(SmallBuffer):
+    """Has room for 8 bytes in strings and domains."""
+
+    capacity = 8
+
+
+@variant("strings-of-13-bytes")
+class StringsOf13(SmallBuffer):
+    """Has room for 13 bytes in strings and domains."""
+
+    capacity = 13
+
+
+@variant("strings-of-19-bytes")
+class StringsOf19(SmallBuffer):
+    """Has room for 19 bytes in strings and domains."""
+
+    capacity = 19
+
+
+@variant("strings-of-20-bytes")
+class StringsOf20(SmallBuffer):
+    """Has room for 20 bytes in strings and domains."""
+
+    capacity = 20
+
+
+@variant("strings-of-8-bytes-domains-of-4200")
+class StringsOf8DomainsOf4200(SmallBuffer):
+    """Has room for 8 bytes in strings, and for 4,200 in domains."""
+
+    def alter(self, entry: Entry) -> None:
+        """Set the capacity by the type."""
+        entry.capacity = 4200 if entry.data_type is DataType.DOMAIN else 8
+
+
+@variant("domains-of-8-bytes-strings-of-300")
+class DomainsOf8StringsOf300(SmallBuffer):
+    """Has room for 8 bytes in domains, and for 300 in strings."""
+
+    def alter(self, entry: Entry) -> None:
+        """Set the capacity by the type."""
+        entry.capacity = 8 if entry.data_type is DataType.DOMAIN else 300
+
+
+class _FixedLength(AlteredObjects):
+    """Takes strings and domains in one length only."""
+
+    length = 0
+
+    def alter(self, entry: Entry) -> None:
+        """Fill the value up once, and keep to its length."""
+        if entry.fewest != self.length:
+            entry.value = entry.value.ljust(self.length, b"0")[: self.length]
+        entry.capacity = entry.fewest = self.length
+
+
+@variant("values-of-fixed-length")
+class FixedLength(_FixedLength):
+    """Takes 24 bytes in strings and domains, no more and no fewer."""
+
+    length = 24
+
+
+@variant("values-of-fixed-length-8")
+class FixedLength8(_FixedLength):
+    """Takes 8 bytes in strings and domains, no more and no fewer."""
+
+    length = 8
+
+
+@variant("values-of-fixed-length-06070010")
+class FixedLengthGeneric(_FixedLength):
+    """Takes 14 bytes in strings and domains, and says "length does not match" of all else."""
+
+    length = 14
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Do not say whether it is too long or too short."""
+        if code in (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_TOO_LOW):
+            code = AbortCode.LENGTH_MISMATCH
+        return super().refuse(request, code)
+
+
+@variant("octet-strings-of-fixed-length")
+class FixedOctets(_FixedLength):
+    """Takes 16 bytes in OCTET_STRINGs, no more and no fewer."""
+
+    length = 16
+
+    def alter(self, entry: Entry) -> None:
+        """Leave the others."""
+        if entry.data_type is DataType.OCTET_STRING:
+            super().alter(entry)
+
+
+@variant("one-domain")
+class OneDomain(Server):
+    """Has a domain and no string that may be written."""
+
+    lacking = _VARYING - {DOMAIN}
+
+
+@variant("one-octet-string")
+class OneOctetString(AlteredObjects):
+    """Has an OCTET_STRING, and neither another string nor a domain that may be written."""
+
+    lacking = _VARYING - {STRING}
+
+    def alter(self, entry: Entry) -> None:
+        """Change the type."""
+        entry.data_type = DataType.OCTET_STRING
+
+
+@variant("one-octet-string-of-fixed-length")
+class OneFixedOctetString(_FixedLength):
+    """Has an OCTET_STRING that takes 20 bytes, no more and no fewer, and nothing else like it."""
+
+    lacking = _VARYING - {STRING}
+    length = 20
+
+    def alter(self, entry: Entry) -> None:
+        """Change the type as well."""
+        super().alter(entry)
+        entry.data_type = DataType.OCTET_STRING
+
+
+@variant("no-strings-nor-domains")
+class NoStrings(Server):
+    """Has numbers only: no string and no domain may be written."""
+
+    lacking = _VARYING

@@ -1,0 +1,71 @@
+"""As many bytes as an object takes: found out once, and remembered for the run."""
+
+import pytest
+from run_bench import DOMAIN, NODE_ID, TEXT, discovered
+
+from conformance.device.device import NotTestable
+from conformance.device.lengths import Lengths
+from conformance.faults.catalogue import build_node
+from conformance.run.begun import lose_segment, send_again
+
+
+@pytest.mark.parametrize(
+    ("name", "sizes"),
+    [
+        (None, {3: 3, 9: 9, 20: 20}),
+        ("strings-of-8-bytes", {3: 3, 9: 8, 20: 8}),
+        ("strings-of-19-bytes", {20: 19, 9: 9}),
+        ("values-of-fixed-length", {3: 24, 30: 24, 24: 24}),
+        ("values-of-fixed-length-8", {20: 8, 5: 8}),
+    ],
+)
+def test_what_fits(name: str | None, sizes: dict[int, int]) -> None:
+    with discovered(build_node(name, NODE_ID)) as bench:
+        for known in (TEXT, DOMAIN):
+            for wanted, size in sizes.items():
+                assert bench.dialogue().fit(known, wanted) == size
+                data = bench.dialogue().prepare(known, wanted)
+                assert len(data) == size
+                assert bench.dialogue().upload(known) == data
+
+
+def test_what_is_known_is_not_asked_again() -> None:
+    with discovered(build_node("values-of-fixed-length", NODE_ID)) as bench:
+        bench.dialogue().fit(TEXT, 20)
+        sdo = bench.dialogue()
+        assert sdo.fit(TEXT, 5) == 24
+        with pytest.raises(NotTestable, match=r"takes values of 24 bytes only .*06070013h"):
+            sdo.store(TEXT, b"x" * 5)
+        assert not sdo.written
+
+
+def test_too_few_bytes_are_not_testable() -> None:
+    with (
+        discovered(build_node("strings-of-8-bytes", NODE_ID)) as bench,
+        pytest.raises(NotTestable, match=r"8 bytes at most .* name a larger string or domain"),
+    ):
+        bench.dialogue().fit(TEXT, 20, least=15)
+
+
+def test_a_domain_stands_in_for_a_string_that_is_too_short() -> None:
+    with discovered(build_node("strings-of-8-bytes-domains-of-4200", NODE_ID)) as bench:
+        assert bench.device.text().mux == TEXT.mux
+        bench.dialogue().fit(TEXT, 20)
+        assert bench.device.text().mux == DOMAIN.mux
+
+
+@pytest.mark.parametrize("name", [None, "strings-of-8-bytes", "values-of-fixed-length"])
+def test_what_was_lost_is_sent_again(name: str | None) -> None:
+    with discovered(build_node(name, NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        gap = lose_segment(sdo, TEXT, 28, 2)
+        assert gap is not None
+        send_again(sdo, TEXT, gap)
+        assert sdo.upload(TEXT) == gap.data
+
+
+def test_one_length_proves_nothing_of_shorter_ones() -> None:
+    lengths = Lengths({4096})
+    assert (lengths.surely, lengths.fit(20), lengths.fit(4096)) == (None, None, 4096)
+    lengths.taken.add(4)
+    assert (lengths.surely, lengths.fit(20)) == (4096, 20)
