@@ -27,7 +27,7 @@ def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]
     """One download after another to the same object: it holds the second and nothing else."""
     for segmented, sized, size in pair:
         data = sdo.payload(sdo.fit(variable, size) if segmented else size)
-        sdo.store(variable, data, segmented=segmented, sized=sized)
+        sdo.store(variable, data, segmented=segmented, sized=sized, exactly=True)
         sdo.expect_value(variable, data)
 
 
@@ -37,7 +37,7 @@ def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind
     data = b""
     for segmented, sized, size in pair:
         data = sdo.payload(sdo.fit(variable, size) if segmented else size)
-        sdo.store(variable, data, segmented=segmented, sized=sized)
+        sdo.store(variable, data, segmented=segmented, sized=sized, exactly=True)
     sdo.expect_value(variable, data)
 
 
@@ -74,7 +74,7 @@ def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> No
     for number in range(min(2, (size - 1) // 7)):
         sdo.download_segment(sdo.payload(7), toggle=number)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    sdo.store(text, data, segmented=True, sized=sized)
+    sdo.store(text, data, segmented=True, sized=sized, exactly=True)
     sdo.expect_value(text, data)
 
 
@@ -98,7 +98,7 @@ def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
         raise NotTestable(f"{text} takes values of {shorter} bytes only: name one that takes more")
     sdo.initiate_download(text, shorter)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    sdo.store(text, data, segmented=True, sized=False)
+    sdo.store(text, data, segmented=True, sized=False, exactly=True)
     sdo.expect_value(text, data)
 
 

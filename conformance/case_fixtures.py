@@ -19,6 +19,8 @@ from conformance.run.verdict import Verdict
 from conformance.state import CASE_RUN, RESULT, STATE, case_of
 
 Role = TypeVar("Role")
+# Services of which a machine has made the cases.
+GENERATED = ("matrix",)
 
 
 class CaseFixtures:
@@ -54,7 +56,13 @@ class CaseFixtures:
         """The conversation with the device, which is left idle, with its values as they were."""
         item = self._item
         case = case_of(item)
-        run = _conformance_device_session.begin(case.case_id, case.service, case.rule)
+        run = _conformance_device_session.begin(
+            case.case_id,
+            case.service,
+            case.rule,
+            case.cites,
+            generated=case.service in GENERATED,
+        )
         item.stash[CASE_RUN] = run
         yield run.sdo
         if RESULT not in item.stash:

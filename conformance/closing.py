@@ -9,6 +9,7 @@ from conformance.bus.errors import BenchError, DeviceLost, SilentNode, SuiteErro
 from conformance.device.known_deviations import write_deviations
 from conformance.outcome import Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
+from conformance.reporting.causes import cause_lines, counted_causes
 from conformance.reporting.junit import write_junit
 from conformance.reporting.summary import (
     device_lines,
@@ -27,10 +28,18 @@ from conformance.workers import Controller
 class Closing:
     """The hooks of the process that reports: the only one, or the controller of workers."""
 
-    def __init__(self, state: RunState, controller: Controller | None) -> None:
-        """Take the state, and the controller where the work is done elsewhere."""
+    def __init__(
+        self, state: RunState, controller: Controller | None, *, shows_all: bool = False
+    ) -> None:
+        """Take the state, and the controller where the work is done elsewhere.
+
+        ``shows_all``: each case that fails is told, not only the first for each cause.
+        """
         self._state = state
         self._controller = controller
+        self._shows_all = shows_all
+        self._told: set[tuple[int, str]] = set()
+        self._repeated: set[str] = set()
 
     # Results
 
@@ -42,9 +51,19 @@ class Closing:
             return
         result = CaseResult.from_dict(values)
         self._state.results.append(result)
+        self._tell_once(report, result)
         if self._controller is not None and isinstance(report.longrepr, str):
             # Between processes the evidence was but text.
             report.longrepr = Evidence(result)  # type: ignore[assignment]
+
+    def _tell_once(self, report: pytest.TestReport, result: CaseResult) -> None:
+        """Keep one failure block of each cause; with -v each case is shown."""
+        if not report.failed or not result.cause or self._shows_all:
+            return
+        cause = (result.node_id, result.cause)
+        if cause in self._told:
+            self._repeated.add(report.nodeid)
+        self._told.add(cause)
 
     def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
         """Show what passed with a remark apart from what passed."""
@@ -52,7 +71,11 @@ class Closing:
             # They are counted with their reason, and not among those that were skipped.
             return "", "", "NOT RUN" if report.when == "setup" else ""
         values = getattr(report, "conformance", None)
-        if values is None or not report.passed:
+        if values is None:
+            return None
+        if report.nodeid in self._repeated:
+            return "failed for a cause told before", "F", "FAILED"
+        if not report.passed:
             return None
         if values["verdict"] == Verdict.NON_STRICT:
             return "non-strict", "n", "NON-STRICT"
@@ -76,7 +99,7 @@ class Closing:
                 self._draft(state.options.draft)
         if findings.bench_errors:
             session.exitstatus = _exit_code(findings.bench_errors)
-        elif session.exitstatus == pytest.ExitCode.OK and findings.unjudged:
+        elif session.exitstatus == pytest.ExitCode.OK and (findings.unjudged or findings.beside):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def _write_junit(self) -> None:
@@ -118,8 +141,11 @@ class Closing:
             terminalreporter.section("conformance")
             for line in self._summary():
                 write(line)
+            self._write_causes(terminalreporter)
         for unjudged in findings.unjudged:
             write(f"came too late, after {unjudged}", red=True)
+        for beside in findings.beside:
+            write(f"beside the cases, at {beside}", red=True)
         for unrestored in findings.unrestored:
             write(f"not restored: {unrestored}")
         if findings.bench_errors:
@@ -128,6 +154,15 @@ class Closing:
                 write(error)
         for line in not_run_lines(self._state.results):
             write(line)
+
+    def _write_causes(self, terminalreporter: SummaryTerminal) -> None:
+        state = self._state
+        causes = counted_causes(state.results, strict=state.options.strict)
+        if not causes:
+            return
+        terminalreporter.section("causes, most cases first")
+        for line in cause_lines(causes, alone=len(state.options.node_ids) == 1):
+            terminalreporter.write_line(line)
 
     def _summary(self) -> Iterator[str]:
         state = self._state

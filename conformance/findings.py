@@ -12,16 +12,18 @@ from conformance.run.verdict import CaseResult
 class Findings:
     """What counts for the exit status and the summary though no case says it.
 
-    ``unjudged`` are late answers that no selected case has judged, ``unrestored`` lines that say
-    what to write back by hand; ``out`` says why a device could not be tested any further;
-    ``unreached`` are cases that a run did not come to, because it was ended before; ``stopped``
-    says what has stopped a device that was brought back;
+    ``unjudged`` are late answers that no selected case has judged, ``beside`` what else was wrong
+    beside the cases and none has failed for, ``unrestored`` lines that say what to write back by
+    hand; ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
+    run did not come to, because it was ended before; ``stopped`` says what has stopped a device
+    that was brought back;
     ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
     """
 
     properties: dict[str, str] = field(default_factory=dict)
     bench_errors: list[BenchError] = field(default_factory=list)
     unjudged: list[str] = field(default_factory=list)
+    beside: list[str] = field(default_factory=list)
     unrestored: list[str] = field(default_factory=list)
     out: dict[int, str] = field(default_factory=dict)
     unreached: list[CaseResult] = field(default_factory=list)
@@ -37,6 +39,9 @@ class Findings:
             f"{incident.case_id}: {incident.violation}"
             for incident in session.whole_run.late[judged:]
         ]
+        self.beside += [
+            f"{standing.first_case}: {standing.violation}" for _, standing in session.causes.aside()
+        ]
         self.unrestored += [
             f"write {value} to {mux} of node {session.device.node_id}"
             for mux, value in session.restorer.unrestored.items()
@@ -48,6 +53,7 @@ class Findings:
             "properties": self.properties,
             "bench_errors": [(type(error).__name__, str(error)) for error in self.bench_errors],
             "unjudged": self.unjudged,
+            "beside": self.beside,
             "unrestored": self.unrestored,
             "out": self.out,
             "unreached": [result.as_dict() for result in self.unreached],
@@ -60,6 +66,7 @@ class Findings:
         self.properties |= values["properties"]
         self.bench_errors += [error_named(kind, text) for kind, text in values["bench_errors"]]
         self.unjudged += values["unjudged"]
+        self.beside += values["beside"]
         self.unrestored += values["unrestored"]
         self.out |= values["out"]
         self.unreached += map(CaseResult.from_dict, values["unreached"])

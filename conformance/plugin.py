@@ -50,7 +50,9 @@ def pytest_configure(config: pytest.Config) -> None:
     if options.share.worker:
         config.pluginmanager.register(Sender(config), "conformance-sender")
     if not options.share.worker:
-        config.pluginmanager.register(Closing(state, controller), "conformance-closing")
+        config.pluginmanager.register(
+            Closing(state, controller, shows_all=config.get_verbosity() > 0), "conformance-closing"
+        )
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:

@@ -76,6 +76,7 @@ class ItemCase:
     service: str
     rule: Rule
     node_id: int
+    cites: tuple[Rule, ...] = ()
     risk: Risk | None = None
 
 
@@ -98,7 +99,8 @@ def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:
 def case_of(item: pytest.Item) -> ItemCase:
     """Return what an item is about; an ordinary test counts as a rule of its own."""
     if isinstance(item, CaseFunction):
-        return ItemCase(item.case_id, item.service, item.case.rule, item.node_id, item.risk)
+        info = item.case
+        return ItemCase(item.case_id, item.service, info.rule, item.node_id, info.cites, item.risk)
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))
     node_ids = item.config.stash[STATE].options.node_ids

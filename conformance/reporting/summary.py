@@ -97,7 +97,11 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
         if result.verdict is Verdict.KNOWN_DEVIATION
     ]
     lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
-    missing = Counter(result.actual for result in results if result.verdict is Verdict.NOT_TESTABLE)
+    missing = Counter(
+        result.actual
+        for result in results
+        if result.verdict is Verdict.NOT_TESTABLE and not result.cause
+    )
     lines += [f"not testable ({counted(cases)}): {reason}" for reason, cases in missing.items()]
     waited = sum(result.waited for result in results)
     if waited > 0:

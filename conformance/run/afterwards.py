@@ -1,17 +1,18 @@
 """What a case leaves behind: is the server idle, and are the values what they were?"""
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.channel_steps import is_cob_id
 from conformance.run.dialogue import Dialogue
+from conformance.run.odd_frames import unasked, unsolicited
 from conformance.run.steps import same_value, shown
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import describe_response
 from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
@@ -19,14 +20,19 @@ from conformance.sdo.storage import COMMANDS, SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
+MOST_TRIES = 2
 
 
 @dataclass(slots=True)
 class Leaving:
-    """How the case left the server, and what was found on the way."""
+    """How the case left the server, and what was found on the way.
+
+    ``stray`` are the frames that came before the answer to the read of 1000h.
+    """
 
     afterwards: Afterwards
     violation: Violation | None = None
+    stray: Sequence[bytes] = ()
 
 
 def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
@@ -42,21 +48,35 @@ def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
-        sdo.drain()
+        _take_the_rest(sdo)
     return leaving
 
 
+def _take_the_rest(sdo: Dialogue) -> None:
+    """Take what a server sends behind an abort of the suite: it belongs to no case."""
+    try:
+        sdo.fence()
+    except (Violation, ServerAborted):
+        sdo.drain()
+
+
 def _look(sdo: Dialogue) -> Leaving:
+    aborted = sdo.has_aborted
     try:
         stray = sdo.fence()
     except (Violation, ServerAborted) as error:
         return _recover(sdo, error)
     if not stray:
         return Leaving(Afterwards.IDLE)
-    unasked = "; ".join(map(describe_response, stray))
-    return Leaving(
-        Afterwards.IDLE, Violation(UNSOLICITED, expected="no further answer", actual=unasked)
-    )
+    first = unasked(stray[0], aborted=aborted)
+    others = stray[1:]
+    if others:
+        first = Violation(
+            first.rule,
+            expected=first.expected,
+            actual="; ".join([first.actual, unsolicited(others).actual]),
+        )
+    return Leaving(Afterwards.IDLE, first, stray)
 
 
 def _recover(sdo: Dialogue, cause: Exception) -> Leaving:
@@ -82,12 +102,15 @@ def _not_idle(cause: Exception) -> Violation:
 class Restorer:
     """Puts back what cases wrote. ``unrestored`` lists what is not back yet, with the value due.
 
-    ``late`` has what came in the way: answers that belong to none of the requests.
+    ``late`` has what came in the way: answers that belong to none of the requests. What could not
+    be put back twice is left alone until the end of the run: else a device that refuses it would be
+    written to after each case.
     """
 
     device: Device
     unrestored: dict[Multiplexer, str] = field(default_factory=dict)
     late: list[Violation] = field(default_factory=list)
+    _tries: Counter[Multiplexer] = field(default_factory=Counter)
 
     def expect(self, sdo: Dialogue) -> None:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
@@ -95,7 +118,9 @@ class Restorer:
 
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
-        self._put_back(sdo, sdo.written)
+        self._put_back(sdo, {mux for mux in sdo.written if self._tries[mux] < MOST_TRIES})
+        if self.late or (sdo.causes.noisy and sdo.written):
+            _take_the_rest(sdo)
 
     def restore_pending(self, sdo: Dialogue) -> None:
         """Try once more what is listed, as with a device that was lost meanwhile."""
@@ -155,9 +180,10 @@ class Restorer:
         pending = []
         for mux, value in due.items():
             known = self.device.known.get(mux) or KnownObject(mux)
+            self._tries[mux] += 1
             self.unrestored[mux] = shown(value)
             if self._reads(sdo, known, value):
-                del self.unrestored[mux]
+                self._is_back(mux)
             elif self.device.may_put_back(mux):
                 pending.append((known, value))
         for known, _ in pending:
@@ -181,17 +207,22 @@ class Restorer:
             self._download(sdo, known, due)
         except Violation as violation:
             try:
-                sdo.fence()
+                stray = sdo.fence()
                 self._download(sdo, known, due)
             except Violation:
                 self.unrestored[known.mux] += f" ({violation.actual})"
+                self._tries[known.mux] = MOST_TRIES
                 return
-            if violation.rule is not NOT_REFUSED:
+            if stray or violation.rule is not NOT_REFUSED:
                 self.late.append(
                     Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
                 )
         if self._reads(sdo, known, due):
-            del self.unrestored[known.mux]
+            self._is_back(known.mux)
+
+    def _is_back(self, mux: Multiplexer) -> None:
+        del self.unrestored[mux]
+        del self._tries[mux]
 
     def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
         try:

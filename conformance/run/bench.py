@@ -145,13 +145,15 @@ class Bench:
         if revival is not None:
             revival.start()
         discover(channel, device)
-        return DeviceSession(
+        session = DeviceSession(
             channel,
             device,
             seed=settings.seed,
             cansend_channel=_cansend_channel(settings.bus),
             revival=revival,
         )
+        session.survey()
+        return session
 
     def _revival(self, channel: Channel) -> Revival | None:
         if self._settings.process is None:

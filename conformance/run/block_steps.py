@@ -90,34 +90,64 @@ class BlockSteps(RoomSteps):
             )
 
     def require_block_download(self) -> None:
-        """Raise Unimplemented unless the server has block downloads; asks it once in a run."""
+        """Raise Unimplemented unless the server has block downloads; asks it once in a run.
+
+        It lacks them where it refuses them of whatever object, with or without size. Which code is
+        right then is for specifier.block-download to judge.
+        """
         device = self.device
         if device.block_download_refusal is None:
-            known = device.writable()
-            self.send(BlockDownloadInitiate.with_size(known.mux, len(device.values[known.mux])))
-            frame = self.receive()
-            response = decode_response(frame)
-            refused = isinstance(response, Abort) and response.code in NOT_THERE
-            device.block_download_refusal = describe_response(frame) if refused else ""
-            self.end_transfer()
+            found = [device.writable(), *device.all_writable()[-1:]]
+            requests = [
+                BlockDownloadInitiate.with_size(known.mux, size)
+                for known in dict.fromkeys(found)
+                for size in (len(device.values[known.mux]), None)
+            ]
+            device.block_download_refusal = self._refusal_of_all(requests)
         if device.block_download_refusal:
             raise Unimplemented(device.block_download_refusal)
 
     def require_block_upload(self) -> None:
-        """Raise Unimplemented unless the server has block uploads; asks it once in a run."""
+        """Raise Unimplemented unless the server has block uploads; asks it once in a run.
+
+        It lacks them where it refuses them of whatever object. Which code is right then is for
+        specifier.block-upload to judge.
+        """
         device = self.device
         if device.block_upload_refusal is None:
-            self.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
-            frame = self.receive()
-            response = decode_response(frame)
-            refused = isinstance(response, Abort) and response.code in NOT_THERE
-            device.block_upload_refusal = describe_response(frame) if refused else ""
-            self.end_transfer()
+            longest = max(
+                device.values, key=lambda mux: len(device.values[mux]), default=DEVICE_TYPE
+            )
+            requests = [
+                BlockUploadInitiate(mux, LARGEST_BLOCK, crc_supported=crc)
+                for mux in dict.fromkeys((DEVICE_TYPE, longest))
+                for crc in (False, True)
+            ]
+            device.block_upload_refusal = self._refusal_of_all(requests)
         if device.block_upload_refusal:
             raise Unimplemented(device.block_upload_refusal)
 
+    def _refusal_of_all(self, requests: Sequence[Request]) -> str:
+        """Return the first refusal where every request is refused; empty where one is not."""
+        first = ""
+        for request in requests:
+            self.send(request)
+            frame = self.receive()
+            response = decode_response(frame)
+            self.end_transfer()
+            if not isinstance(response, Abort):
+                return ""
+            first = first or describe_response(frame)
+            if response.code in NOT_THERE:
+                break
+        return first
+
     def _why_refused(self, abort: Abort, request: Request, ordinary: Request) -> Exception:
         """Tell a server without block transfer from one that refuses just this request."""
+        if isinstance(request, BlockDownloadInitiate):
+            self.require_block_download()
+        else:
+            self.require_block_upload()
         shown = describe_response(abort.encode())
         served = False
         if abort.code in NOT_THERE and request != ordinary:

@@ -202,8 +202,9 @@ class ChannelSteps(NetworkSteps):
         channel = Channel(
             self.channel.link, self.device.node_id, self.channel.response_timeout, ids
         )
-        other = type(self)(channel, self.device, self.rule, seed=0)
+        other = type(self)(channel, self.device, self.rule, 0, self.causes)
         other.minor, other.notes, other.written = self.minor, self.notes, self.written
+        other.calms_down = False
         other.checks, other.client = self.checks, self.client
         self.channels.append(ids)
         try:

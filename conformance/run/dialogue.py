@@ -75,13 +75,11 @@ class Dialogue(StorageSteps):
         if of is not None and abort.mux != mux_of(of):
             # The case goes on: whether the transfer has ended is another question.
             expected = f"multiplexer {mux_of(of)}"
-            self.minor.append(
-                Violation(MULTIPLEXER, expected=expected, actual=describe_response(frame))
-            )
+            self.note(Violation(MULTIPLEXER, expected=expected, actual=describe_response(frame)))
         if abort.code not in codes:
             if abort.code not in tolerated:
                 raise self.breach(due, describe_response(frame))
-            self.minor.append(Violation(SUBSTITUTE, expected=due, actual=describe_response(frame)))
+            self.note(Violation(SUBSTITUTE, expected=due, actual=describe_response(frame)))
         return abort
 
     def expect_download_refused(
@@ -171,7 +169,7 @@ class Dialogue(StorageSteps):
         served = self.behind_superseded(response, mux_of(old))
         if served is not None:
             return served
-        self.minor.append(
+        self.note(
             Violation(
                 RESTART,
                 expected=f"{mux_of(new)} served",

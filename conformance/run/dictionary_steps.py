@@ -157,7 +157,7 @@ def expect_unlisted(sdo: Dialogue, frame: bytes, mux: Multiplexer) -> None:
         return
     if not isinstance(response, Abort):
         sdo.checks.upload_initiate(frame, mux)
-    sdo.minor.append(
+    sdo.note(
         Violation(
             ALL_LISTED,
             expected=f"{mux} to be missing, as the EDS does not list it",

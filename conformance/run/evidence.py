@@ -10,6 +10,7 @@ from conformance.sdo.nmt import describe_nmt
 
 FIRST_LINES = 40
 LAST_LINES = 60
+DECISIVE = "*"
 ASIDE = "          -- the case ends here; is the server idle, are the values as before? --"
 
 
@@ -19,17 +20,24 @@ def trace_lines(
     *,
     own: int | None = None,
     gap: Gap | None = None,
+    aside: bool = True,
+    decisive: bool = False,
 ) -> list[str]:
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
     ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
-    case was over and the suite looked after the device. The middle of a long trace is left out;
-    ``gap`` says what was not even kept of it.
+    case was over and the suite looked after the device, which is shown if ``aside``. Where the last
+    frame of the case is ``decisive`` it is marked. The middle of a long trace is left out; ``gap``
+    says what was not even kept of it.
     """
     decoders = {ids: ChannelDecoder(ids) for ids in channels}
     begin = frames[0].timestamp if frames else 0.0
     total = len(frames) + (gap.frames if gap else 0)
     aside_at = total if own is None else own
+    marked = aside_at - 1 if decisive else None
+    if not aside:
+        frames = frames[: len(frames) - (total - aside_at)]
+        total = aside_at
     lines = []
     for position, captured in enumerate(frames):
         number = position
@@ -49,7 +57,8 @@ def trace_lines(
         words = words or describe_nmt(frame) or "not an SDO frame of this channel"
         arrow = ">" if captured.direction is Direction.SENT else "<"
         elapsed = (captured.timestamp - begin) * 1000
-        lines.append(f"{elapsed:9.1f} ms {arrow} {frame!s:<20} {words}")
+        mark = DECISIVE if number == marked else " "
+        lines.append(f"{mark}{elapsed:8.1f} ms {arrow} {frame!s:<20} {words}")
     return lines
 
 
@@ -84,6 +93,7 @@ def evidence_text(result: CaseResult) -> str:
     ]
     for name, value in (
         ("broken rule", _broken_rule(result)),
+        ("cause", result.cause),
         ("expected", result.expected),
         ("actual", result.actual),
         ("afterwards", result.afterwards),
@@ -94,7 +104,8 @@ def evidence_text(result: CaseResult) -> str:
     if result.output:
         lines.append("  the device's own output, its last lines:")
         lines += [f"    {line}" for line in result.output]
-    lines.append("  frames (> sent, < received):")
+    decisive = any(line.startswith(DECISIVE) for line in result.trace)
+    lines.append(f"  frames (> sent, < received{', * decisive' if decisive else ''}):")
     lines += [f"  {line}" for line in result.trace]
     lines.append("  to repeat what was sent:")
     lines += [f"    {line}" for line in result.reproduce]

@@ -11,7 +11,7 @@ from conformance.run.wire import MOST_STRAY
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
@@ -54,30 +54,72 @@ class Lockstep:
         self.oracle = oracle
         self._sdo = sdo
         self._findings: list[Violation] = []
+        self._held: list[Captured] = []
+        self._point: Request | None = None
 
     @contextmanager
     def following(self) -> Iterator[None]:
         """Follow what is sent and received from here on."""
         link = self._sdo.channel.link
         link.listen(self._take)
+        self._sdo.after_fence = self._take_held
         try:
             yield
         finally:
             link.ignore(self._take)
+            self._sdo.after_fence = lambda: None
 
     def _take(self, captured: Captured) -> None:
+        if self._sdo.fencing:
+            self._held.append(captured)
+        else:
+            self._show(captured)
+
+    def _take_held(self) -> None:
+        """Show the oracle a fence: what is no answer to its read came for what went before."""
+        held, self._held = self._held, []
+        due = [answer for _, answer in self._sdo.device.baseline]
+        stray = [
+            captured
+            for captured in held
+            if captured.direction is Direction.RECEIVED
+            and captured.frame.can_id == self._sdo.channel.response_id
+            and captured.frame.data not in due
+        ]
+        for captured in stray:
+            self._show(captured)
+        for captured in held:
+            if captured not in stray:
+                self._show(captured)
+
+    def _show(self, captured: Captured) -> None:
         if captured.direction is Direction.SENT:
             self.oracle.observe(captured.frame)
         elif captured.frame.can_id == self._sdo.channel.response_id:
-            self._findings += self.oracle.response(captured.frame)
+            self._find(self.oracle.response(captured.frame))
 
-    def send(self, frame: CanFrame) -> list[bytes]:
-        """Send any frame, take the answers that have to come, and return their data bytes."""
+    def _find(self, findings: Iterable[Violation]) -> None:
+        for found in findings:
+            found.request = self._sdo.last_sent
+            settling = isinstance(found.request, Abort) and self._point != found.request
+            if self._point is not None and settling and not self._sdo.causes.aborts_are_answered:
+                # What answers no abort has answered what went before.
+                found.request, settling = self._point, False
+            if self._point is not None and not settling:
+                self._sdo.own.add(found)
+            self._findings.append(found)
+
+    def send(self, frame: CanFrame, *, point: bool = False) -> list[bytes]:
+        """Send any frame, take the answers that have to come, and return their data bytes.
+
+        ``point``: what is wrong with them is what the case is about.
+        """
         answers = []
         if frame == CanFrame(self._sdo.channel.request_id, frame.data):
             self._sdo.send(frame.data)  # which knows whether it is a segment of a block
         else:
             self._sdo.send_frame(frame)
+        self._point = self._sdo.last_sent if point else None
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
         if answers and isinstance(decode_response(answers[-1]), Abort) and not self.oracle.lost:
@@ -96,7 +138,7 @@ class Lockstep:
     def _answer(self) -> list[bytes]:
         answer = self._sdo.next_frame()
         if answer is None:
-            self._findings += self.oracle.settled()
+            self._find(self.oracle.settled())
         self.check()
         if answer is None:
             return []
@@ -131,15 +173,24 @@ class Lockstep:
         except Violation:
             self.check()
             raise
-        self._findings += self.oracle.settled()
+        self._find(self.oracle.settled())
         self.check()
 
     def check(self) -> None:
-        """Raise the first breach found that fails a device; note the others."""
+        """Raise the first breach found that fails a device; note the others.
+
+        What other cases have met is noted as well, unless it is what this case is about.
+        """
         if self.oracle.given_up and GIVEN_UP not in self._sdo.notes:
             self._sdo.info(GIVEN_UP)
         findings, self._findings = self._findings, []
         for found in findings:
-            if found.level is Level.MUST and found.rule not in INCIDENTAL:
+            if self._fails(found):
                 raise found
-            self._sdo.minor.append(found)
+            self._sdo.note(found)
+
+    def _fails(self, found: Violation) -> bool:
+        if found.level is not Level.MUST or found.rule in INCIDENTAL:
+            return False
+        cause = self._sdo.cause_of(found)
+        return found in self._sdo.own or self._sdo.causes.get(cause) is None

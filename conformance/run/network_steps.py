@@ -10,6 +10,7 @@ from conformance.bus.channel import Channel
 from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PARAMETERS
 from conformance.device.device import Device, NotTestable
 from conformance.run.block_steps import BlockSteps
+from conformance.run.causes import Causes
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
@@ -47,9 +48,16 @@ PURPOSES = {
 class NetworkSteps(BlockSteps):
     """NMT and communication parameters of one device."""
 
-    def __init__(self, channel: Channel, device: Device, rule: Rule, seed: int) -> None:
+    def __init__(
+        self,
+        channel: Channel,
+        device: Device,
+        rule: Rule,
+        seed: int,
+        causes: Causes | None = None,
+    ) -> None:
         """Nothing was asked of the device yet: its NMT state is what it was."""
-        super().__init__(channel, device, rule, seed)
+        super().__init__(channel, device, rule, seed, causes)
         self.nmt_state: NmtState | None = None
         self.expected_boot_ups = 0
         self._booting = False
@@ -81,6 +89,7 @@ class NetworkSteps(BlockSteps):
             self._expect_reset(command)
         if not state.serves_sdo:
             self.tracker.open = None
+        self.calms_down = state.serves_sdo
         self.nmt_state = state
         self.seen.clear()
         self.channel.send_nmt(NmtMessage(command, self.device.node_id))

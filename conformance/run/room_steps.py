@@ -1,10 +1,14 @@
 """How much a string or domain takes: found out by writing, and remembered for the run."""
 
+from collections.abc import Iterable
+
 from conformance.device.device import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.run.causes import Way
 from conformance.run.payload import MOST_PLAIN
 from conformance.run.steps import Steps, shown
 from conformance.run.stimuli import BEYOND_16_BITS
+from conformance.run.storing import WAYS
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
@@ -32,26 +36,62 @@ class RoomSteps(Steps):
         *,
         segmented: bool | None = None,
         sized: bool = True,
+        exactly: bool = False,
     ) -> None:
         """Write ``data`` to a string or domain that may be too small for it.
 
-        Raises NotTestable when the object is too small, or takes one length only. A device that
-        refuses this length alone is at fault.
+        How it gets there matters only if ``exactly``: a device that refuses one way is told so, and
+        written to by another. Raises NotTestable when the object is too small, or takes one length
+        only. A device that refuses this length alone is at fault.
         """
         self._check_length(known, len(data))
-        abort = self.try_download(known, data, segmented=segmented, sized=sized)
+        way = self.causes.way_to_store
+        if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
+            return
+        try:
+            abort = self.try_download(known, data, segmented=segmented, sized=sized)
+        except Violation as broken:
+            if exactly:
+                raise
+            self.end_transfer()
+            self._store_by_any_way(known, data, broken)
+            return
         if abort is None:
             return
         if abort.code not in NO_ROOM or self._takes_otherwise(known, data):
-            raise Violation(
+            refused = Violation(
                 NOT_REFUSED,
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
                 actual=describe_response(abort.encode()),
             )
+            if exactly:
+                raise refused
+            self._store_by_any_way(known, data, refused)
+            return
         if len(data) <= MOST_MEASURED and self.device.lengths[known.mux].most is None:
             self._measure(known, len(data), abort)
             self._check_length(known, len(data))
         raise self.no_room(known, len(data), abort)
+
+    def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:
+        refused.request = self.last_sent
+        self.note(refused)
+        if not self._store_otherwise(known, data, WAYS):
+            raise refused
+
+    def _store_otherwise(self, known: KnownObject, data: bytes, ways: Iterable[Way]) -> bool:
+        """Write by one of several ways; say whether one of them was taken."""
+        for way in ways:
+            try:
+                abort = self.abort_of(way(self.client, known.mux, data))
+            except Violation as broken:
+                self.note(broken)
+                self.end_transfer()
+            else:
+                if abort is None:
+                    self.causes.way_to_store = way
+                    return True
+        return False
 
     def _check_length(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable for a length of which it was found out that an object does not take it.
@@ -95,7 +135,7 @@ class RoomSteps(Steps):
     def restore_own(self, known: KnownObject) -> None:
         """Write the value that an object had before the run."""
         value = self.device.values[known.mux]
-        self.download(known, value)
+        self.store(known, value)
         self.device.lengths[known.mux].taken.add(len(value))
 
     def has_room(self, known: KnownObject, size: int) -> bool:
@@ -175,7 +215,12 @@ class RoomSteps(Steps):
         return two_more and shorter
 
     def _takes(self, known: KnownObject, size: int) -> bool:
-        taken = self.try_download(known, self.payload(size), segmented=True) is None
+        try:
+            taken = self.try_download(known, self.payload(size), segmented=True) is None
+        except Violation as broken:
+            self.note(broken)
+            self.end_transfer()
+            taken = False
         if taken:
             self.device.lengths[known.mux].taken.add(size)
         return taken
@@ -247,7 +292,7 @@ class RoomSteps(Steps):
         try:
             known = self.device.variable()
             data = self.prepare(known, 7 * segments - 1, least=needed)
-        except NotTestable:
+        except (NotTestable, Violation):
             # What only the device changes may be another value the next time.
             for known in sorted(self.device.objects, key=lambda known: not known.is_steady):
                 data = self.device.values.get(known.mux, b"")

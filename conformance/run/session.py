@@ -7,19 +7,22 @@ from dataclasses import dataclass, field
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured, Direction
-from conformance.device.device import Device, NotTestable
-from conformance.run.afterwards import Restorer, leave
+from conformance.device.device import Device
+from conformance.run.afterwards import Leaving, Restorer, leave
+from conformance.run.causes import Causes
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
+from conformance.run.habits import SURVEY, survey
+from conformance.run.judgement import Judgement, Point, crossing
 from conformance.run.recording import Recording
 from conformance.run.revival import Revival
-from conformance.run.verdict import INCIDENTAL, Afterwards, CaseResult, Unimplemented, Verdict
+from conformance.run.verdict import FAILED, INCIDENTAL, Afterwards, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Request
 from conformance.sdo.rules import (
     NO_REBOOT,
-    NOT_REFUSED,
     UNSOLICITED,
     Level,
     Rule,
@@ -67,6 +70,7 @@ class DeviceSession:
         self.device = device
         self.whole_run = WholeRun()
         self.restorer = Restorer(device)
+        self.causes = Causes()
         self.lost = False
         self.revival = revival
         self._seed = seed
@@ -89,10 +93,30 @@ class DeviceSession:
     def _count_boot_up(self) -> None:
         self.device.boot_ups += 1
 
-    def begin(self, case_id: str, service: str, rule: Rule) -> "CaseRun":
-        """Start a case: what is still in the queue belongs to the one before."""
+    def survey(self) -> None:
+        """Find out, before the first case, what is wrong with every answer of the device."""
+        sdo = Dialogue(self.channel, self.device, SURVEY, self._seed, self.causes)
+        try:
+            survey(sdo)
+        finally:
+            self.restorer.restore(sdo)
+
+    def begin(
+        self,
+        case_id: str,
+        service: str,
+        rule: Rule,
+        cites: tuple[Rule, ...] = (),
+        *,
+        generated: bool = False,
+    ) -> "CaseRun":
+        """Start a case: what is still in the queue belongs to the one before.
+
+        ``cites`` are the rules of the registry that it tests; a ``generated`` one need not show
+        what another of its kind has shown.
+        """
         self.collect_late()
-        sdo = Dialogue(self.channel, self.device, rule, self._seed)
+        sdo = Dialogue(self.channel, self.device, rule, self._seed, self.causes)
         self._frames.clear()
         self._in_case = True
         self._last_case = case_id
@@ -105,7 +129,7 @@ class DeviceSession:
             rule.sentence,
             rows=list(rule.rows),
         )
-        return CaseRun(self, sdo, result)
+        return CaseRun(self, sdo, result, Point(rule, cites, generated))
 
     def collect_late(self) -> None:
         """Take responses that nobody asked for; they belong to the case that was last.
@@ -142,7 +166,8 @@ class DeviceSession:
         """Try once more to put back what could not be; what still cannot stays listed."""
         if self.lost or not self.restorer.unrestored:
             return
-        self.restorer.restore_pending(Dialogue(self.channel, self.device, _RESTORING, self._seed))
+        sdo = Dialogue(self.channel, self.device, _RESTORING, self._seed, self.causes)
+        self.restorer.restore_pending(sdo)
         self.keep_late(self._last_case)
 
     def end(self) -> None:
@@ -164,9 +189,21 @@ class DeviceSession:
         for captured in frames:
             self._frames.add(captured)
 
-    def trace(self, own: int, channels: Sequence[ChannelIds]) -> list[str]:
-        """Return the decoded frames of the case; behind the first ``own`` it was over."""
-        return trace_lines(self._frames.kept(), channels, own=own, gap=self._frames.gap())
+    def trace(
+        self, own: int, channels: Sequence[ChannelIds], *, aside: bool, decisive: bool
+    ) -> list[str]:
+        """Return the decoded frames of the case: its ``own`` ones, and those ``aside`` behind them.
+
+        ``decisive``: the last of them is what the verdict is about.
+        """
+        return trace_lines(
+            self._frames.kept(),
+            channels,
+            own=own,
+            gap=self._frames.gap(),
+            aside=aside,
+            decisive=decisive,
+        )
 
     def reproduce(self, own: int) -> list[str]:
         """Return the commands that send what the case sent in its first ``own`` frames."""
@@ -180,13 +217,17 @@ class DeviceSession:
 class CaseRun:
     """A case that is running."""
 
-    def __init__(self, session: DeviceSession, sdo: Dialogue, result: CaseResult) -> None:
+    def __init__(
+        self, session: DeviceSession, sdo: Dialogue, result: CaseResult, point: Point
+    ) -> None:
         """Start the clock of the case."""
         self.sdo = sdo
         self.result = result
         self._session = session
+        self._judgement = Judgement(result, point, session.causes)
         self._boot_ups = session.device.boot_ups
         self.bench_error: BenchError | None = None
+        self._minor: list[Violation] = []
         self._begin = time.monotonic()
 
     def conclude(self, error: BaseException | None) -> CaseResult:
@@ -197,20 +238,33 @@ class CaseRun:
         """
         result = self.result
         own_frames = self._session.frames_so_far()
-        self._judge(error)
+        asked = self.sdo.last_sent
+        leaving: Leaving | None = None
         try:
-            self._leave()
+            leaving = self._leave(error)
+        except BenchError as bench_error:
+            if not isinstance(error, BenchError):
+                self.bench_error = error = bench_error
+        self._judge(error, asked, leaving)
+        left_wrong = leaving is not None and self._judge_leaving(asked, leaving)
+        try:
+            self._put_back(leaving)
         except BenchError as bench_error:
             if not isinstance(error, BenchError):
                 self.bench_error = bench_error
-                self._judge(bench_error)
+                self._judgement.ended(bench_error, asked)
         # The wait for answers that did not come is the price of a silent device.
         result.waited = self.sdo.waited
         result.latency = self.sdo.latency
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.notes
         if result.verdict is not Verdict.PASS:
-            result.trace = self._session.trace(own_frames, self.sdo.channels)
+            result.trace = self._session.trace(
+                own_frames,
+                self.sdo.channels,
+                aside=left_wrong,
+                decisive=isinstance(error, Violation | ServerAborted),
+            )
             result.reproduce = self._session.reproduce(own_frames)
         self._session.end()
         return result
@@ -221,62 +275,55 @@ class CaseRun:
         self.bench_error = error
         result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
         frames = self._session.frames_so_far()
-        result.trace = self._session.trace(frames, self.sdo.channels)
+        result.trace = self._session.trace(frames, self.sdo.channels, aside=True, decisive=False)
         self._session.end()
         return result
 
-    def _judge(self, error: BaseException | None) -> None:
-        result = self.result
-        match error:
-            case None:
-                self._judge_minor()
-            case Violation():
-                self._breach(error)
-                self._judge_minor()
-            case ServerAborted():
-                actual = describe_response(error.abort.encode())
-                self._breach(Violation(NOT_REFUSED, expected="a positive answer", actual=actual))
-            case NotTestable():
-                result.verdict, result.actual = Verdict.NOT_TESTABLE, str(error)
-            case Unimplemented():
-                result.verdict, result.actual = Verdict.UNIMPLEMENTED, str(error)
-            case BenchError():
-                result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
-            case _:
-                result.verdict, result.actual = Verdict.FAIL, f"{type(error).__name__}: {error}"
+    def _leave(self, error: BaseException | None) -> Leaving:
+        self._session.restorer.expect(self.sdo)
+        self._minor = list(self.sdo.minor)
+        failed = error is not None or any(found.level is Level.MUST for found in self._minor)
+        return leave(self.sdo, failed=failed)
 
-    def _judge_minor(self) -> None:
-        for violation in self.sdo.minor:
+    def _judge(self, error: BaseException | None, asked: Request, leaving: Leaving | None) -> None:
+        sdo, judgement = self.sdo, self._judgement
+        stray = leaving.stray if leaving is not None else ()
+        crossed = crossing(error, stray, asked) if stray else None
+        if crossed is not None:
+            # What was taken for the answer had come for something else.
+            crossed.request, error = sdo.sent_before, crossed
+        judgement.ended(error, asked, own=error in sdo.own)
+        for violation in self._minor:
             if violation.rule not in INCIDENTAL:
-                self._breach(violation)
-        if self.result.verdict is Verdict.PASS and self.sdo.notes:
+                judgement.breach(violation, asked, own=violation in sdo.own)
+        if self.result.verdict is Verdict.PASS and sdo.notes:
             self.result.verdict = Verdict.INFO
 
-    def _breach(self, violation: Violation) -> None:
-        """Take a breach for the verdict; the first one that fails the case counts."""
-        result = self.result
-        if result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR):
-            result.notes.append(f"also {violation}")
-            return
-        soft = violation.level is Level.SHOULD
-        result.level = violation.level.value
-        result.verdict = Verdict.NON_STRICT if soft else Verdict.FAIL
-        result.broken_rule = f"{violation.rule.id}: {violation.rule.sentence}"
-        result.expected, result.actual = violation.expected, violation.actual
+    def _judge_leaving(self, asked: Request, leaving: Leaving) -> bool:
+        """Judge what was found when the case was over; say whether that fails it."""
+        result, sdo, session = self.result, self.sdo, self._session
+        failed = result.verdict in FAILED
+        result.afterwards = leaving.afterwards
+        found = [*sdo.minor[len(self._minor) :]]
+        if sdo.answered_after is not None and leaving.stray:
+            answer = describe_response(leaving.stray[0])
+            result.actual += f"; answered after {sdo.answered_after * 1000:.0f} ms: {answer}"
+        elif leaving.violation is not None:
+            found.append(leaving.violation)
+        lost = leaving.afterwards is Afterwards.LOST
+        for violation in found:
+            if violation.rule not in INCIDENTAL:
+                self._judgement.breach(violation, asked, own=lost)
+        if session.device.boot_ups - self._boot_ups > sdo.expected_boot_ups:
+            sdo.seen.clear()
+            booted = Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
+            self._judgement.breach(booted, asked)
+        return not failed and result.verdict in FAILED
 
-    def _leave(self) -> None:
+    def _put_back(self, leaving: Leaving | None) -> None:
         session = self._session
-        session.restorer.expect(self.sdo)
-        failed = self.result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR)
-        leaving = leave(self.sdo, failed=failed)
-        self.result.afterwards = leaving.afterwards
-        if leaving.violation is not None:
-            self._breach(leaving.violation)
-        if session.device.boot_ups - self._boot_ups > self.sdo.expected_boot_ups:
-            self.sdo.seen.clear()
-            self._breach(
-                Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
-            )
+        if leaving is None:
+            return
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True
             self.result.output = session.revival.process.tail() if session.revival else []

@@ -5,7 +5,6 @@ answer broke, not of the rule that the case is about.
 """
 
 import random
-from collections import Counter
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 
@@ -13,6 +12,7 @@ from conformance.bus.channel import Channel
 from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import IDENTITY, written_by
+from conformance.run.causes import Cause, Causes, cause_of
 from conformance.run.payload import MOST_PLAIN, text
 from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
@@ -36,7 +36,6 @@ from conformance.sdo.objects import same_data
 from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation, rule_of
 from conformance.sdo.stepping import Ended, Result, advance
 
-MOST_NOTED = 100
 Target = Multiplexer | KnownObject
 # An upload that is refused like this met something: it must not count as missing.
 EXISTS = (
@@ -68,25 +67,24 @@ def mux_of(target: Target) -> Multiplexer:
 class Steps(Wire):
     """Exchanges and transfers of one case with one device."""
 
-    def __init__(self, channel: Channel, device: Device, rule: Rule, seed: int) -> None:
+    def __init__(
+        self,
+        channel: Channel,
+        device: Device,
+        rule: Rule,
+        seed: int,
+        causes: Causes | None = None,
+    ) -> None:
         """``rule`` is what the case is about; ``seed`` decides on the bytes that it writes."""
-        super().__init__(channel, device)
+        super().__init__(channel, device, causes)
         self.rule = rule
-        self.minor: list[Violation] = []
-        self._noted: Counter[str] = Counter()
         self.notes: list[str] = []
         self.written: set[Multiplexer] = set()
         # What objects read since anything was sent that might have changed one.
         self.seen: dict[Multiplexer, bytes] = {}
-        self.checks = ResponseChecks(self._note)
+        self.checks = ResponseChecks(self.note)
         self.client = BlockClient(self.checks)
         self._random = random.Random(f"{seed}/{rule.id}")
-
-    def _note(self, violation: Violation) -> None:
-        """Keep a breach that does not stop a transfer; of very many of a rule the first ones."""
-        self._noted[violation.rule.id] += 1
-        if self._noted[violation.rule.id] <= MOST_NOTED:
-            self.minor.append(violation)
 
     def about_to_send(self, request: Request) -> None:
         """Remember what a request writes to, before an interruption could come in between."""
@@ -301,6 +299,10 @@ class Steps(Wire):
                 self.device.policy.allow_missing(mux)
                 return mux
         return None
+
+    def cause_of(self, violation: Violation) -> Cause:
+        """Return the cause of a breach: what was sent last counts, if nobody took note of more."""
+        return cause_of(violation, violation.rule, violation.request or self.last_sent)
 
     def breach(self, expected: str, actual: str) -> Violation:
         """Build a breach of the case's rule."""

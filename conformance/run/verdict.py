@@ -25,6 +25,9 @@ class Verdict(StrEnum):
     NOT_RUN = "not run"
 
 
+FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
+
+
 class Afterwards(StrEnum):
     """How a case left the server."""
 
@@ -48,7 +51,9 @@ class CaseResult:
     an answer, and what was ``waited`` for answers that did not come. ``trace`` holds the decoded
     frames, a line each, ``reproduce`` the commands that send the requests again. ``reason`` is why
     a known deviation may be one, ``output`` what a device that was lost has written last;
-    ``progress`` says how many of its examples a random case has tried.
+    ``progress`` says how many of its examples a random case has tried. ``cause`` is
+    what is wrong with the device, the rule and the kind of answer: the same text for all cases that
+    it fails, or keeps from their point.
     """
 
     case_id: str
@@ -72,6 +77,7 @@ class CaseResult:
     reason: str = ""
     output: list[str] = field(default_factory=list)
     progress: str = ""
+    cause: str = ""
 
     @property
     def broken_rule_id(self) -> str:

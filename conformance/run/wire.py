@@ -6,43 +6,64 @@ waiting: the read of 1000h that the run began with is sent behind it, and only i
 """
 
 import time
+from collections import Counter
+from collections.abc import Callable
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device, NotTestable
 from conformance.device.safety import written_by
+from conformance.run.causes import Causes
+from conformance.run.odd_frames import check_shape, unasked, unsolicited
 from conformance.run.pauses import Pauses
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.cob_id import REQUEST_BASE, CobId
+from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
+    BlockDownloadInitiate,
     BlockSegment,
     BlockUploadInitiate,
+    DownloadInitiate,
     Request,
     Unknown,
     UploadInitiate,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message
-from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
 
-MOST_STRAY = 16
+# Three sub-blocks that a server sends though nobody wants them are taken to their end.
+MOST_STRAY = 400
+MOST_NOTED = 100
 SEGMENTS_PER_LOOK = 4
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
+INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 
 
 class Wire:
-    """A channel to a device within one case."""
+    """A channel to a device within one case.
 
-    def __init__(self, channel: Channel, device: Device) -> None:
+    ``causes`` is what is known to be wrong with the device: of one that sends what nobody asked
+    for, that is taken away before the next transfer begins. ``minor`` are breaches that stop
+    nothing. ``own`` has breaches that are what the case is about, whatever their rules.
+    ``answered_after`` is the time in seconds after which an answer came that a case had given up to
+    wait for, None if there is none. While it is ``fencing``, what comes may have been asked for by
+    what went before; ``after_fence`` is called then. It ``calms_down`` a noisy device only where
+    that is sure to answer.
+    """
+
+    def __init__(self, channel: Channel, device: Device, causes: Causes | None = None) -> None:
         """Start with no transfer open."""
         self.channel = channel
         self.device = device
+        self.causes = Causes() if causes is None else causes
+        self.minor: list[Violation] = []
+        self._noted: Counter[str] = Counter()
         self.tracker = TransferTracker()
         self.pauses = Pauses(device.server_timeout)
         self.latency = 0.0
@@ -52,6 +73,15 @@ class Wire:
         # Segments that were sent and not acknowledged; those that an abort may have crossed.
         self._segments = 0
         self._crossed = 0
+        self._sent_before: Request = self._last_sent
+        self._abort: Abort | None = None
+        self.own: set[BaseException | None] = set()
+        self.fencing = False
+        self.after_fence: Callable[[], None] = lambda: None
+        self.calms_down = True
+        self._unanswered = False
+        self._unanswered_at: float | None = None
+        self.answered_after: float | None = None
         self._sent_at = 0.0
         self._read = b""
         channel.overheard.clear()
@@ -66,6 +96,12 @@ class Wire:
         if self._crossed:
             self._let_pass()
         data = request if isinstance(request, bytes) else request.encode()
+        if self.causes.noisy and self.tracker.open is None and not self._unanswered:
+            self._calm_before(data)
+        self._transmit(data)
+        self._unanswered = not self.has_aborted
+
+    def _transmit(self, data: bytes) -> None:
         within = self.tracker.open is not None
         decoded = self.tracker.request(data)
         if len(data) < FRAME_LENGTH:
@@ -105,7 +141,7 @@ class Wire:
                 f"add --allow={READ_ONLY_PROBES}"
             )
         self.device.policy.check(request)
-        self._last_sent = request
+        self._sent_before, self._last_sent = self._last_sent, request
         self._segments = self._segments + 1 if isinstance(request, BlockSegment) else 0
         self._sent_at = time.monotonic()
         self._read = b""
@@ -119,6 +155,7 @@ class Wire:
         if frame is None and self._read and self.channel.waited_again:
             frame = self._read_again()
         if frame is None:
+            self._unanswered_at = self._sent_at
             raise Violation(
                 ANSWERED,
                 expected=f"an answer to: {describe(self._last_sent)}",
@@ -131,7 +168,7 @@ class Wire:
         """Repeat a read, once, of which the answer may have been missed; no other request is."""
         self.pauses.repeated(self.channel.missed)
         again = time.monotonic()
-        self.send(self._read)
+        self._transmit(self._read)
         frame = self.next_frame()
         if frame is not None and self.channel.arrived < again:
             self.channel.receive()  # the first answer has come after all, so there is another one
@@ -189,14 +226,30 @@ class Wire:
             self.pauses.missed(self.channel.missed)
 
     def _take(self, frame: CanFrame) -> bytes:
-        check_shape(frame, self.channel.ids.response)
-        self.tracker.response(frame.data)
-        response = decode_response(frame.data)
+        """Return 8 data bytes of a response; that it has another length is noted."""
+        data = frame.data
+        try:
+            check_shape(frame, self.channel.ids.response)
+        except Violation as odd:
+            if not data or frame.extended or frame.remote:
+                raise
+            self.note(odd)
+            data = data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+        self.tracker.response(data)
+        self._unanswered = False
+        response = decode_response(data)
         if isinstance(response, Abort):
             self._crossed = max(self._segments - 1, 0)
         elif isinstance(response, BlockAck) and response.sequence == self._segments:
             self._segments = 0
-        return frame.data
+        return data
+
+    def note(self, violation: Violation) -> None:
+        """Keep a breach that does not stop a transfer; of very many of a rule the first ones."""
+        self._noted[violation.rule.id] += 1
+        if self._noted[violation.rule.id] <= MOST_NOTED:
+            violation.request = violation.request or self._last_sent
+            self.minor.append(violation)
 
     def _let_pass(self) -> None:
         """Wait for the answers to segments that were on their way when the server aborted.
@@ -205,7 +258,7 @@ class Wire:
         """
         stray = self.fence()
         if stray:
-            raise _unsolicited(stray)
+            raise unsolicited(stray)
 
     def _heard_elsewhere(self) -> str:
         heard = [str(frame) for frame in self.channel.overheard if frame.dlc == FRAME_LENGTH]
@@ -218,6 +271,16 @@ class Wire:
 
         Not the refusals of segments that crossed with an abort of the server.
         """
+        before, asked = self._sent_before, self._last_sent
+        self.fencing = True
+        try:
+            return self._fence(most)
+        finally:
+            self.fencing = False
+            self._sent_before, self._last_sent = before, asked
+            self.after_fence()
+
+    def _fence(self, most: int) -> list[bytes]:
         stray: list[bytes] = []
         crossed, self._crossed = self._crossed, 0
         self._send_baseline(0)
@@ -246,10 +309,12 @@ class Wire:
             if self.pauses.excuses(data):
                 continue
             stray.append(data)
+            if self._unanswered_at is not None and self.answered_after is None:
+                self.answered_after = time.monotonic() - self._unanswered_at
             if len(stray) > most:
-                raise _unsolicited(stray)
+                raise unsolicited(stray)
         for request, due in self.device.baseline[1:]:
-            self.send(request)
+            self._transmit(request)
             data = self.receive()
             if data != due:
                 raise Violation(
@@ -258,7 +323,18 @@ class Wire:
         return stray
 
     def _send_baseline(self, position: int) -> None:
-        self.send(self.device.baseline[position][0])
+        self._transmit(self.device.baseline[position][0])
+
+    def _calm_before(self, data: bytes) -> None:
+        begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
+        if begins and self.calms_down:
+            self.calm()
+
+    def calm(self) -> None:
+        """Take what the device sends though nobody asked, and note it."""
+        aborted = self.has_aborted
+        for frame in self.fence():
+            self.note(unasked(frame, aborted=aborted))
 
     def reaction(self) -> bytes | None:
         """Return the answer to what was sent last, or None when there was none.
@@ -266,21 +342,60 @@ class Wire:
         Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
         Raises Violation when more than one answer came.
         """
-        if self.tracker.open is not None:
-            self.end_transfer()
+        ended = self.tracker.open is not None
+        if ended:
+            self._abort_open()
         stray = self.fence()
+        if ended:
+            self._take_answer_to_abort(stray)
         if len(stray) > 1:
-            raise _unsolicited(stray, "one answer at most")
+            raise unsolicited(stray, "one answer at most")
         return stray[0] if stray else None
+
+    def _take_answer_to_abort(self, stray: list[bytes]) -> None:
+        """Take away what answers the suite's own abort, which came behind the point of a case.
+
+        One abort may be the answer to what the case has sent, unless the device is known to answer
+        aborts.
+        """
+        least = 0 if self.causes.aborts_are_answered else 1
+        while len(stray) > least and isinstance(decode_response(stray[-1]), Abort):
+            violation = unasked(stray.pop(), aborted=True)
+            violation.request = self._abort
+            self.note(violation)
 
     def end_transfer(self) -> None:
         """Abort the open transfer from the client's side; a server never answers that."""
+        if self.tracker.open is None:
+            return
+        self._sent_before, self._last_sent = self._last_sent, self._abort_open()
+        if self.causes.noisy and self.calms_down:
+            self.calm()
+
+    @property
+    def last_sent(self) -> Request:
+        """What was sent last, the reads of fences left out."""
+        return self._last_sent
+
+    @property
+    def sent_before(self) -> Request:
+        """What was sent before that."""
+        return self._sent_before
+
+    @property
+    def has_aborted(self) -> bool:
+        """Whether the last that was sent was an abort."""
+        return isinstance(self._last_sent, Abort)
+
+    def _abort_open(self) -> Abort:
         mux = self.tracker.open
-        if mux is not None:
-            abort = Abort(mux, AbortCode.GENERAL_ERROR)
-            self.tracker.request(abort.encode())
-            self.channel.send(abort)
-            self.pauses.sent(within=True)
+        if mux is None:
+            raise RuntimeError("no transfer is open")
+        self._abort = Abort(mux, AbortCode.GENERAL_ERROR)
+        self.tracker.request(self._abort.encode())
+        self.channel.send(self._abort)
+        self.pauses.sent(within=True)
+        return self._abort
 
     def overheard_of_others(self) -> set[int]:
         """Return the node-IDs to which somebody else sent requests during this case."""
@@ -304,27 +419,3 @@ class Wire:
             "1000h after an abort. Reset or power-cycle it; the cases before this one show what "
             "was sent to it last."
         )
-
-
-def check_shape(frame: CanFrame, response: CobId) -> None:
-    """Raise Violation unless a frame is a data frame of 8 bytes in the format of the channel."""
-    wrong = []
-    if frame.extended != response.extended:
-        wrong.append(f"{'a 29' if frame.extended else 'an 11'}-bit identifier")
-    if frame.remote:
-        wrong.append("a remote frame")
-    if frame.dlc != FRAME_LENGTH:
-        wrong.append(f"DLC {frame.dlc}")
-    if wrong:
-        raise Violation(
-            FRAME_SHAPE,
-            expected=f"a data frame of 8 bytes on {response} with "
-            f"{'a 29' if response.extended else 'an 11'}-bit identifier",
-            actual=f"{frame} ({', '.join(wrong)})",
-        )
-
-
-def _unsolicited(frames: list[bytes], expected: str = "no answer") -> Violation:
-    return Violation(
-        UNSOLICITED, expected=expected, actual="; ".join(map(describe_response, frames))
-    )

@@ -196,8 +196,9 @@ class ResponseChecks:
             raise Violation(
                 ABORT_CODE, expected="one of the 31 abort codes", actual=describe_response(frame)
             )
-        if mux is not None:
-            self._same_multiplexer(abort.mux, mux, frame)
+        if mux is not None and abort.mux != mux:
+            # It ends the transfer all the same.
+            self.note(_other_multiplexer(mux, frame))
         self._reserved(abort, frame)
 
     def _read(self, kind: type[Kind], frame: bytes, mux: Multiplexer, due: str) -> Kind:
@@ -216,9 +217,7 @@ class ResponseChecks:
 
     def _same_multiplexer(self, found: Multiplexer, due: Multiplexer, frame: bytes) -> None:
         if found != due:
-            raise Violation(
-                MULTIPLEXER, expected=f"multiplexer {due}", actual=describe_response(frame)
-            )
+            raise _other_multiplexer(due, frame)
 
     def _reserved(self, response: Message, frame: bytes) -> None:
         for found in response.reserved_fields():
@@ -228,3 +227,7 @@ class ResponseChecks:
         if any(rest):
             actual = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(frame)}]"
             self.note(Violation(rule, expected="00 in bytes without data", actual=actual))
+
+
+def _other_multiplexer(due: Multiplexer, frame: bytes) -> Violation:
+    return Violation(MULTIPLEXER, expected=f"multiplexer {due}", actual=describe_response(frame))

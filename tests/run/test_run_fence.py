@@ -48,7 +48,7 @@ def test_nothing_came_before_the_answer_to_the_fence(idle: Workbench) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, MOST_STRAY])
 def test_what_came_before_it_is_returned(count: int) -> None:
-    stray = [bytes([0x80, 0, 0, 0, 0, 0, 0, number]) for number in range(count)]
+    stray = [b"\x80\0\0\0\0\0" + number.to_bytes(2, "big") for number in range(count)]
     with undiscovered(after_probe(*stray)) as bench:
         sdo = bench.dialogue()
         sdo.send(PROBE)

@@ -58,7 +58,7 @@ def test_a_server_that_failed_is_told_to_end_what_it_may_think_is_open(failed: b
         assert leave(sdo, failed=failed).afterwards is Afterwards.IDLE
         assert sdo.fence() == []
     abort = Abort(Multiplexer(0x1008), AbortCode.GENERAL_ERROR).encode()
-    assert server.requests == ([READ, abort, READ] if failed else [READ, READ])
+    assert server.requests == ([READ, abort, READ, READ] if failed else [READ, READ])
 
 
 def test_an_answer_that_nobody_asked_for() -> None:
@@ -117,7 +117,7 @@ def test_a_server_that_refuses_once_needed_an_abort() -> None:
     assert "abort 1000h:00" in leaving.violation.actual
 
 
-@pytest.mark.parametrize("answer", [OTHER_VALUE, ABORTED_1000H, BASELINE[:7]], ids=bytes.hex)
+@pytest.mark.parametrize("answer", [OTHER_VALUE, ABORTED_1000H, BASELINE[:3]], ids=bytes.hex)
 def test_answers_wrongly(answer: bytes) -> None:
     """A device that answers, whatever it says, is not lost: the run goes on."""
     node = Scripted(lambda data: [] if is_abort(data) else [answer])

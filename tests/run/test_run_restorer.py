@@ -164,7 +164,13 @@ def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:
         assert text.startswith("4 bytes: 11 22 33 44")
         assert "08000021h" in text
         assert server.values()[TEXT.mux] == begin[TEXT.mux], "the others are put back all the same"
+        asked = len(server.requests)
         restorer.restore(sdo)
+        assert list(restorer.unrestored) == [NUMBER.mux]
+        assert not any(b"\x04\x20" in frame for frame in server.requests[asked:]), (
+            "not after each case"
+        )
+        restorer.restore_pending(sdo)
     assert restorer.unrestored == {}
     assert server.values() == begin
 
@@ -179,7 +185,7 @@ def test_what_is_put_back_and_cannot_be_read_is_listed() -> None:
         restorer.restore(sdo)
         assert "06010002h" in restorer.unrestored[NUMBER.mux]
         server.entries[NUMBER.mux].access = Access.WO
-        restorer.restore(sdo)
+        restorer.restore_pending(sdo)
     assert restorer.unrestored == {NUMBER.mux: "4 bytes: 11 22 33 44"}
 
 

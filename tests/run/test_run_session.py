@@ -21,7 +21,7 @@ from conformance.bus.errors import BenchError, InterfaceLost, SecondClient, Writ
 from conformance.device.device import NotTestable
 from conformance.faults.device import reference_entries
 from conformance.run.dialogue import Dialogue
-from conformance.run.evidence import ASIDE
+from conformance.run.evidence import ASIDE, DECISIVE
 from conformance.run.session import MOST_INCIDENTS, CaseRun, DeviceSession
 from conformance.run.verdict import Afterwards, CaseResult, Unimplemented, Verdict
 from conformance.sdo.abort_codes import AbortCode
@@ -337,19 +337,90 @@ def test_evidence(bench: Workbench) -> None:
     run.sdo.upload(Multiplexer(0x1018, 1))
     run.sdo.info("what merely passes is not shown")
     result = run.conclude(None)
-    assert [line[13:] for line in result.trace if line != ASIDE] == [
+    assert [line[13:] for line in result.trace] == [
         "> 605#4018100100000000 upload initiate 1018h:01",
         "< 585#4318100100000C5D upload initiate response 1018h:01, expedited, 4 bytes: 00 00 0C 5D",
-        "> 605#4000100000000000 upload initiate 1000h:00",
-        "< 585#4300100091010F00 upload initiate response 1000h:00, expedited, 4 bytes: 91 01 0F 00",
     ]
-    assert result.trace.index(ASIDE) == 2
+    assert not any(line.startswith(DECISIVE) for line in result.trace)
     assert result.reproduce == ["cansend can0 605#4018100100000000"]
     again = begin(session)
     again.sdo.send(UploadInitiate(NUMBER.mux))
     again.sdo.receive()
     again.sdo.info("shown")
-    assert len(again.conclude(None).trace) == 5, "each case has its own frames"
+    assert len(again.conclude(None).trace) == 2, "each case has its own frames"
+
+
+def test_what_came_behind_a_case_is_shown_where_it_makes_the_verdict(bench: Workbench) -> None:
+    session = bench.session()
+    run = begin(session)
+    run.sdo.upload(NUMBER)
+    bench.send_from_elsewhere(CanFrame(0x585, ABORT))
+    assert run.conclude(None).trace[2] == ASIDE
+
+
+def test_the_frame_that_decides_is_marked(bench: Workbench) -> None:
+    run = begin(bench.session())
+    run.sdo.send(UploadInitiate(NUMBER.mux))
+    run.sdo.receive()
+    trace = run.conclude(violation()).trace
+    assert [line.startswith(DECISIVE) for line in trace] == [False, True]
+
+
+# Causes: one defect, told once
+
+
+OTHER = Rule("another.rule", "7.2.4", Level.MUST, "Another sentence.")
+
+
+def test_a_cause_outside_the_point_of_cases_fails_the_first_of_them(bench: Workbench) -> None:
+    """From then on it is known, and in the way."""
+    session = bench.session()
+    first = begin(session, "first").conclude(violation(OTHER))
+    second = begin(session, "second").conclude(violation(OTHER))
+    assert (first.verdict, first.cause) == (Verdict.FAIL, "another.rule: something")
+    assert (second.verdict, second.cause) == (Verdict.NOT_TESTABLE, first.cause)
+    assert second.actual == (
+        "another.rule: something is in the way, see first: expected another thing; got something"
+    )
+    third = begin(session, "third").conclude(violation(OTHER, "quite different"))
+    assert third.verdict is Verdict.FAIL
+
+
+def test_a_case_fails_for_what_it_is_about_however_well_it_is_known(bench: Workbench) -> None:
+    session = bench.session()
+    for case_id in ("first", "second"):
+        assert begin(session, case_id).conclude(violation()).verdict is Verdict.FAIL
+
+
+def test_what_a_case_cites_is_what_it_is_about(bench: Workbench) -> None:
+    session = bench.session()
+    for case_id in ("first", "second"):
+        run = session.begin(case_id, "a service", RULE, (OTHER,))
+        result = run.conclude(violation(actual="something"))
+        assert (result.verdict, result.cause) == (Verdict.FAIL, "another.rule: something")
+        again = session.begin(case_id, "a service", RULE, (OTHER,))
+        assert again.conclude(violation(OTHER)).verdict is Verdict.FAIL
+
+
+def test_what_is_generated_need_not_show_the_same_again(bench: Workbench) -> None:
+    session = bench.session()
+    verdicts = [
+        session.begin(f"a.case[{number}]", "matrix", RULE, generated=True)
+        .conclude(violation())
+        .verdict
+        for number in range(2)
+    ]
+    assert verdicts == [Verdict.FAIL, Verdict.NOT_TESTABLE]
+
+
+def test_a_known_cause_that_stops_nothing_is_told_once(bench: Workbench) -> None:
+    session = bench.session()
+    verdicts = []
+    for case_id in ("first", "second"):
+        run = begin(session, case_id)
+        run.sdo.note(violation(OTHER))
+        verdicts.append(run.conclude(None).verdict)
+    assert verdicts == [Verdict.FAIL, Verdict.PASS]
 
 
 def test_what_passes_needs_no_evidence(bench: Workbench) -> None:

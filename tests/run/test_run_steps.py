@@ -10,6 +10,7 @@ from run_bench import (
     NUMBER,
     RULE,
     TEXT,
+    Recording,
     Scripted,
     Workbench,
     discovered,
@@ -24,9 +25,9 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, DownloadInitiate, Response
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType, Entry
+from conformance.sdo.objects import Access, DataType, Entry, Refusal
 from conformance.sdo.rules import (
     MISSING_REFUSED,
     MULTIPLEXER,
@@ -218,8 +219,31 @@ def test_a_string_that_refuses_one_length_and_takes_a_longer_one() -> None:
         discovered(build_node("segmented-short-object-refused", NODE_ID)) as opened,
         pytest.raises(Violation) as raised,
     ):
-        opened.dialogue().store(TEXT, b"abc", segmented=True)
+        opened.dialogue().store(TEXT, b"abc", segmented=True, exactly=True)
     assert raised.value.rule is NOT_REFUSED
+
+
+def test_a_value_that_one_way_refuses_is_stored_by_another() -> None:
+    """It is told, and the case goes on to its point; the next value goes that way at once."""
+    server = recording(_Unsegmented)
+    with discovered(server) as opened:
+        sdo = opened.dialogue()
+        sdo.store(TEXT, b"x" * 20)
+        assert server.values()[TEXT.mux] == b"x" * 20
+        assert [found.rule for found in sdo.minor] == [NOT_REFUSED]
+        server.requests.clear()
+        sdo.store(TEXT, b"y" * 20)
+        assert server.requests[0] == bytes.fromhex("C6 10 20 00 14 00 00 00")
+    assert server.values()[TEXT.mux] == b"y" * 20
+
+
+class _Unsegmented(Recording):
+    """Takes values in one frame and in blocks only."""
+
+    def on_download_initiate(self, request: DownloadInitiate) -> list[Response]:
+        if not request.expedited:
+            raise Refusal(AbortCode.COMMAND_NOT_VALID)
+        return super().on_download_initiate(request)
 
 
 def test_a_long_object(bench: Workbench) -> None:

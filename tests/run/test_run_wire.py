@@ -13,7 +13,7 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SecondClient, WriteNotPermitted
-from conformance.run.wire import check_shape
+from conformance.run.odd_frames import check_shape
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.frames import (
@@ -73,10 +73,20 @@ def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -
     assert raised.value.actual == f"nothing within 50 ms; {heard}"
 
 
+def test_a_response_of_another_length_is_noted_and_taken_as_if_filled_up() -> None:
+    """A device with that one flaw can still be tested for everything else."""
+    with undiscovered(Scripted(lambda data: [CanFrame(0x585, BASELINE[:7])])) as bench:
+        sdo = bench.dialogue()
+        sdo.send(READ)
+        assert sdo.receive() == BASELINE[:7] + b"\0"
+    (found,) = sdo.minor
+    assert found.rule is FRAME_SHAPE
+    assert "DLC 7" in found.actual
+
+
 @pytest.mark.parametrize(
     ("answer", "wrong"),
     [
-        (CanFrame(0x585, BASELINE[:7]), "DLC 7"),
         (CanFrame(0x585, b""), "DLC 0"),
         (CanFrame(0x585, BASELINE, extended=True), "a 29-bit identifier"),
         (CanFrame(0x585, BASELINE[:4], extended=True), "a 29-bit identifier, DLC 4"),

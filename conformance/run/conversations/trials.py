@@ -56,6 +56,7 @@ class Trials:
             self._session.show(())
             converse(conversation, self._ground, self._sdo)
         except Violation as violation:
+            violation.request = violation.request or self._sdo.last_sent
             failure = Failure(conversation, violation, self._session.frames)
             excused = self._sdo.pauses.excuse
             self._recover()

@@ -40,7 +40,7 @@ def perform(
     with lockstep.following():
         STATES[state](sdo, known, size)
         lockstep.check()
-        lockstep.send(stimulus(targets))
+        lockstep.send(stimulus(targets), point=True)
         lockstep.settle(known.mux)
         sdo.upload(known)
         lockstep.check()

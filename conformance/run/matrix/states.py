@@ -22,7 +22,7 @@ Reach = Callable[[Dialogue, KnownObject, int], None]
 
 def idle(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Store a value: the state is idle, and what was before is known."""
-    sdo.download(known, sdo.payload(size), segmented=True)
+    sdo.store(known, sdo.payload(size), segmented=True)
 
 
 def segmented_download(segments: int) -> Reach:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Request
 
 
 class Level(StrEnum):
@@ -43,7 +44,10 @@ class Rule:
 
 
 class Violation(Exception):
-    """A response, or its absence, that a rule does not allow."""
+    """A response, or its absence, that a rule does not allow.
+
+    ``request`` is what had been sent last when it was seen, where somebody took note of that.
+    """
 
     def __init__(self, rule: Rule, *, expected: str, actual: str) -> None:
         """Say in words what the rule asked for and what came instead."""
@@ -51,6 +55,7 @@ class Violation(Exception):
         self.rule = rule
         self.expected = expected
         self.actual = actual
+        self.request: Request | None = None
 
     @property
     def level(self) -> Level:

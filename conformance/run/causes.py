@@ -1,0 +1,172 @@
+"""Causes: what is wrong with a device, each told once however many cases meet it.
+
+A cause is a rule and the kind of answer that broke it. A general rule (``response.answered``) is
+broken in as many ways as there are requests, so there the kind says as well what was asked. A
+cause that cases have met outside their own points *stands*: the suite knows it from then on, and
+steps round it or says that it is in the way.
+"""
+
+import re
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, field
+
+from conformance.sdo.block_client import BlockClient, Step
+from conformance.sdo.describe import describe
+from conformance.sdo.frames import Abort, Request
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import (
+    ANSWERED,
+    FRAME_SHAPE,
+    IDLE_AFTERWARDS,
+    MULTIPLEXER,
+    NO_REBOOT,
+    NOT_REFUSED,
+    SPECIFIER,
+    UNSOLICITED,
+    Rule,
+    Violation,
+    rule_of,
+)
+
+ABORT_ANSWERED = rule_of("abort.not-answered")
+# Broken by an answer of any kind to a request of any kind: the request tells their causes apart.
+GENERAL = {
+    **dict.fromkeys((ANSWERED.id, SPECIFIER.id, NOT_REFUSED.id, UNSOLICITED.id), "to"),
+    **dict.fromkeys((IDLE_AFTERWARDS.id, NO_REBOOT.id), "behind"),
+}
+# Of an abort that breaks these, it does not matter which code it has.
+WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
+NO_ANSWER = "no answer"
+MOST_WORDS = 60
+
+_BYTES = re.compile(r" ?\[[^]]*\]")
+_MULTIPLEXER = re.compile(r" ?\b[0-9A-F]{4}h:[0-9A-F]{2}\b")
+_NUMBER = re.compile(r"\b(?:[0-9A-F]{2}(?: [0-9A-F]{2})+|[0-9A-F]+h|0x[0-9A-Fa-f]+|\d[\d.,]*)\b")
+_ABORT = re.compile(r"^abort\b.*?\b([0-9A-F]{8}h)")
+_MESSAGE = re.compile(
+    r"^(?:block (?:download|upload) initiate response|(?:download|upload) (?:initiate|segment)"
+    r" response|block segment|block acknowledgement|block end response|block end"
+    r"|command specifier)\b"
+)
+_DATA = re.compile(r"^\d+ bytes?: |\breads\b")
+_ODD_FRAME = re.compile(r"^[0-9A-F]+#\S* \((.*)\)")
+_SILENCE = ("nothing", NO_ANSWER, "none within")
+_SORTS = ("expedited", "segmented", "size not indicated")
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Cause:
+    """A rule, by its id, and in words the kind of answer that broke it."""
+
+    rule_id: str
+    answer: str
+
+    def __str__(self) -> str:
+        return f"{self.rule_id}: {self.answer}"
+
+
+def kind_of_answer(actual: str) -> str:
+    """Return what kind of answer a breach describes: no numbers, no objects, no data.
+
+    >>> kind_of_answer("abort 1018h:01, 05040001h (command specifier not valid) [80 18 10 01]")
+    'abort 05040001h'
+    """
+    first = _BYTES.sub("", actual.partition("; ")[0]).strip()
+    if not first or first.startswith(_SILENCE):
+        return NO_ANSWER
+    if abort := _ABORT.match(first):
+        return f"abort {abort[1]}"
+    if message := _MESSAGE.match(first):
+        return message[0]
+    if _DATA.search(first):
+        return "other data"
+    if odd := _ODD_FRAME.match(first):
+        first = odd[1]
+    return _NUMBER.sub("…", _MULTIPLEXER.sub("", first)).splitlines()[0][:MOST_WORDS]
+
+
+def kind_of_request(request: Request) -> str:
+    """Return which request it is, without object, numbers and data.
+
+    >>> kind_of_request(DownloadInitiate.with_size(Multiplexer(0x2010), 20))
+    'download initiate, segmented'
+    """
+    name, *details = _MULTIPLEXER.sub("", describe(request)).split(", ")
+    kind = ", ".join([name, *(sort for sort in _SORTS if sort in details)])
+    return _NUMBER.sub("…", kind.partition(":")[0])
+
+
+def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
+    """Return the cause of a breach.
+
+    ``rule`` is the broken one as the registry has it, ``request`` is what was sent last.
+    """
+    answer = kind_of_answer(violation.actual)
+    behind_abort = isinstance(request, Abort) and answer != NO_ANSWER and rule.id != NO_REBOOT.id
+    if behind_abort or rule.id == ABORT_ANSWERED.id:
+        return Cause(ABORT_ANSWERED.id, "an answer")
+    if rule.id in WHATEVER_CODE and answer.startswith("abort "):
+        answer = "abort"
+    if rule.id in GENERAL:
+        answer = f"{answer} {GENERAL[rule.id]} {kind_of_request(request)}"
+    elif rule.id == FRAME_SHAPE.id:
+        answer = answer.replace("DLC …", "another length than 8")
+    return Cause(rule.id, answer)
+
+
+@dataclass(slots=True)
+class Standing:
+    """A cause that was seen: the case that met it first, and what was wrong there.
+
+    ``aside`` says that no case has failed for it: it was met beside the cases.
+    """
+
+    first_case: str
+    violation: Violation
+    aside: bool = False
+    shown_by: set[str] = field(default_factory=set)
+
+
+Way = Callable[[BlockClient, Multiplexer, bytes], Generator[Step, bytes, object]]
+
+
+class Causes:
+    """What is known to be wrong with one device.
+
+    ``way_to_store`` is how values are written to a device that refuses the ordinary way.
+    """
+
+    def __init__(self) -> None:
+        """Nothing is known to be wrong yet."""
+        self._standing: dict[Cause, Standing] = {}
+        self.way_to_store: Way | None = None
+
+    def __iter__(self) -> Iterator[tuple[Cause, Standing]]:
+        """Yield all causes, in the order in which they were met."""
+        yield from self._standing.items()
+
+    def get(self, cause: Cause) -> Standing | None:
+        """Return what is known of a cause; None for a new one."""
+        return self._standing.get(cause)
+
+    def add(self, cause: Cause, case_id: str, violation: Violation, *, aside: bool) -> Standing:
+        """Take note that a cause was met: ``aside`` of all cases, or by one that fails for it."""
+        standing = self._standing.setdefault(cause, Standing(case_id, violation, aside))
+        if standing.aside and not aside:
+            standing.first_case, standing.violation, standing.aside = case_id, violation, False
+        return standing
+
+    def aside(self) -> list[tuple[Cause, Standing]]:
+        """Return what no case has failed for: it was met beside the cases."""
+        return [(cause, standing) for cause, standing in self if standing.aside]
+
+    @property
+    def aborts_are_answered(self) -> bool:
+        """Whether the device was seen to answer an abort of its client."""
+        return any(cause.rule_id == ABORT_ANSWERED.id for cause in self._standing)
+
+    @property
+    def noisy(self) -> bool:
+        """Whether the device was seen to send what nobody asked for."""
+        unasked = (ABORT_ANSWERED.id, UNSOLICITED.id)
+        return any(cause.rule_id in unasked for cause in self._standing)

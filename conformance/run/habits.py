@@ -1,0 +1,97 @@
+"""What may be wrong with every answer of a device, and would hide all else: tried before the cases.
+
+A device that answers aborts, or sends something behind a confirmation, answers the suite's own
+tidying in every case. Each such habit is provoked once, on its own, so that it is named as what it
+is and the cases can step round it. Nothing is written but the values that are there.
+"""
+
+from collections.abc import Callable
+
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.objects import KnownObject
+from conformance.run.dialogue import Dialogue
+from conformance.run.verdict import INCIDENTAL
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import LARGEST_BLOCK
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    UploadInitiate,
+)
+from conformance.sdo.layout import Message
+from conformance.sdo.rules import Level, Rule, Violation
+
+SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
+FIRST_SEEN = "the beginning of the run"
+
+
+def survey(sdo: Dialogue) -> None:
+    """Provoke what would hide all else, and add what is found to the causes, aside of any case."""
+    for probe in (_abort_while_idle, *_aborts_of_transfers(sdo.device), *_downloads(sdo.device)):
+        try:
+            probe(sdo)
+            sdo.end_transfer()
+            sdo.calm()
+        except (Violation, ServerAborted):
+            # That the device does not serve this is for the cases to find.
+            sdo.end_transfer()
+            sdo.drain()
+    for found in sdo.minor:
+        if found.level is Level.MUST and found.rule not in INCIDENTAL:
+            cause = sdo.cause_of(found)
+            sdo.causes.add(cause, FIRST_SEEN, found, aside=True)
+
+
+Probe = Callable[[Dialogue], None]
+
+
+def _abort_while_idle(sdo: Dialogue) -> None:
+    sdo.send(Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR))
+
+
+def _aborts_of_transfers(device: Device) -> list[Probe]:
+    """Return what begins a transfer of each kind, to be aborted."""
+    begun: list[Message] = []
+    long = max(device.values, key=lambda mux: len(device.values[mux]), default=None)
+    if long is not None and len(device.values[long]) > 4:
+        begun += [UploadInitiate(long), BlockUploadInitiate(long, LARGEST_BLOCK)]
+    for known in _written(device):
+        size = len(device.values[known.mux])
+        begun += [
+            DownloadInitiate.with_size(known.mux, size),
+            BlockDownloadInitiate.with_size(known.mux, size),
+        ]
+    return [_beginning(request) for request in begun]
+
+
+def _beginning(request: Message) -> Probe:
+    def begin(sdo: Dialogue) -> None:
+        sdo.send(request)
+        sdo.receive()
+
+    return begin
+
+
+def _downloads(device: Device) -> list[Probe]:
+    """Return downloads of the values that are there, by each protocol."""
+    return [
+        _downloading(known, segmented=segmented)
+        for known in _written(device)
+        for segmented in (None, True)
+    ]
+
+
+def _downloading(known: KnownObject, *, segmented: bool | None) -> Probe:
+    return lambda sdo: sdo.download(known, sdo.device.values[known.mux], segmented=segmented)
+
+
+def _written(device: Device) -> list[KnownObject]:
+    """Return a number and the shortest string that may be written, where there are any."""
+    writable = [known for known in device.all_writable() if device.values[known.mux]]
+    numbers = [known for known in writable if known.length is not None]
+    others = [known for known in writable if known.varies]
+    shortest = sorted(others, key=lambda known: len(device.values[known.mux]))
+    return [*numbers[:1], *shortest[:1]]

@@ -1,0 +1,194 @@
+"""From what went wrong in a case to its verdict: a cause fails the cases that are about it.
+
+Elsewhere it fails the case that meets it first, and from then on it stands: a case that it keeps
+from its point is not testable, and says what is in the way.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from conformance.bus.errors import BenchError
+from conformance.device.device import NotTestable
+from conformance.run.causes import Cause, Causes, Standing, cause_of
+from conformance.run.verdict import CaseResult, Unimplemented, Verdict
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import describe, describe_response
+from conformance.sdo.frames import (
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegment,
+    DownloadSegmentResponse,
+    Request,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+)
+from conformance.sdo.rules import (
+    MULTIPLEXER,
+    NOT_REFUSED,
+    SPECIFIER,
+    UNSOLICITED,
+    Level,
+    Rule,
+    Violation,
+)
+
+ANSWERS: dict[type, type] = {
+    UploadInitiate: UploadInitiateResponse,
+    UploadSegment: UploadSegmentResponse,
+    DownloadInitiate: DownloadInitiateResponse,
+    DownloadSegment: DownloadSegmentResponse,
+    BlockUploadInitiate: BlockUploadInitiateResponse,
+    BlockDownloadInitiate: BlockDownloadInitiateResponse,
+    BlockEnd: BlockEndResponse,
+}
+# An answer that breaks these may be one to something else.
+WRONG_ANSWERS = frozenset(rule.id for rule in (SPECIFIER, NOT_REFUSED, MULTIPLEXER))
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """What a case is about: its rule, and the rules of the registry that it tests.
+
+    ``generated``: it is one of very many that a machine made, and need not repeat what another of
+    them has shown.
+    """
+
+    rule: Rule
+    cites: tuple[Rule, ...] = ()
+    generated: bool = False
+
+    def is_own(self, rule: Rule) -> bool:
+        """Say whether a breach of a rule is what the case is about."""
+        return rule.id == self.rule.id or any(rule.id == cited.id for cited in self.cites)
+
+    def registered(self, rule: Rule) -> Rule:
+        """Return a rule as the registry has it: the case's own is one that it cites."""
+        return self.cites[0] if self.cites and rule.id == self.rule.id else rule
+
+
+class Judgement:
+    """Makes the verdict of one case from its breaches; the first one that fails it counts."""
+
+    def __init__(self, result: CaseResult, point: Point, causes: Causes) -> None:
+        """``causes`` are those that other cases have met; a new one is added."""
+        self._result = result
+        self._point = point
+        self._causes = causes
+
+    def ended(self, error: BaseException | None, asked: Request, *, own: bool = False) -> None:
+        """Take what ended the case; ``asked`` is what it had sent last.
+
+        ``own``: it is what the case is about, whatever its rule.
+        """
+        result = self._result
+        match error:
+            case None:
+                return
+            case Violation():
+                self.breach(error, asked, own=own, in_the_way=True)
+            case ServerAborted():
+                actual = describe_response(error.abort.encode())
+                refused = Violation(NOT_REFUSED, expected="a positive answer", actual=actual)
+                self.breach(refused, asked, in_the_way=True)
+            case NotTestable():
+                result.verdict, result.actual = Verdict.NOT_TESTABLE, str(error)
+            case Unimplemented():
+                result.verdict, result.actual = Verdict.UNIMPLEMENTED, str(error)
+            case BenchError():
+                result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
+            case _:
+                result.verdict, result.actual = Verdict.FAIL, f"{type(error).__name__}: {error}"
+
+    def breach(
+        self,
+        violation: Violation,
+        asked: Request,
+        *,
+        own: bool = False,
+        in_the_way: bool = False,
+    ) -> None:
+        """Take a breach. ``own``: it is what the case is about, whatever its rule.
+
+        ``in_the_way``: the case ended there.
+        """
+        result = self._result
+        cause = self.cause(violation, asked)
+        if violation.level is Level.SHOULD:
+            if result.verdict in (Verdict.PASS, Verdict.INFO, Verdict.NON_STRICT):
+                self._blame(Verdict.NON_STRICT, violation, cause)
+            return
+        own = own or self._point.is_own(violation.rule)
+        known = self._causes.get(cause)
+        told = known is not None and not known.aside
+        shown = known is not None and self._point.rule.id in known.shown_by
+        repeated = (shown and self._point.generated) if own else told
+        if known is not None and repeated:
+            if in_the_way and result.verdict is not Verdict.FAIL:
+                self._step_back(cause, known, violation)
+            return
+        known = self._causes.add(cause, result.case_id, violation, aside=False)
+        if own:
+            known.shown_by.add(self._point.rule.id)
+        if result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR):
+            result.notes.append(f"also {violation}")
+            return
+        self._blame(Verdict.FAIL, violation, cause)
+
+    def cause(self, violation: Violation, asked: Request) -> Cause:
+        """Return the cause of a breach that was met in this case."""
+        rule = self._point.registered(violation.rule)
+        return cause_of(violation, rule, violation.request or asked)
+
+    def _blame(self, verdict: Verdict, violation: Violation, cause: Cause) -> None:
+        result = self._result
+        result.verdict, result.cause = verdict, str(cause)
+        result.level = violation.level.value
+        result.broken_rule = f"{violation.rule.id}: {violation.rule.sentence}"
+        result.expected, result.actual = violation.expected, violation.actual
+
+    def _step_back(self, cause: Cause, known: Standing, violation: Violation) -> None:
+        result = self._result
+        result.verdict, result.cause = Verdict.NOT_TESTABLE, str(cause)
+        result.actual = (
+            f"{cause} is in the way, see {known.first_case}: "
+            f"expected {violation.expected}; got {violation.actual}"
+        )
+
+
+def crossing(
+    error: BaseException | None, stray: Sequence[bytes], asked: Request
+) -> Violation | None:
+    """Return what was wrong where the true answer came behind what was taken for it.
+
+    ``stray`` is what came behind that. None where it has no answer to ``asked``.
+    """
+    match error:
+        case ServerAborted():
+            actual = describe_response(error.abort.encode())
+        case Violation() if error.rule.id in WRONG_ANSWERS:
+            actual = error.actual
+        case _:
+            return None
+    if not is_answer(stray[0], asked):
+        return None
+    return Violation(
+        UNSOLICITED, expected=f"nothing before the answer to: {describe(asked)}", actual=actual
+    )
+
+
+def is_answer(frame: bytes, request: Request) -> bool:
+    """Say whether a frame is a positive answer to a request, by its specifier and multiplexer."""
+    response = decode_response(frame)
+    kind = ANSWERS.get(type(request))
+    if kind is None or not isinstance(response, kind):
+        return False
+    return getattr(response, "mux", None) == getattr(request, "mux", None)

@@ -1,0 +1,50 @@
+"""Frames that are no proper response, or none that was asked for, as breaches."""
+
+from conformance.run.causes import ABORT_ANSWERED
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import CobId
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import Abort
+from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
+
+MOST_SHOWN = 3
+
+
+def check_shape(frame: CanFrame, response: CobId) -> None:
+    """Raise Violation unless a frame is a data frame of 8 bytes in the format of the channel."""
+    wrong = []
+    if frame.extended != response.extended:
+        wrong.append(f"{'a 29' if frame.extended else 'an 11'}-bit identifier")
+    if frame.remote:
+        wrong.append("a remote frame")
+    if frame.dlc != FRAME_LENGTH:
+        wrong.append(f"DLC {frame.dlc}")
+    if wrong:
+        raise Violation(
+            FRAME_SHAPE,
+            expected=f"a data frame of 8 bytes on {response} with "
+            f"{'a 29' if response.extended else 'an 11'}-bit identifier",
+            actual=f"{frame} ({', '.join(wrong)})",
+        )
+
+
+def unsolicited(frames: list[bytes], expected: str = "no answer") -> Violation:
+    """Build the breach that answers came though none, or fewer, had to come."""
+    shown = [describe_response(frame) for frame in frames[:MOST_SHOWN]]
+    more = [f"{len(frames) - MOST_SHOWN} more"] if len(frames) > MOST_SHOWN else []
+    return Violation(UNSOLICITED, expected=expected, actual="; ".join([*shown, *more]))
+
+
+def unasked(frame: bytes, *, aborted: bool) -> Violation:
+    """Build the breach that a frame came though nothing asked for it.
+
+    ``aborted``: the client had aborted a transfer before.
+    """
+    answers_abort = aborted and isinstance(decode_response(frame), Abort)
+    return Violation(
+        ABORT_ANSWERED if answers_abort else UNSOLICITED,
+        expected="no answer to an abort" if answers_abort else "no further answer",
+        actual=describe_response(frame),
+    )
