@@ -44,13 +44,14 @@ def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str])
 @must("block-sequence.abandoned-download", "3.11-nothing-afterwards")
 def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
     """Segments of a block download that was aborted do not turn up in the next one."""
+    size = sdo.fit(text, 12)
+    kinds = list(WRITE) if sdo.fit(text, 3) == 3 else ["block", "segmented"]
     response = sdo.initiate_block_download(text, len(sdo.prepare(text, 30, least=15)))
     if response.block_size > 2:
         sdo.send_segments([sdo.payload(7), sdo.payload(7)])
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    kinds = list(WRITE) if sdo.fit(text, 3) == 3 else ["block", "segmented"]
     for kind in kinds:
-        data = sdo.payload(sdo.fit(text, 12))
+        data = sdo.payload(size)
         WRITE[kind](sdo, text, data)
         sdo.expect_value(text, data[:3] if kind == "expedited" else data)
 

@@ -216,10 +216,10 @@ def test_client_vanished(sdo: Dialogue, device: Device, kind: str) -> None:
     if kind == "upload":
         busy, _ = sdo.long_object()
         free = next(known for known in two_objects(device) if known.mux != busy.mux)
+    values = [value_for(sdo, device, free) for _ in range(2)]
     with sdo.further() as other:
-        for one, another in ((other, sdo), (sdo, other)):
+        for one, another, value in ((other, sdo, values[0]), (sdo, other, values[1])):
             start(one, kind, busy)
-            value = value_for(sdo, device, free)
             another.download(free, value, segmented=True)
             another.expect_value(free, value)
             another.fence()

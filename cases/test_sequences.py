@@ -22,11 +22,19 @@ PAIRS = {
 Kind = tuple[bool, bool, int]
 
 
+def fitting(sdo: Dialogue, known: KnownObject, kinds: tuple[Kind, ...]) -> list[Kind]:
+    """Return kinds of downloads with sizes that the object takes: asked before any of them."""
+    return [
+        (segmented, sized, sdo.fit(known, size) if segmented else size)
+        for segmented, sized, size in kinds
+    ]
+
+
 @must("sequence.downloads", "3.11-idle", pair=PAIRS)
 def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
     """One download after another to the same object: it holds the second and nothing else."""
-    for segmented, sized, size in pair:
-        data = sdo.payload(sdo.fit(variable, size) if segmented else size)
+    for segmented, sized, size in fitting(sdo, variable, pair):
+        data = sdo.payload(size)
         sdo.store(variable, data, segmented=segmented, sized=sized, exactly=True)
         sdo.expect_value(variable, data)
 
@@ -35,8 +43,8 @@ def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]
 def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
     """Two downloads without a read between them: the object holds the second."""
     data = b""
-    for segmented, sized, size in pair:
-        data = sdo.payload(sdo.fit(variable, size) if segmented else size)
+    for segmented, sized, size in fitting(sdo, variable, pair):
+        data = sdo.payload(size)
         sdo.store(variable, data, segmented=segmented, sized=sized, exactly=True)
     sdo.expect_value(variable, data)
 
@@ -55,9 +63,10 @@ def test_uploads(sdo: Dialogue, device: Device) -> None:
 @must("sequence.upload-then-download", "3.11-idle", size=[3, 7, 20])
 def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download right after an upload of the same object stores its own bytes."""
+    data = sdo.payload(sdo.fit(variable, size))
     sdo.prepare(variable, 17)
     sdo.upload(variable)
-    data = sdo.prepare(variable, size)
+    sdo.store(variable, data)
     sdo.expect_value(variable, data)
 
 

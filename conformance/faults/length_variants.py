@@ -102,7 +102,9 @@ class _FixedLength(AlteredObjects):
     def alter(self, entry: Entry) -> None:
         """Fill the value up once, and keep to its length."""
         if entry.fewest != self.length:
-            entry.value = entry.value.ljust(self.length, b"0")[: self.length]
+            is_wide = entry.data_type is DataType.UNICODE_STRING
+            value = "0".encode("utf-16-le") * self.length if is_wide else entry.value
+            entry.value = value.ljust(self.length, b"0")[: self.length]
         entry.capacity = entry.fewest = self.length
 
 
