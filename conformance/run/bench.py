@@ -18,6 +18,7 @@ from conformance.device.objects import by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
+from conformance.run.causes import Causes
 from conformance.run.channel_steps import TEST_CHANNELS
 from conformance.run.discovery import discover
 from conformance.run.revival import Revival
@@ -144,13 +145,15 @@ class Bench:
         revival = self._revival(channel)
         if revival is not None:
             revival.start()
-        discover(channel, device)
+        causes = Causes()
+        discover(channel, device, causes)
         session = DeviceSession(
             channel,
             device,
             seed=settings.seed,
             cansend_channel=_cansend_channel(settings.bus),
             revival=revival,
+            causes=causes,
         )
         session.survey()
         return session

@@ -134,7 +134,8 @@ class BlockSteps(RoomSteps):
             self.send(request)
             frame = self.receive()
             response = decode_response(frame)
-            self.end_transfer()
+            if self.tracker.open is not None:
+                self.recover()  # the first abort of the run, as often as not: it may be answered
             if not isinstance(response, Abort):
                 return ""
             first = first or describe_response(frame)

@@ -4,7 +4,9 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.device.objects import KnownObject
+from conformance.run.causes import Causes
 from conformance.run.dialogue import Dialogue
+from conformance.run.habits import keep_aside
 from conformance.run.payload import PRINTABLE_OBJECTS
 from conformance.run.steps import EXISTS
 from conformance.run.verdict import Unimplemented
@@ -67,16 +69,16 @@ COMMON = (
 _READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
 
 
-def discover(channel: Channel, device: Device) -> None:
+def discover(channel: Channel, device: Device, causes: Causes | None = None) -> None:
     """Fill in the device's baseline, identity, texts and the values of its objects.
 
     Only reads. What cannot be read stays unknown: the cases will say what is wrong with it. Where
     no EDS lists what there is, the objects that devices commonly have are tried, and the device is
-    asked whether it has block uploads: an EDS would not say that either, but its cases ask.
-    Raises SilentNode when nothing answers.
+    asked whether it has block uploads: an EDS would not say that either, but its cases ask. What is
+    met on the way is added to ``causes``. Raises SilentNode when nothing answers.
     """
     record_baseline(channel, device)
-    sdo = Dialogue(channel, device, _READING, seed=0)
+    sdo = Dialogue(channel, device, _READING, 0, causes)
     for entry in device.objects:
         if entry.access.readable and not entry.refuses_scan:
             _learn(sdo, entry)
@@ -89,6 +91,7 @@ def discover(channel: Channel, device: Device) -> None:
         _ask_for_block_upload(sdo)
     if any(known.varies for known in device.all_writable()):
         _seek_nowhere(sdo)
+    keep_aside(sdo)
 
 
 def _seek_nowhere(sdo: Dialogue) -> None:
@@ -103,8 +106,7 @@ def _seek_nowhere(sdo: Dialogue) -> None:
                 device.nowhere += (mux,)
         except Violation:
             # Other cases say what is wrong with this; one silence is enough.
-            sdo.end_transfer()
-            sdo.drain()
+            sdo.recover()
             return
 
 
@@ -123,8 +125,7 @@ def _ask_for_block_upload(sdo: Dialogue) -> None:
         return  # the refusal is known from now on
     except Violation:
         # Silence, or no answer of SDO: the cases on block uploads will say so.
-        sdo.end_transfer()
-        sdo.drain()
+        sdo.recover()
 
 
 def _try_common(sdo: Dialogue, named: set[Multiplexer]) -> None:
@@ -173,8 +174,8 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
     except (Violation, ServerAborted) as error:
         # A device that answers badly here is tested all the same.
         sdo.device.unreadable[known.mux] = str(error)
-        sdo.end_transfer()
-        sdo.drain()
+        if isinstance(error, Violation):
+            sdo.recover()
         return False
     if known.length is not None and len(value) < known.length:
         sdo.device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"

@@ -37,12 +37,15 @@ def survey(sdo: Dialogue) -> None:
             sdo.calm()
         except (Violation, ServerAborted):
             # That the device does not serve this is for the cases to find.
-            sdo.end_transfer()
-            sdo.drain()
+            sdo.recover()
+    keep_aside(sdo)
+
+
+def keep_aside(sdo: Dialogue) -> None:
+    """Add what was met before the first case to the causes: no case has failed for it yet."""
     for found in sdo.minor:
         if found.level is Level.MUST and found.rule not in INCIDENTAL:
-            cause = sdo.cause_of(found)
-            sdo.causes.add(cause, FIRST_SEEN, found, aside=True)
+            sdo.causes.add(sdo.cause_of(found), FIRST_SEEN, found, aside=True)
 
 
 Probe = Callable[[Dialogue], None]

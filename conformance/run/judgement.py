@@ -4,7 +4,7 @@ Elsewhere it fails the case that meets it first, and from then on it stands: a c
 from its point is not testable, and says what is in the way.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
@@ -78,11 +78,22 @@ class Point:
 class Judgement:
     """Makes the verdict of one case from its breaches; the first one that fails it counts."""
 
-    def __init__(self, result: CaseResult, point: Point, causes: Causes) -> None:
-        """``causes`` are those that other cases have met; a new one is added."""
+    def __init__(
+        self,
+        result: CaseResult,
+        point: Point,
+        causes: Causes,
+        in_doubt: Callable[[], bool] = lambda: False,
+    ) -> None:
+        """``causes`` are those that other cases have met; a new one is added.
+
+        None is added while it is ``in_doubt`` whether it is the device's: nothing else would fail
+        for it any more.
+        """
         self._result = result
         self._point = point
         self._causes = causes
+        self._in_doubt = in_doubt
 
     def ended(self, error: BaseException | None, asked: Request, *, own: bool = False) -> None:
         """Take what ended the case; ``asked`` is what it had sent last.
@@ -128,20 +139,27 @@ class Judgement:
             return
         own = own or self._point.is_own(violation.rule)
         known = self._causes.get(cause)
-        told = known is not None and not known.aside
+        told = known is not None and not (known.aside and in_the_way)
         shown = known is not None and self._point.rule.id in known.shown_by
         repeated = (shown and self._point.generated) if own else told
         if known is not None and repeated:
             if in_the_way and result.verdict is not Verdict.FAIL:
-                self._step_back(cause, known, violation)
+                self._step_back(cause, known, violation, own=own)
             return
-        known = self._causes.add(cause, result.case_id, violation, aside=False)
-        if own:
-            known.shown_by.add(self._point.rule.id)
+        if not self._in_doubt():
+            known = self._causes.add(cause, result.case_id, violation, aside=False)
+            if own:
+                known.shown_by.add(self._point.rule.id)
         if result.verdict in (Verdict.FAIL, Verdict.BENCH_ERROR):
             result.notes.append(f"also {violation}")
             return
         self._blame(Verdict.FAIL, violation, cause)
+
+    def aside(self, violation: Violation, asked: Request) -> None:
+        """Take a breach that the suite's own tidying has met: no case fails for it."""
+        if not self._in_doubt():
+            cause = self.cause(violation, asked)
+            self._causes.add(cause, self._result.case_id, violation, aside=True)
 
     def cause(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach that was met in this case."""
@@ -155,11 +173,12 @@ class Judgement:
         result.broken_rule = f"{violation.rule.id}: {violation.rule.sentence}"
         result.expected, result.actual = violation.expected, violation.actual
 
-    def _step_back(self, cause: Cause, known: Standing, violation: Violation) -> None:
+    def _step_back(self, cause: Cause, known: Standing, violation: Violation, *, own: bool) -> None:
         result = self._result
         result.verdict, result.cause = Verdict.NOT_TESTABLE, str(cause)
+        why = "would show no more" if own else "is in the way"
         result.actual = (
-            f"{cause} is in the way, see {known.first_case}: "
+            f"{cause} {why}, see {known.first_case}: "
             f"expected {violation.expected}; got {violation.actual}"
         )
 

@@ -74,6 +74,12 @@ class Pauses:
         )
 
     @property
+    def in_doubt(self) -> bool:
+        """Whether what was found so far may be due to the bench."""
+        was_silent = self.longest >= self._limit and self._declared
+        return was_silent or self._given_up or self._deaf
+
+    @property
     def excuse(self) -> bool:
         """Whether what is wrong with the device from here on may be due to the bench."""
         was_silent = self.longest >= self._limit and self._declared
@@ -83,7 +89,7 @@ class Pauses:
                 f"bench: it was silent for {self.longest * 1000:.0f} ms, in which a server may "
                 "give up"
             )
-        return was_silent or self._given_up or self._deaf
+        return self.in_doubt
 
     def excuses(self, data: bytes) -> bool:
         """Whether a response that nobody asked for tells of a transfer that was given up."""

@@ -9,7 +9,7 @@ from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.run.afterwards import Leaving, Restorer, leave
-from conformance.run.causes import Causes
+from conformance.run.causes import ABORT_ANSWERED, Causes
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
@@ -64,13 +64,17 @@ class DeviceSession:
         seed: int,
         cansend_channel: str,
         revival: Revival | None = None,
+        causes: Causes | None = None,
     ) -> None:
-        """Take a device that was discovered, and what can bring it back when it is lost."""
+        """Take a device that was discovered, and what can bring it back when it is lost.
+
+        ``causes`` is what the discovery has found to be wrong with it.
+        """
         self.channel = channel
         self.device = device
         self.whole_run = WholeRun()
         self.restorer = Restorer(device)
-        self.causes = Causes()
+        self.causes = Causes() if causes is None else causes
         self.lost = False
         self.revival = revival
         self._seed = seed
@@ -224,10 +228,11 @@ class CaseRun:
         self.sdo = sdo
         self.result = result
         self._session = session
-        self._judgement = Judgement(result, point, session.causes)
+        self._judgement = Judgement(result, point, session.causes, lambda: sdo.pauses.in_doubt)
         self._boot_ups = session.device.boot_ups
         self.bench_error: BenchError | None = None
         self._minor: list[Violation] = []
+        self._tidies = False
         self._begin = time.monotonic()
 
     def conclude(self, error: BaseException | None) -> CaseResult:
@@ -281,6 +286,7 @@ class CaseRun:
 
     def _leave(self, error: BaseException | None) -> Leaving:
         self._session.restorer.expect(self.sdo)
+        self._tidies = self.sdo.tracker.open is not None
         self._minor = list(self.sdo.minor)
         failed = error is not None or any(found.level is Level.MUST for found in self._minor)
         return leave(self.sdo, failed=failed)
@@ -309,7 +315,10 @@ class CaseRun:
             answer = describe_response(leaving.stray[0])
             result.actual += f"; answered after {sdo.answered_after * 1000:.0f} ms: {answer}"
         elif leaving.violation is not None:
-            found.append(leaving.violation)
+            if self._tidies and leaving.violation.rule is ABORT_ANSWERED:
+                self._judgement.aside(leaving.violation, asked)
+            else:
+                found.append(leaving.violation)
         lost = leaving.afterwards is Afterwards.LOST
         for violation in found:
             if violation.rule not in INCIDENTAL:

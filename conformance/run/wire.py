@@ -336,6 +336,14 @@ class Wire:
         for frame in self.fence():
             self.note(unasked(frame, aborted=aborted))
 
+    def recover(self) -> None:
+        """Leave the server idle after a breach, whatever it may still send."""
+        self.end_transfer()
+        try:
+            self.calm()
+        except Violation:
+            self.drain()
+
     def reaction(self) -> bytes | None:
         """Return the answer to what was sent last, or None when there was none.
 

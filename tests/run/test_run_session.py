@@ -426,3 +426,34 @@ def test_a_known_cause_that_stops_nothing_is_told_once(bench: Workbench) -> None
 def test_what_passes_needs_no_evidence(bench: Workbench) -> None:
     result = begin(bench.session()).conclude(None)
     assert (result.verdict, result.trace, result.reproduce) == (Verdict.PASS, [], [])
+
+
+def test_what_the_bench_may_have_caused_does_not_stand(bench: Workbench) -> None:
+    """Else it would be in the way of the next case, and nothing would ever fail for it."""
+    session = bench.session()
+    run = begin(session, "first")
+    run.sdo.pauses.missed(2.0)
+    run.conclude(violation(OTHER))
+    assert begin(session, "second").conclude(violation(OTHER)).verdict is Verdict.FAIL
+
+
+class _Echoing(Recording):
+    """Sends the abort of a transfer back."""
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        running = self.transfer is not None
+        answers = super().receive(frame)
+        return [frame] if running and frame[0] == 0x80 else answers
+
+
+def test_what_tidying_meets_fails_no_case() -> None:
+    """It is a finding of its own, told once."""
+    with discovered(recording(_Echoing)) as bench:
+        session = bench.session()
+        assert session.causes.aside() == []
+        run = begin(session)
+        run.sdo.initiate_download(TEXT, 14)
+        assert run.conclude(None).verdict is Verdict.PASS
+        ((cause, standing),) = session.causes.aside()
+    assert str(cause) == "abort.not-answered: an answer"
+    assert standing.first_case == "a.case"
