@@ -9,13 +9,14 @@ class Lengths:
 
     ``taken`` are some that it has taken. ``most`` is the largest, None as long as nobody had to
     find out; a ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
-    words.
+    words. Shorter values than ``filled`` bytes are filled up to as many.
     """
 
     taken: set[int] = field(default_factory=set)
     most: int | None = None
     fixed: bool = False
     refusal: str = ""
+    filled: int = 0
 
     @property
     def surely(self) -> int | None:
@@ -26,6 +27,8 @@ class Lengths:
         """Return what to write where so many bytes would be best; None if that is to be tried."""
         if self.fixed:
             return self.most
+        if self.filled:
+            return self.filled
         if wanted in self.taken or wanted <= (self.surely or 0):
             return wanted
         return None if self.most is None else min(wanted, self.most)

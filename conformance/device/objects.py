@@ -29,7 +29,8 @@ class KnownObject:
 
     The rest is what an EDS says of it: limits, both included; the value after the defaults were
     loaded, and the one that a DCF configures; the ObjFlags. An entry ``floats`` when the device
-    itself changes it (access rwr).
+    itself changes it (access rwr). ``filled`` is the number of bytes up to which the device was
+    seen to fill shorter values with 00h.
     """
 
     mux: Multiplexer
@@ -42,6 +43,7 @@ class KnownObject:
     configured: bytes | None = None
     flags: int = 0
     floats: bool = False
+    filled: int = 0
 
     @property
     def length(self) -> int | None:

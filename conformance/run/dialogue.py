@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
-from conformance.run.steps import Target, mux_of, same_value, shown
+from conformance.run.steps import Target, filled_up, mux_of, same_value, shown
 from conformance.run.storage_steps import StorageSteps
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.decoding import decode_response
@@ -23,7 +23,7 @@ from conformance.sdo.frames import (
     Request,
 )
 from conformance.sdo.layout import Message
-from conformance.sdo.objects import DataType
+from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import MULTIPLEXER, RESTART, SUBSTITUTE, Rule, Violation
 
 # How often a server may acknowledge a sub-block that does not go on, before it gives up.
@@ -240,6 +240,8 @@ class Dialogue(StorageSteps):
         found = self.upload(known)
         if not same_value(known, found, due):
             raise self.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+        if not same_data(known.data_type, found, due):
+            self.note(filled_up(known, due, found))
 
     @contextmanager
     def unchanged(self, known: KnownObject) -> Iterator[bytes]:

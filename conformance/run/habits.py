@@ -6,10 +6,12 @@ is and the cases can step round it. Nothing is written but the values that are t
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
+from conformance.run.steps import filled_up
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK
@@ -22,10 +24,13 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Message
+from conformance.sdo.objects import DataType
 from conformance.sdo.rules import Level, Rule, Violation
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
 FIRST_SEEN = "the beginning of the run"
+# Of so many bytes, two lengths of which neither is what a wrong count would make of the other.
+SHORT_VALUES = (7, 15)
 
 
 def survey(sdo: Dialogue) -> None:
@@ -43,6 +48,12 @@ def survey(sdo: Dialogue) -> None:
 
 def keep_aside(sdo: Dialogue) -> None:
     """Add what was met before the first case to the causes: no case has failed for it yet."""
+    for known in {one.mux: one for one in _used(sdo.device)}.values():
+        try:
+            _find_filled(sdo, known)
+        except (Violation, ServerAborted, NotTestable):
+            sdo.end_transfer()
+            sdo.drain()
     for found in sdo.minor:
         if found.level is Level.MUST and found.rule not in INCIDENTAL:
             sdo.causes.add(sdo.cause_of(found), FIRST_SEEN, found, aside=True)
@@ -98,3 +109,30 @@ def _written(device: Device) -> list[KnownObject]:
     others = [known for known in writable if known.varies]
     shortest = sorted(others, key=lambda known: len(device.values[known.mux]))
     return [*numbers[:1], *shortest[:1]]
+
+
+def _used(device: Device) -> list[KnownObject]:
+    """Return the strings and domains that cases write to."""
+    return [device.variable(), device.text()] if device.varying() else []
+
+
+def _find_filled(sdo: Dialogue, known: KnownObject) -> None:
+    """Find out whether a device has one length for an object and fills up what is shorter.
+
+    Two short values that read alike long tell that from a wrong count of their bytes. A string may
+    be filled up with 00h; what a case stores there is as long as the object all the same.
+    """
+    found = []
+    for size in SHORT_VALUES:
+        due = sdo.payload(size)
+        sdo.download(known, due)
+        found.append((due, sdo.upload(known)))
+    length = len(found[0][1])
+    due, value = found[-1]
+    if length <= len(due) or any(each != short.ljust(length, b"\0") for short, each in found):
+        return
+    sdo.device.known[known.mux] = replace(known, filled=length)
+    sdo.device.lengths[known.mux].filled = length
+    sdo.device.lengths[known.mux].taken |= {*SHORT_VALUES, length}
+    if known.data_type is not DataType.VISIBLE_STRING:
+        sdo.note(filled_up(known, due, value))

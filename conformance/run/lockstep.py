@@ -39,6 +39,7 @@ def knowledge_of(
                 device.values.get(mux),
                 steady=known.is_steady and mux in device.values,
                 capacity=capacity.get(mux),
+                filled=known.filled,
             )
             for mux in (device.known if about is None else about)
             if (known := device.known.get(mux)) is not None

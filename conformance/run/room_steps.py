@@ -181,7 +181,8 @@ class RoomSteps(Steps):
         A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
         read last.
         """
-        filled = known.data_type is DataType.VISIBLE_STRING and len(found) >= before
+        fills = known.data_type is DataType.VISIBLE_STRING or known.filled > 0
+        filled = fills and len(found) >= before
         if found.strip(b"\0") or (len(found) > 1 and not filled):
             raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
 

@@ -36,6 +36,7 @@ from conformance.sdo.objects import same_data
 from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation, rule_of
 from conformance.sdo.stepping import Ended, Result, advance
 
+VARIABLE_LENGTH = rule_of("data.variable-length")
 Target = Multiplexer | KnownObject
 # An upload that is refused like this met something: it must not count as missing.
 EXISTS = (
@@ -346,8 +347,20 @@ class Steps(Wire):
 
 
 def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
-    """Compare values: the 00h that ends a string is optional."""
-    return same_data(known.data_type, found, due)
+    """Compare values: the 00h that ends a string is optional.
+
+    So is that with which the device is known to fill up values: it is told so elsewhere.
+    """
+    return same_data(known.data_type, found, due, known.filled)
+
+
+def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
+    """Build the breach that a value was filled up with 00h."""
+    return Violation(
+        VARIABLE_LENGTH,
+        expected=f"{known} to take values of {len(due)} bytes",
+        actual=f"shorter values are filled up with 00h, {len(found)} bytes in all",
+    )
 
 
 def shown(data: bytes) -> str:

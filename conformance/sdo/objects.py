@@ -60,15 +60,17 @@ _LENGTHS = {
 }
 
 
-def same_data(data_type: DataType | None, found: bytes, due: bytes) -> bool:
+def same_data(data_type: DataType | None, found: bytes, due: bytes, filled: int = 0) -> bool:
     """Compare values; the 00h that ends a string is optional. None is a type that is not known.
+
+    ``filled`` is the number of bytes up to which an entry fills shorter values up with 00h.
 
     >>> same_data(DataType.VISIBLE_STRING, b"name", b"name" + bytes(1))
     True
     """
     if data_type is DataType.VISIBLE_STRING:
         return found.rstrip(b"\0") == due.rstrip(b"\0")
-    return found == due
+    return found in (due, due.ljust(filled, b"\0"))
 
 
 class Access(StrEnum):

@@ -24,7 +24,8 @@ class Facts:
 
     ``steady`` says that the value stays until a client writes it; without that, values are not
     compared. ``low`` and ``high`` are limits of a number, both included; ``any_value`` says that
-    every value within them is taken. A string or domain surely has room for ``capacity`` bytes.
+    every value within them is taken. A string or domain surely has room for ``capacity`` bytes,
+    and may be known to fill up what is shorter than ``filled`` bytes with 00h.
     """
 
     presence: Presence = Presence.OPEN
@@ -36,6 +37,7 @@ class Facts:
     high: float | None = None
     any_value: bool = False
     capacity: int | None = None
+    filled: int = 0
 
     @property
     def length(self) -> int | None:
@@ -54,7 +56,7 @@ class Facts:
 
     def same(self, found: bytes, due: bytes) -> bool:
         """Compare values: the 00h that ends a string is optional."""
-        return same_data(self.data_type, found, due)
+        return same_data(self.data_type, found, due, self.filled)
 
     def begins(self, found: bytes, due: bytes) -> bool:
         """Say whether ``found`` may be the first bytes of ``due``."""
