@@ -82,7 +82,7 @@ def kind_of_answer(actual: str) -> str:
         return "other data"
     if odd := _ODD_FRAME.match(first):
         first = odd[1]
-    return _NUMBER.sub("…", _MULTIPLEXER.sub("", first)).splitlines()[0][:MOST_WORDS]
+    return _NUMBER.sub("…", _MULTIPLEXER.sub("", first).lstrip()).splitlines()[0][:MOST_WORDS]
 
 
 def kind_of_request(request: Request) -> str:

@@ -1,0 +1,297 @@
+"""What counts as one cause: a rule, and the kind of answer without its numbers."""
+
+import pytest
+
+from conformance.run.causes import (
+    MOST_WORDS,
+    NO_ANSWER,
+    Cause,
+    Causes,
+    cause_of,
+    kind_of_answer,
+    kind_of_request,
+)
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    DownloadInitiate,
+    DownloadSegment,
+    Request,
+    Unknown,
+    UploadInitiate,
+    UploadSegment,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import (
+    ANSWERED,
+    FRAME_SHAPE,
+    IDLE_AFTERWARDS,
+    MULTIPLEXER,
+    NO_REBOOT,
+    NOT_REFUSED,
+    SPECIFIER,
+    TOGGLE,
+    UNSOLICITED,
+    Rule,
+    Violation,
+    rule_of,
+)
+
+MUX = Multiplexer(0x2010, 1)
+READ = UploadInitiate(MUX)
+ABORT = Abort(MUX, AbortCode.GENERAL_ERROR)
+
+
+def violation(rule: Rule, actual: str) -> Violation:
+    return Violation(rule, expected="another thing", actual=actual)
+
+
+def from_hex(frame: str) -> str:
+    return describe_response(bytes.fromhex(frame))
+
+
+# The kind of answer
+
+
+@pytest.mark.parametrize(
+    ("frame", "kind"),
+    [
+        ("80 18 10 01 01 00 04 05", "abort 05040001h"),
+        ("80 00 00 00 01 00 04 05", "abort 05040001h"),
+        ("80 18 10 01 FF 00 00 00", "abort 000000FFh"),
+        ("9F 18 10 01 00 00 00 08", "abort 08000000h"),
+        ("60 10 20 00 00 00 00 00", "download initiate response"),
+        ("60 10 20 00 01 02 03 04", "download initiate response"),
+        ("43 00 10 00 91 01 0F 00", "upload initiate response"),
+        ("41 10 20 00 15 00 00 00", "upload initiate response"),
+        ("20 00 00 00 00 00 00 00", "download segment response"),
+        ("30 00 00 00 00 00 00 00", "download segment response"),
+        ("0D 41 00 00 00 00 00 00", "upload segment response"),
+        ("A4 10 20 00 7F 00 00 00", "block download initiate response"),
+        ("C6 10 20 00 15 00 00 00", "block upload initiate response"),
+        ("A2 05 7F 00 00 00 00 00", "block acknowledgement"),
+        ("A1 00 00 00 00 00 00 00", "block end response"),
+        ("C9 34 12 00 00 00 00 00", "block end"),
+        ("E0 00 00 00 00 00 00 00", "command specifier"),
+        ("FF 18 10 01 00 00 00 00", "command specifier"),
+    ],
+)
+def test_the_kind_of_a_frame_has_no_numbers_but_the_code_of_an_abort(frame: str, kind: str) -> None:
+    assert kind_of_answer(from_hex(frame)) == kind
+
+
+@pytest.mark.parametrize(
+    "actual",
+    [
+        "",
+        "nothing within 1000 ms",
+        "no answer",
+        f"no answer; {from_hex('80 18 10 01 01 00 04 05')}",
+        "none within 50 ms",
+        "nothing within 250 ms; heard on other identifiers: 586#4300100091010F00",
+    ],
+)
+def test_silence_is_one_kind(actual: str) -> None:
+    assert kind_of_answer(actual) == NO_ANSWER
+
+
+@pytest.mark.parametrize(
+    "actual", ["4 bytes: 11 22 33 44", "1 byte: 00", "2010h:01 reads 3 bytes: 61 62 63"]
+)
+def test_data_is_one_kind(actual: str) -> None:
+    assert kind_of_answer(actual) == "other data"
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "kind"),
+    [
+        ("ackseq 5", "ackseq 126", "ackseq …"),
+        ("n=3", "n=6", "n=…"),
+        ("2010h:01 has CRC 1D0Fh", "2011h:00 has CRC 0000h", "has CRC …"),
+        (
+            "585#4300100091 (DLC 5)",
+            "585#430010009101 (DLC 6)",
+            "DLC …",
+        ),
+        (
+            "585#R8 (a remote frame, DLC 0)",
+            "585#R8 (a remote frame, DLC 4)",
+            "a remote frame, DLC …",
+        ),
+        (
+            "12 segments behind number 3",
+            "1,270 segments behind number 127",
+            "… segments behind number …",
+        ),
+    ],
+)
+def test_what_differs_in_numbers_alone_is_of_one_kind(one: str, other: str, kind: str) -> None:
+    assert kind_of_answer(one) == kind_of_answer(other) == kind
+
+
+def test_the_first_of_several_frames_says_the_kind() -> None:
+    abort, read = from_hex("80 18 10 01 01 00 04 05"), from_hex("43 00 10 00 91 01 0F 00")
+    assert kind_of_answer(f"{read}; {abort}") == "upload initiate response"
+    assert kind_of_answer(f"{abort}; {read}; 17 more") == "abort 05040001h"
+
+
+def test_a_kind_is_a_line_and_short() -> None:
+    assert kind_of_answer("it said\nmuch more") == "it said"
+    assert kind_of_answer("word " * 40) == ("word " * 40)[:MOST_WORDS]
+
+
+# The kind of request
+
+
+@pytest.mark.parametrize(
+    ("request_", "kind"),
+    [
+        (READ, "upload initiate"),
+        (UploadSegment(toggle=1), "upload segment request"),
+        (DownloadInitiate.with_data(MUX, b"\1\2"), "download initiate, expedited"),
+        (DownloadInitiate.with_size(MUX, 20), "download initiate, segmented"),
+        (DownloadInitiate.with_size(MUX, None), "download initiate, segmented, size not indicated"),
+        (DownloadSegment.with_data(b"ABC", toggle=1, last=True), "download segment"),
+        (BlockUploadInitiate(MUX, 127), "block upload initiate"),
+        (BlockUploadStart(), "block upload start"),
+        (BlockDownloadInitiate.with_size(MUX, 20), "block download initiate"),
+        (BlockSegment(7, b"ABCDEFG", last=True), "block segment …"),
+        (BlockAck(5, 127), "block acknowledgement"),
+        (BlockEnd(3, 0x1D0F), "block end"),
+        (ABORT, "abort"),
+        (
+            Unknown(bytes.fromhex("E0 10 20 01 00 00 00 00")),
+            "command specifier …",
+        ),
+        (Unknown(b"\x40\x10"), "… bytes instead of …"),
+    ],
+)
+def test_a_request_has_neither_object_nor_numbers(request_: Request, kind: str) -> None:
+    assert kind_of_request(request_) == kind
+
+
+# Causes
+
+
+@pytest.mark.parametrize(
+    ("rule", "request_", "actual", "cause"),
+    [
+        # A rule of one place says all.
+        (TOGGLE, READ, "t=1", "t=…"),
+        # A general rule is told apart by the request.
+        (ANSWERED, READ, "nothing within 1000 ms", "no answer to upload initiate"),
+        (
+            ANSWERED,
+            BlockSegment(127, b"ABCDEFG"),
+            "nothing within 1000 ms",
+            "no answer to block segment …",
+        ),
+        (
+            SPECIFIER,
+            READ,
+            "command specifier FFh, which is not defined",
+            "command specifier to upload initiate",
+        ),
+        (
+            NOT_REFUSED,
+            DownloadInitiate.with_size(MUX, 20),
+            from_hex("80 10 20 01 02 00 01 06"),
+            "abort 06010002h to download initiate, segmented",
+        ),
+        (
+            IDLE_AFTERWARDS,
+            DownloadSegment.with_data(b"ABC", toggle=0),
+            "no answer",
+            "no answer behind download segment",
+        ),
+        (
+            NO_REBOOT,
+            Unknown(b"\xff" + bytes(7)),
+            "the device booted",
+            "the device booted behind command specifier …",
+        ),
+        # The code of an abort that is wrong as such does not matter.
+        (MULTIPLEXER, READ, from_hex("80 00 00 00 00 00 02 06"), "abort"),
+        (UNSOLICITED, READ, from_hex("80 10 20 01 00 00 00 08"), "abort to upload initiate"),
+        # Every other length is the same breach.
+        (FRAME_SHAPE, READ, "585#4300100091 (DLC 5)", "another length than 8"),
+        (
+            FRAME_SHAPE,
+            READ,
+            "585#4300100091010F00 (a 29-bit identifier)",
+            "a …-bit identifier",
+        ),
+    ],
+)
+def test_cause(rule: Rule, request_: Request, actual: str, cause: str) -> None:
+    assert cause_of(violation(rule, actual), rule, request_) == Cause(rule.id, cause)
+
+
+@pytest.mark.parametrize("rule", [UNSOLICITED, MULTIPLEXER, SPECIFIER, IDLE_AFTERWARDS])
+@pytest.mark.parametrize("frame", ["80 10 20 01 00 00 00 08", "43 00 10 00 91 01 0F 00"])
+def test_whatever_answers_an_abort_is_one_cause(rule: Rule, frame: str) -> None:
+    cause = cause_of(violation(rule, from_hex(frame)), rule, ABORT)
+    assert cause == Cause("abort.not-answered", "an answer")
+
+
+def test_silence_and_a_boot_behind_an_abort_are_no_answers_to_it() -> None:
+    silence = cause_of(violation(IDLE_AFTERWARDS, "no answer"), IDLE_AFTERWARDS, ABORT)
+    assert silence == Cause(IDLE_AFTERWARDS.id, "no answer behind abort")
+    boot = cause_of(violation(NO_REBOOT, "the device booted"), NO_REBOOT, ABORT)
+    assert boot.rule_id == NO_REBOOT.id
+
+
+def test_a_cause_in_words() -> None:
+    assert str(Cause(TOGGLE.id, "t=…")) == f"{TOGGLE.id}: t=…"
+
+
+# What stands
+
+
+CAUSE = Cause(TOGGLE.id, "t=…")
+
+
+def test_what_was_met_beside_the_cases_is_aside_until_a_case_fails_for_it() -> None:
+    causes = Causes()
+    first = violation(TOGGLE, "t=1")
+    causes.add(CAUSE, "the beginning of the run", first, aside=True)
+    assert [cause for cause, _ in causes.aside()] == [CAUSE]
+    later = violation(TOGGLE, "t=0")
+    standing = causes.add(CAUSE, "a.case", later, aside=False)
+    assert causes.aside() == []
+    assert (standing.first_case, standing.violation) == ("a.case", later)
+
+
+def test_the_case_that_met_it_first_stays() -> None:
+    causes = Causes()
+    for case_id in ("first", "second"):
+        causes.add(CAUSE, case_id, violation(TOGGLE, "t=1"), aside=False)
+    causes.add(CAUSE, "beside", violation(TOGGLE, "t=1"), aside=True)
+    standing = causes.get(CAUSE)
+    assert standing is not None
+    assert (standing.first_case, standing.aside) == ("first", False)
+    assert [cause for cause, _ in causes] == [CAUSE]
+    assert causes.get(Cause(TOGGLE.id, "another")) is None
+
+
+@pytest.mark.parametrize(
+    ("rule", "noisy", "answers_aborts"),
+    [
+        (rule_of("abort.not-answered"), True, True),
+        (UNSOLICITED, True, False),
+        (TOGGLE, False, False),
+    ],
+    ids=lambda value: value.id if isinstance(value, Rule) else str(value),
+)
+def test_what_the_suite_has_to_mind(rule: Rule, *, noisy: bool, answers_aborts: bool) -> None:
+    causes = Causes()
+    assert not causes.noisy
+    causes.add(Cause(rule.id, "an answer"), "a.case", violation(rule, "something"), aside=True)
+    assert (causes.noisy, causes.aborts_are_answered) == (noisy, answers_aborts)

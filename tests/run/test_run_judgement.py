@@ -1,0 +1,137 @@
+"""What was wrong where the true answer came behind what was taken for it."""
+
+import pytest
+
+from conformance.run.judgement import Point, crossing, is_answer
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import describe_response
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockEnd,
+    BlockEndResponse,
+    BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegment,
+    DownloadSegmentResponse,
+    Request,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+    UploadSegmentResponse,
+)
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.rules import (
+    MULTIPLEXER,
+    NOT_REFUSED,
+    SPECIFIER,
+    TOGGLE,
+    UNSOLICITED,
+    Level,
+    Rule,
+    Violation,
+)
+
+MUX, OTHER = Multiplexer(0x2010), Multiplexer(0x1018, 1)
+READ = UploadInitiate(MUX)
+VALUE = UploadInitiateResponse.with_data(MUX, b"\1\2\3\4").encode()
+ABORT = Abort(MUX, AbortCode.GENERAL_ERROR)
+REFUSED = ServerAborted(ABORT)
+
+
+# What may be the answer to a request
+
+
+@pytest.mark.parametrize(
+    ("request_", "answer"),
+    [
+        (READ, UploadInitiateResponse.with_data(MUX, b"\1")),
+        (READ, UploadInitiateResponse.with_size(MUX, 20)),
+        (UploadSegment(), UploadSegmentResponse.with_data(b"ABC", toggle=1)),
+        (DownloadInitiate.with_size(MUX, 20), DownloadInitiateResponse(MUX)),
+        (DownloadSegment.with_data(b"ABC", toggle=0), DownloadSegmentResponse(toggle=1)),
+        (BlockUploadInitiate(MUX, 127), BlockUploadInitiateResponse.with_size(MUX, 20)),
+        (BlockDownloadInitiate.with_size(MUX, 20), BlockDownloadInitiateResponse(MUX, 127)),
+        (BlockEnd(0), BlockEndResponse()),
+    ],
+)
+def test_an_answer_has_the_specifier_that_belongs_to_its_request(
+    request_: Request, answer: Message
+) -> None:
+    assert is_answer(answer.encode(), request_)
+    assert not is_answer(ABORT.encode(), request_)
+
+
+@pytest.mark.parametrize(
+    ("request_", "frame"),
+    [
+        (READ, UploadInitiateResponse.with_data(OTHER, b"\1")),
+        (DownloadInitiate.with_size(MUX, 20), DownloadInitiateResponse(OTHER)),
+        (DownloadInitiate.with_size(MUX, 20), DownloadSegmentResponse()),
+        (BlockUploadInitiate(MUX, 127), UploadInitiateResponse.with_data(MUX, b"\1")),
+        (ABORT, UploadInitiateResponse.with_data(MUX, b"\1")),
+        (BlockAck(5, 127), BlockEndResponse()),
+    ],
+)
+def test_another_object_or_specifier_is_no_answer(request_: Request, frame: Message) -> None:
+    assert not is_answer(frame.encode(), request_)
+
+
+# Crossing
+
+
+def wrong(rule: Rule, actual: str = describe_response(ABORT.encode())) -> Violation:
+    return Violation(rule, expected="another thing", actual=actual)
+
+
+@pytest.mark.parametrize(
+    "error", [REFUSED, *(wrong(rule) for rule in (SPECIFIER, NOT_REFUSED, MULTIPLEXER))], ids=str
+)
+def test_what_came_before_the_true_answer_came_unasked(error: Exception) -> None:
+    crossed = crossing(error, [VALUE], READ)
+    assert crossed is not None
+    assert crossed.rule is UNSOLICITED
+    assert crossed.expected == "nothing before the answer to: upload initiate 2010h:00"
+    assert crossed.actual == describe_response(ABORT.encode())
+
+
+@pytest.mark.parametrize(
+    "error", [None, wrong(TOGGLE), wrong(UNSOLICITED), AssertionError("of the user's own")], ids=str
+)
+def test_what_cannot_be_the_answer_to_something_else_has_crossed_nothing(
+    error: Exception | None,
+) -> None:
+    assert crossing(error, [VALUE], READ) is None
+
+
+@pytest.mark.parametrize(
+    "stray", [ABORT.encode(), UploadInitiateResponse.with_data(OTHER, b"\1").encode()]
+)
+def test_a_refusal_with_no_answer_behind_it_is_a_refusal(stray: bytes) -> None:
+    assert crossing(REFUSED, [stray, VALUE], READ) is None
+
+
+# Points
+
+
+OWN = Rule("a.case", "7.2.4", Level.MUST, "What the case is about.")
+
+
+def test_a_case_is_about_its_rule_and_those_that_it_cites() -> None:
+    point = Point(OWN, (TOGGLE, SPECIFIER))
+    assert point.is_own(OWN)
+    assert point.is_own(TOGGLE)
+    assert point.is_own(SPECIFIER)
+    assert not point.is_own(UNSOLICITED)
+
+
+def test_causes_name_the_rule_as_the_registry_has_it() -> None:
+    """Else the same defect had a cause with each of the cases about it."""
+    assert Point(OWN, (TOGGLE, SPECIFIER)).registered(OWN) is TOGGLE
+    assert Point(OWN, (TOGGLE,)).registered(SPECIFIER) is SPECIFIER
+    assert Point(OWN).registered(OWN) is OWN
