@@ -53,6 +53,17 @@ def test_what_is_known_afterwards() -> None:
     assert added == {0x1001: Access.RO, 0x1017: Access.RO, 0x1200: Access.RO}
 
 
+def test_a_device_that_answers_aborts_is_known_as_one_that_does_not() -> None:
+    """The answer to an abort is not taken for that to the next read, nor left to the cases."""
+    with discovered(build_node(None, NODE_ID)) as bench:
+        right = bench.device
+    with discovered(build_node("every-abort-answered", NODE_ID)) as bench:
+        assert bench.channel.receive(HASTY) is None
+        assert bench.device.values == right.values
+        assert bench.device.unreadable == right.unreadable
+        assert bench.device.nowhere == right.nowhere
+
+
 def test_nothing_is_written() -> None:
     server = recording()
     with discovered(server):

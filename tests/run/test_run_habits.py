@@ -1,12 +1,114 @@
-"""What is wrong with every answer of a device is found before the first case."""
+"""What hides everything else is found before the first case, and is told as what it is."""
 
 import pytest
-from run_bench import DOMAIN, TEXT, Recording, discovered, recording
+from run_bench import (
+    DOMAIN,
+    NODE_ID,
+    NUMBER,
+    RULE,
+    TEXT,
+    Recording,
+    discovered,
+    recording,
+)
 
 from conformance.device.objects import KnownObject
+from conformance.faults.catalogue import build_node
+from conformance.findings import Findings
+from conformance.run.habits import FIRST_SEEN
+from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.objects import DataType, Entry
-from conformance.sdo.rules import Level, Rule
+from conformance.sdo.rules import Level, Rule, rule_of
+
+ANSWERED = "abort.not-answered: an answer"
+
+
+def aside(session: DeviceSession) -> list[str]:
+    return [str(cause) for cause, _ in session.causes.aside()]
+
+
+def test_nothing_is_found_at_a_server_that_is_right() -> None:
+    """And what is written there is what was there."""
+    server = recording()
+    before = server.values()
+    with discovered(server) as bench:
+        session = bench.session()
+        session.survey()
+        assert list(session.causes) == []
+        assert server.transfer is None
+        assert begin_and_abort(session) is Verdict.PASS
+    written = {str(mux) for mux, _ in server.writes}
+    assert written == {"2001h:00", "2010h:00", "2011h:00"}, "a number, a string and a domain"
+    assert server.values() == before
+
+
+def begin_and_abort(session: DeviceSession) -> Verdict:
+    """Conclude a case that ends by aborting what it has begun."""
+    run = session.begin("a.case", "a service", RULE)
+    run.sdo.initiate_download(TEXT, 14)
+    run.sdo.end_transfer()
+    run.sdo.upload(NUMBER)
+    return run.conclude(None).verdict
+
+
+@pytest.mark.parametrize(
+    ("fault", "causes"),
+    [
+        ("every-abort-answered", [ANSWERED]),
+        ("upload-toggle-ignored", []),
+        ("no-block-transfer", []),
+    ],
+)
+def test_a_habit_is_found_and_other_defects_are_left_to_the_cases(
+    fault: str, causes: list[str]
+) -> None:
+    with discovered(build_node(fault, NODE_ID)) as bench:
+        session = bench.session()
+        session.survey()
+        assert aside(session) == causes
+        assert {known.first_case for _, known in session.causes} <= {FIRST_SEEN}
+
+
+def test_a_case_steps_round_a_habit_that_was_found() -> None:
+    """Its own aborts are answered, and that is none of its business."""
+    with discovered(build_node("every-abort-answered", NODE_ID)) as bench:
+        session = bench.session()
+        session.survey()
+        assert begin_and_abort(session) is Verdict.PASS
+        assert aside(session) == [ANSWERED], "no case has failed for it"
+
+
+def test_the_case_about_a_habit_fails_for_it() -> None:
+    with discovered(build_node("every-abort-answered", NODE_ID)) as bench:
+        session = bench.session()
+        session.survey()
+        for _ in range(2):
+            rule = rule_of("abort.not-answered")
+            run = session.begin("abort.frame", "abort", rule)
+            run.sdo.initiate_download(TEXT, 14)
+            run.sdo.end_transfer()
+            result = run.conclude(None)
+            assert (result.verdict, result.cause) == (Verdict.FAIL, ANSWERED)
+        assert aside(session) == []
+
+
+def test_what_the_survey_has_found_and_no_case_has_told_is_told_at_the_end() -> None:
+    with discovered(build_node("every-abort-answered", NODE_ID)) as bench:
+        session = bench.session()
+        session.survey()
+        findings = Findings()
+        findings.close(session, judged=0)
+    (line,) = findings.beside
+    assert line.startswith(f"{FIRST_SEEN}: ")
+    assert "80 00 00 00 01 00 04 05" in line
+    other = Findings()
+    other.add(findings.as_dict())
+    assert other.beside == findings.beside, "also where another process has found it"
+
+
+# Values that are filled up
+
 
 STORED = Rule("test.stored", "7.2.4", Level.MUST, "A value is stored.")
 LENGTH = 300
