@@ -147,7 +147,11 @@ def test_permissions_have_names(permission: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "hint"),
-    [("nmtt", "Did you mean 'nmt'?"), ("sdo", "Known: clear-errors, configuration-date, "), ("NMT", "Known")],
+    [
+        ("nmtt", "Did you mean 'nmt'?"),
+        ("sdo", "Known: clear-errors, configuration-date, "),
+        ("NMT", "Known"),
+    ],
 )
 def test_no_permission_of_that_name(name: str, hint: str) -> None:
     with pytest.raises(PermissionNameError, match=hint.replace("?", r"\?")):
