@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost, SilentNode, SuiteError
-from conformance.device.known_deviations import write_deviations
+from conformance.device.known_deviations import Deviation, write_deviations
 from conformance.outcome import Evidence, SummaryTerminal
 from conformance.reporting.bus_log import merge_logs
 from conformance.reporting.causes import cause_lines, counted_causes
@@ -18,7 +18,8 @@ from conformance.reporting.summary import (
     run_properties,
     summary_lines,
 )
-from conformance.run.accounting import draft
+from conformance.run.accounting import stale_entries
+from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.running import ExitCode
 from conformance.state import RunState
@@ -40,6 +41,7 @@ class Closing:
         self._shows_all = shows_all
         self._told: set[tuple[int, str]] = set()
         self._repeated: set[str] = set()
+        self._stale: list[Deviation] = []
 
     # Results
 
@@ -94,12 +96,20 @@ class Closing:
         if self._controller is not None:
             merge_logs(self._logs_of_workers(self._controller), state.bus_log)
         if state.results:
+            self._stale = stale_entries(
+                state.options.deviations,
+                state.results,
+                partly=findings.partly,
+                beside=findings.broken_beside,
+            )
             self._write_junit()
             if state.options.draft is not None:
                 self._draft(state.options.draft)
         if findings.bench_errors:
             session.exitstatus = _exit_code(findings.bench_errors)
-        elif session.exitstatus == pytest.ExitCode.OK and (findings.unjudged or findings.beside):
+        elif session.exitstatus == pytest.ExitCode.OK and (
+            findings.unjudged or findings.beside or self._stale
+        ):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def _write_junit(self) -> None:
@@ -107,6 +117,8 @@ class Closing:
         properties = run_properties(state.options.run) | findings.properties
         if findings.unrestored:
             properties["not-restored"] = "; ".join(findings.unrestored)
+        if self._stale:
+            properties["stale-deviations"] = "; ".join(map(str, self._stale))
         try:
             state.report_dir.mkdir(parents=True, exist_ok=True)
             write_junit(
@@ -120,7 +132,13 @@ class Closing:
             findings.bench_errors.append(BenchError(f"The report cannot be written: {error}."))
 
     def _draft(self, path: Path) -> None:
-        drafted = draft(self._state.results, strict=self._state.options.strict)
+        state = self._state
+        drafted = draft(
+            state.results,
+            state.options.deviations,
+            strict=state.options.strict,
+            beside=state.findings.broken_beside,
+        )
         try:
             write_deviations(path, drafted)
         except OSError as error:
@@ -146,6 +164,12 @@ class Closing:
             write(f"came too late, after {unjudged}", red=True)
         for beside in findings.beside:
             write(f"beside the cases, at {beside}", red=True)
+        for stale in self._stale:
+            write(
+                f"stale deviation: {stale} ({stale.reason}) excused nothing in this run: delete "
+                "its entry from the known deviations",
+                red=True,
+            )
         for unrestored in findings.unrestored:
             write(f"not restored: {unrestored}")
         if findings.bench_errors:

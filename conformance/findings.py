@@ -1,9 +1,11 @@
 """What a process found beside the results of its cases: told to the user, and between processes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from conformance.bus.errors import BenchError, error_named
+from conformance.device.known_deviations import Deviation
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import CaseResult
 
@@ -16,7 +18,8 @@ class Findings:
     beside the cases and none has failed for, ``unrestored`` lines that say what to write back by
     hand; ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
     run did not come to, because it was ended before; ``stopped`` says what has stopped a device
-    that was brought back;
+    that was brought back; ``partly`` names known deviations for several cases of which some were
+    not selected, ``broken_beside`` the rules that were broken beside the cases, known or not;
     ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
     """
 
@@ -28,19 +31,29 @@ class Findings:
     out: dict[int, str] = field(default_factory=dict)
     unreached: list[CaseResult] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
+    partly: list[str] = field(default_factory=list)
+    broken_beside: list[str] = field(default_factory=list)
     wrong_use: str = ""
 
-    def close(self, session: DeviceSession, *, judged: int) -> None:
+    def close(
+        self, session: DeviceSession, *, judged: int, known: Sequence[Deviation] = ()
+    ) -> None:
         """Take what a device's part of the run leaves behind.
 
-        ``judged`` is how many of its late answers a case has judged.
+        ``judged`` is how many of its late answers a case has judged; what a rule alone excuses of
+        what is ``known`` to be wrong is no finding.
         """
+        excused = {deviation.rule for deviation in known if deviation.case is None}
         self.unjudged += [
             f"{incident.case_id}: {incident.violation}"
             for incident in session.whole_run.late[judged:]
         ]
+        aside = session.causes.aside()
+        self.broken_beside += [cause.rule_id for cause, _ in aside]
         self.beside += [
-            f"{standing.first_case}: {standing.violation}" for _, standing in session.causes.aside()
+            f"{standing.first_case}: {standing.violation}"
+            for cause, standing in aside
+            if cause.rule_id not in excused
         ]
         self.unrestored += [
             f"write {value} to {mux} of node {session.device.node_id}"
@@ -58,6 +71,8 @@ class Findings:
             "out": self.out,
             "unreached": [result.as_dict() for result in self.unreached],
             "stopped": self.stopped,
+            "partly": self.partly,
+            "broken_beside": self.broken_beside,
             "wrong_use": self.wrong_use,
         }
 
@@ -71,4 +86,6 @@ class Findings:
         self.out |= values["out"]
         self.unreached += map(CaseResult.from_dict, values["unreached"])
         self.stopped += values["stopped"]
+        self.partly += values["partly"]
+        self.broken_beside += values["broken_beside"]
         self.wrong_use = self.wrong_use or values["wrong_use"]

@@ -235,11 +235,11 @@ def _path(config: pytest.Config, option: str) -> Path | None:
 
 
 def _deviations(config: pytest.Config, description: Description) -> tuple[Deviation, ...]:
-    """Return what is known to fail: what a file of its own says of a case overrides device.toml."""
+    """Return what is known to fail: what a file of its own lists overrides device.toml."""
     path = _path(config, "deviations")
     named = () if path is None else read_deviations(path)
-    overridden = {deviation.case for deviation in named}
-    kept = [known for known in description.deviations if known.case not in overridden]
+    overridden = {deviation.key for deviation in named}
+    kept = [known for known in description.deviations if known.key not in overridden]
     return (*named, *kept)
 
 

@@ -1,7 +1,7 @@
 """A run within pytest: the bench is opened, each case judged; ``closing`` reports on it."""
 
 from collections import defaultdict
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager
 from enum import IntEnum
 
@@ -22,11 +22,12 @@ from conformance.outcome import (
 )
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.summary import device_properties
-from conformance.run.accounting import account
+from conformance.run.accounting import Scope, account
 from conformance.run.bench import Bench
 from conformance.run.losses import MOST_IN_A_ROW, Losses
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.rules import RULES
 from conformance.state import CASE_RUN, REACHED, RESULT, RunState, case_of, left_out, uses_device
 from conformance.suite_errors import (
     comes_from_here,
@@ -59,24 +60,45 @@ class Running:
         self._state = state
         self._has_begun = False
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
+        self._scope: Scope | None = None
 
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
     ) -> None:
-        """Hold the known deviations to the cases that there are."""
+        """Hold the known deviations to the cases and rules that there are."""
         options = self._state.options
+        if not options.deviations or not options.run.node_ids:
+            return
         some = config.args_source is pytest.Config.ArgsSource.ARGS or config.getoption(
             "lf", default=False
         )
-        if some or not options.run.node_ids:
+        cases = [case_of(item) for item in items]
+        self._scope = Scope(options.deviations, [case.tested_rules for case in cases])
+        if some:
+            self._state.findings.partly += map(str, self._scope.shared)
             return
-        unknown = unknown_case(options.deviations, (case_of(item).case_id for item in items))
+        unknown = unknown_case(
+            options.deviations,
+            (case.case_id for case in cases),
+            {rule.id for rule in RULES}.union(*[case.tested_rules for case in cases]),
+        )
         if unknown is None:
             return
         if not options.share.worker:
             raise pytest.UsageError(unknown)
         self._state.findings.wrong_use = unknown
         self._leave_out_all("wrong use")
+
+    def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
+        """Note which known deviations a selection says nothing of: it leaves out their cases."""
+        if self._scope is None:
+            return
+        cases = [case_of(item) for item in items]
+        self._state.findings.partly += [
+            str(known)
+            for known in self._scope.shared
+            if any(self._scope.is_about(known, case.case_id, case.tested_rules) for case in cases)
+        ]
 
     # The bench
 
@@ -310,7 +332,8 @@ class Running:
             except BenchError as error:
                 state.findings.bench_errors.append(error)
             for node_id, device in state.bench.sessions.items():
-                state.findings.close(device, judged=state.judged_late_answers[node_id])
+                judged, known = state.judged_late_answers[node_id], state.options.deviations
+                state.findings.close(device, judged=judged, known=known)
         if state.log is not None:
             state.log.close()
         if state.options.share.worker:

@@ -79,6 +79,11 @@ class ItemCase:
     cites: tuple[Rule, ...] = ()
     risk: Risk | None = None
 
+    @property
+    def tested_rules(self) -> set[str]:
+        """The ids of the rules that the case tests, with its own."""
+        return {self.rule.id, *(rule.id for rule in self.cites)}
+
 
 def uses_device(item: pytest.Item) -> bool:
     """Say whether a test talks to a device."""

@@ -62,7 +62,7 @@ def _take_back(result: CaseResult) -> None:
         f"expected {result.expected}; got {result.actual}"
     )
     result.verdict, result.actual = Verdict.NOT_TESTABLE, NOT_JUDGED
-    result.broken_rule = result.expected = ""
+    result.broken_rule = result.expected = result.cause = ""
 
 
 def suite_error(error: BaseException) -> SuiteError:

@@ -1,37 +1,85 @@
-"""Known deviations of a device: cases that are known to fail, each with the reason why it may.
+"""Known deviations of a device: what is known to fail, each with the reason why it may.
 
 [[deviations]]
 case = "block-download.crc-mismatch"
 reason = "ticket 123: the CRC is not checked before release 2"
 rule = "block.crc"        # optional: excused only while this is the rule that it breaks
+
+[[deviations]]
+case = "matrix.idle[*"    # several cases: * is any text, ? any character, nothing else is special
+rule = "abort.code"
+reason = "ticket 124"
+
+[[deviations]]
+rule = "abort.not-answered"   # whatever case it fails
+reason = "ticket 125"
 """
 
-import difflib
 import json
-from collections.abc import Iterable
+import re
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from conformance.device.files import nearest
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 
 NO_REASON = "no reason given yet: say why it may stay"
 TABLE = "deviations"
 _WANTED = "write a text that is not empty"
+_WILD = re.compile(r"[*?]")
 
 
 @dataclass(frozen=True, slots=True)
 class Deviation:
-    """A case that fails on this device. ``rule`` is the id of the rule that it breaks, if told."""
+    """What fails on this device: a case, those that a glob names, or whatever breaks a rule.
 
-    case: str
+    ``rule`` is the id of the rule that is broken, if told; without a ``case`` it is.
+    """
+
+    case: str | None
     reason: str
     rule: str | None = None
+
+    def __str__(self) -> str:
+        rule = "" if self.rule is None else f"rule {self.rule}"
+        return ", ".join(filter(None, [self.case or "", rule]))
 
     @property
     def is_explained(self) -> bool:
         """Whether somebody has filled in the reason of a draft."""
         return self.reason != NO_REASON
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether it is about one case."""
+        return self.case is not None and _WILD.search(self.case) is None
+
+    @property
+    def key(self) -> tuple[str | None, str | None]:
+        """What no other entry of a list has: one case is listed once, for whatever rule."""
+        return (self.case, None if self.is_exact else self.rule)
+
+    @property
+    def breadth(self) -> tuple[int, bool]:
+        """How much it excuses: of several entries the narrowest counts."""
+        return (0 if self.is_exact else 1 if self.case is not None else 2, self.rule is None)
+
+    def names(self, case_id: str) -> bool:
+        """Say whether a case is one that may fail, if only by the rule."""
+        return self.case is None or _pattern(self.case).fullmatch(case_id) is not None
+
+    def excuses(self, case_id: str, broken: Collection[str]) -> bool:
+        """Say whether a case may have failed by breaking these rules."""
+        return self.names(case_id) and (self.rule is None or self.rule in broken)
+
+
+@lru_cache(maxsize=256)
+def _pattern(glob: str) -> re.Pattern[str]:
+    parts = {"*": ".*", "?": "."}
+    return re.compile("".join(parts.get(each, re.escape(each)) for each in glob), re.DOTALL)
 
 
 def read_deviations(path: Path) -> tuple[Deviation, ...]:
@@ -48,48 +96,68 @@ def deviations_in(file: TomlFile, top: Table) -> tuple[Deviation, ...]:
     entries: Any = top.read(TABLE, anything, "", [])
     if not isinstance(entries, list):
         raise file.error(f"write [[{TABLE}]], in double brackets.", "", TABLE)
-    found: dict[str, Deviation] = {}
+    found: dict[object, Deviation] = {}
     for position, entry in enumerate(entries):
         table = Table(file, TABLE, entry, position)
-        case = table.read("case", text_of, _WANTED, "")
+        case = table.read("case", text_of, _WANTED, None)
         reason = table.read("reason", text_of, _WANTED, "")
         rule = table.read("rule", text_of, _WANTED, None)
         table.finish()
-        if not case or not reason:
+        if (case is None and rule is None) or not reason:
             raise file.error(
-                "a deviation needs a case and a reason, which says why it is excused.",
+                "a deviation needs a case or a rule, and a reason, which says why it is excused.",
                 TABLE,
-                "case" if case else "reason",
+                "reason" if reason else "case" if case else "rule" if rule else "",
                 position,
             )
-        if case in found:
-            raise file.error(f"{case} is listed twice.", TABLE, "case", position)
-        found[case] = Deviation(case, reason, rule)
+        deviation = Deviation(case, reason, rule)
+        if deviation.key in found:
+            listed = deviation.case if deviation.is_exact else deviation
+            key = "rule" if case is None else "case"
+            raise file.error(f"{listed} is listed twice.", TABLE, key, position)
+        found[deviation.key] = deviation
     return tuple(found.values())
 
 
-def unknown_case(deviations: Iterable[Deviation], case_ids: Iterable[str]) -> str | None:
-    """Return a sentence on the first entry whose case does not exist, None if all do."""
-    known = set(case_ids)
+def unknown_case(
+    deviations: Iterable[Deviation], case_ids: Iterable[str], rule_ids: Iterable[str]
+) -> str | None:
+    """Return a sentence on the first entry whose case or rule does not exist, None if all do."""
+    cases, rules = set(case_ids), set(rule_ids)
     for deviation in deviations:
-        if deviation.case not in known:
-            near = difflib.get_close_matches(deviation.case, sorted(known), n=1, cutoff=0.4)
-            hint = f" Did you mean {near[0]!r}?" if near else ""
+        case, rule = deviation.case, deviation.rule
+        if rule is not None and rule not in rules:
             return (
-                f"The known deviations name a case that does not exist: {deviation.case!r}.{hint} "
-                "--collect-only lists all cases."
+                f"The known deviations name a rule that does not exist: {rule!r}."
+                f"{_hint(rule, rules)} conformance rules lists all rules."
             )
+        if case is None or case in cases or any(deviation.names(known) for known in cases):
+            continue
+        what = (
+            "a case that does not exist" if deviation.is_exact else "cases of which there is none"
+        )
+        return (
+            f"The known deviations name {what}: {case!r}."
+            f"{_hint(_WILD.sub('', case), cases)} --collect-only lists all cases."
+        )
     return None
+
+
+def _hint(name: str, known: Iterable[str]) -> str:
+    near = nearest(name, sorted(known))
+    return f" Did you mean {near!r}?" if near else ""
 
 
 def write_deviations(path: Path, deviations: Iterable[Deviation]) -> None:
     """Write a list that ``read_deviations`` reads; raises OSError."""
     lines = [
-        "# Known deviations, drafted from a run. Say in each reason why it may stay; a case that",
-        "# is listed here and passes fails the run until its entry goes.",
+        "# Known deviations, drafted from a run. Say in each reason why it may stay; what is",
+        "# listed here and does not fail any more fails the run until its entry goes.",
     ]
     for deviation in deviations:
-        lines += ["", "[[deviations]]", f"case = {_quoted(deviation.case)}"]
+        lines += ["", "[[deviations]]"]
+        if deviation.case is not None:
+            lines.append(f"case = {_quoted(deviation.case)}")
         if deviation.rule is not None:
             lines.append(f"rule = {_quoted(deviation.rule)}")
         lines.append(f"reason = {_quoted(deviation.reason)}")

@@ -91,11 +91,7 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
         for result in results
         if result.verdict in (Verdict.NON_STRICT, Verdict.INFO)
     ]
-    lines += [
-        f"{result.verdict.value}: {result.case_id}: {result.reason}"
-        for result in results
-        if result.verdict is Verdict.KNOWN_DEVIATION
-    ]
+    lines += _known_lines(results)
     lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
     missing = Counter(
         result.actual
@@ -107,6 +103,22 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")
     return list(dict.fromkeys(lines))  # several devices may say the same
+
+
+def _known_lines(results: Sequence[CaseResult]) -> list[str]:
+    """Return a line for each reason why cases may fail, and how many it has excused."""
+    excused: dict[str, list[str]] = {}
+    for result in results:
+        if result.verdict is Verdict.KNOWN_DEVIATION:
+            excused.setdefault(result.reason, []).append(result.case_id)
+    return [
+        f"{Verdict.KNOWN_DEVIATION.value}: {cases[0]}{_and_more(cases)}: {reason}"
+        for reason, cases in excused.items()
+    ]
+
+
+def _and_more(cases: Sequence[str]) -> str:
+    return f" and {counted(len(cases) - 1)} more" if len(cases) > 1 else ""
 
 
 def not_run_lines(results: Sequence[CaseResult]) -> list[str]:

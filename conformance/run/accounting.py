@@ -1,55 +1,117 @@
 """What the list of known deviations makes of results: excused, stale, or neither."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
-from conformance.device.known_deviations import NO_REASON, Deviation
+from conformance.device.known_deviations import Deviation
+from conformance.run.causes import GENERAL
 from conformance.run.verdict import CaseResult, Verdict
+
+# They say that a case was tried, and what came of it.
+JUDGED = (
+    Verdict.PASS,
+    Verdict.NON_STRICT,
+    Verdict.INFO,
+    Verdict.FAIL,
+    Verdict.KNOWN_DEVIATION,
+    Verdict.STALE,
+)
+CUT_SHORT = (Verdict.NOT_RUN, Verdict.BENCH_ERROR)
+# They say what is wrong with the device; with one of these an entry has its reason still.
+MEETING = (Verdict.KNOWN_DEVIATION, Verdict.NON_STRICT, Verdict.NOT_TESTABLE)
 
 
 def account(result: CaseResult, deviations: Sequence[Deviation], *, strict: bool) -> None:
     """Change the verdict of a case that is listed.
 
-    One that fails for the stated cause is a known deviation; one that passes is stale. What fails
-    for another cause, is skipped or is a bench error stays what it is. ``strict`` counts what
-    misses a SHOULD as failed, as the run does.
+    One that fails for the stated cause is a known deviation; one that is listed by its id and
+    passes is stale. What fails for another cause, is skipped or is a bench error stays what it is.
+    ``strict`` counts what misses a SHOULD as failed, as the run does.
     """
-    deviation = next((known for known in deviations if known.case == result.case_id), None)
-    if deviation is None:
-        return
+    listed = sorted(
+        (known for known in deviations if known.names(result.case_id)),
+        key=lambda known: known.breadth,
+    )
     match result.verdict:
         case Verdict.FAIL:
-            _excuse(result, deviation)
+            _excuse(result, listed)
         case Verdict.NON_STRICT if strict:
-            _excuse(result, deviation)
+            _excuse(result, listed)
         case Verdict.PASS | Verdict.INFO:
-            result.verdict = Verdict.STALE
-            result.expected = f"the known deviation: {deviation.reason}"
-            result.actual = "the case passes: delete its entry from the known deviations"
+            exact = next((known for known in listed if known.is_exact), None)
+            if exact is not None:
+                result.verdict = Verdict.STALE
+                result.expected = f"the known deviation: {exact.reason}"
+                result.actual = "the case passes: delete its entry from the known deviations"
 
 
-def _excuse(result: CaseResult, deviation: Deviation) -> None:
-    if deviation.rule is not None and deviation.rule != result.broken_rule_id:
-        result.notes.append(
-            f"listed as a known deviation from {deviation.rule} ({deviation.reason}), "
-            f"which does not excuse {result.broken_rule_id or 'this'}"
-        )
-        return
-    result.verdict, result.reason = Verdict.KNOWN_DEVIATION, deviation.reason
+def _excuse(result: CaseResult, listed: Sequence[Deviation]) -> None:
+    for known in listed:
+        if known.excuses(result.case_id, result.broken_rules):
+            result.verdict, result.reason = Verdict.KNOWN_DEVIATION, known.reason
+            return
+    result.notes += [
+        f"listed as a known deviation from {known.rule} ({known.reason}), "
+        f"which does not excuse {result.broken_rule_id or 'this'}"
+        for known in listed
+        if known.is_exact
+    ]
 
 
-def draft(results: Iterable[CaseResult], *, strict: bool) -> list[Deviation]:
-    """Return the list that would excuse each failure of a run, with the reasons known already.
+# Entries for several cases
 
-    A case that broke different rules on different devices is listed without its rule.
+
+class Scope:
+    """Which cases the entries for several of them are about.
+
+    One with a glob is about those that it names. A rule alone is about the cases that test it; one
+    that any case may break, or that no case tests, is about all of them.
     """
-    failed = {Verdict.FAIL, Verdict.KNOWN_DEVIATION} | ({Verdict.NON_STRICT} if strict else set())
-    found: dict[str, Deviation] = {}
-    for result in results:
-        if result.verdict not in failed:
-            continue
-        rule = result.broken_rule_id or None
-        known = found.get(result.case_id)
-        if known is not None and known.rule != rule:
-            rule = None
-        found[result.case_id] = Deviation(result.case_id, result.reason or NO_REASON, rule)
-    return list(found.values())
+
+    def __init__(self, deviations: Iterable[Deviation], tested: Iterable[Collection[str]]) -> None:
+        """``tested`` has the rules that each case of the run tests."""
+        self.shared = [known for known in deviations if not known.is_exact]
+        self._tested = {rule for rules in tested for rule in rules} - set(GENERAL)
+
+    def is_about(self, known: Deviation, case_id: str, tested: Collection[str]) -> bool:
+        """Say whether an entry is about a case, which tests these rules."""
+        if known.case is None and known.rule in self._tested:
+            return known.rule in tested
+        return known.names(case_id)
+
+
+def stale_entries(
+    deviations: Iterable[Deviation],
+    results: Sequence[CaseResult],
+    *,
+    partly: Collection[str] = (),
+    beside: Collection[str] = (),
+) -> list[Deviation]:
+    """Return the entries for several cases that excused nothing though all of them were run.
+
+    ``partly`` names entries of which the run has left cases out, ``beside`` the rules that the
+    device broke outside of all cases.
+    """
+    scope = Scope(deviations, [result.tested_rules for result in results])
+    stale = []
+    for known in scope.shared:
+        about = [
+            result
+            for result in results
+            if scope.is_about(known, result.case_id, result.tested_rules)
+        ]
+        if (
+            str(known) not in partly
+            and not (known.case is None and known.rule in beside)
+            and any(result.verdict in JUDGED for result in about)
+            and not any(result.verdict in CUT_SHORT for result in about)
+            and not any(_meets(result, known) for result in results)
+        ):
+            stale.append(known)
+    return stale
+
+
+def _meets(result: CaseResult, known: Deviation) -> bool:
+    """Say whether a case has met what an entry is for; one that only might have has not."""
+    if result.verdict not in MEETING:
+        return False
+    return bool(result.broken_rules) and known.excuses(result.case_id, result.broken_rules)

@@ -145,6 +145,8 @@ class Judgement:
         if known is not None and repeated:
             if in_the_way and result.verdict is not Verdict.FAIL:
                 self._step_back(cause, known, violation, own=own)
+            elif str(cause) not in result.met:
+                result.met.append(str(cause))
             return
         if not self._in_doubt():
             known = self._causes.add(cause, result.case_id, violation, aside=False)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Self
 
-from conformance.sdo.rules import FILLER, RESERVED
+from conformance.sdo.rules import FILLER, RESERVED, rule_of
 
 # Flaws that a device may have in every answer: they are judged once, for the whole run.
 INCIDENTAL = (RESERVED, FILLER)
@@ -42,6 +42,11 @@ class Unimplemented(Exception):
     """An optional service was properly refused; the text holds the refusal."""
 
 
+def rule_of_cause(cause: str) -> str:
+    """Return the id of the rule of a cause; empty for none."""
+    return cause.partition(":")[0]
+
+
 @dataclass(slots=True)
 class CaseResult:
     """One case on one device: what was required, what happened, and the frames.
@@ -53,7 +58,7 @@ class CaseResult:
     a known deviation may be one, ``output`` what a device that was lost has written last;
     ``progress`` says how many of its examples a random case has tried. ``cause`` is
     what is wrong with the device, the rule and the kind of answer: the same text for all cases that
-    it fails, or keeps from their point.
+    it fails, or keeps from their point; ``met`` are causes that the case has stepped round.
     """
 
     case_id: str
@@ -78,11 +83,22 @@ class CaseResult:
     output: list[str] = field(default_factory=list)
     progress: str = ""
     cause: str = ""
+    met: list[str] = field(default_factory=list)
 
     @property
     def broken_rule_id(self) -> str:
         """The id of the broken rule; empty for an own test that failed by itself."""
         return self.broken_rule.partition(":")[0]
+
+    @property
+    def broken_rules(self) -> set[str]:
+        """The ids of the broken rule and of the rule of its cause, as far as there are any."""
+        return {self.broken_rule_id, rule_of_cause(self.cause)} - {""}
+
+    @property
+    def tested_rules(self) -> set[str]:
+        """The ids of the rules that the case tests; its own is its name without a variation."""
+        return {self.case_id.partition("[")[0], *(rule_of(row).id for row in self.rows)}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""

@@ -19,8 +19,9 @@ TEXTS = st.text(
     st.characters(exclude_categories=["Cs"], exclude_characters="\0"), min_size=1
 ).filter(str.strip)
 LISTS = st.lists(
-    st.builds(Deviation, case=TEXTS, reason=TEXTS, rule=st.none() | TEXTS),
-    unique_by=lambda deviation: deviation.case,
+    st.builds(Deviation, case=TEXTS, reason=TEXTS, rule=st.none() | TEXTS)
+    | st.builds(Deviation, case=st.none(), reason=TEXTS, rule=TEXTS),
+    unique_by=lambda deviation: deviation.key,
 )
 
 
@@ -39,10 +40,24 @@ def test_a_list(tmp_path: Path) -> None:
         case = "abort.frame"
         reason = "ticket 2"
         rule = "response.frame"
+        [[deviations]]
+        case = "abort.*"
+        reason = "ticket 3"
+        rule = "response.frame"
+        [[deviations]]
+        case = "abort.*"
+        reason = "ticket 4"
+        rule = "response.answered"
+        [[deviations]]
+        reason = "ticket 5"
+        rule = "response.frame"
     """
     assert read(tmp_path, text) == (
         Deviation("upload.size[8]", "ticket 1"),
         Deviation("abort.frame", "ticket 2", "response.frame"),
+        Deviation("abort.*", "ticket 3", "response.frame"),
+        Deviation("abort.*", "ticket 4", "response.answered"),
+        Deviation(None, "ticket 5", "response.frame"),
     )
 
 
@@ -54,13 +69,16 @@ WRONG = {
     'deviations = "all"': "line 1: write [[deviations]], in double brackets",
     "[deviations]": "line 1: write [[deviations]], in double brackets",
     "deviations = [1]": "line 1: deviations has to be a table: write [deviations]",
-    '[[deviations]]\ncase = "a"': "line 2: a deviation needs a case and a reason",
-    '[[deviations]]\nreason = "a"': "line 2: a deviation needs a case and a reason",
+    '[[deviations]]\ncase = "a"': "line 2: a deviation needs a case or a rule, and a reason",
+    '[[deviations]]\nreason = "a"': "line 2: a deviation needs a case or a rule, and a reason",
+    '[[deviations]]\nrule = "a"': "line 2: a deviation needs a case or a rule, and a reason",
     '[[deviations]]\ncase = "a"\nreason = ""': "line 3: reason = '': write a text",
     '[[deviations]]\ncase = "a"\nreason = 3': "line 3: reason = '3': write a text",
     '[[deviations]]\ncase = "a"\nrule = []': "line 3: rule = '[]': write a text",
     '[[deviations]]\ncase = "a"\nraeson = "b"': "line 3: there is no key 'raeson' in [deviations]",
     '[[deviations]]\ncase = "a"\nreason = "b"\n' * 2: "line 5: a is listed twice",
+    '[[deviations]]\ncase = "a*"\nreason = "b"\n' * 2: "line 5: a* is listed twice",
+    '[[deviations]]\nrule = "a"\nreason = "b"\n' * 2: "line 5: rule a is listed twice",
     "[[deviation]]": "line 1: there is no key 'deviation'. Did you mean 'deviations'?",
     "[[deviations": "no TOML: ",
     "case = \xff": "line 1: the text is not in UTF-8",
@@ -82,12 +100,58 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
         read_deviations(tmp_path / "none.toml")
 
 
-def test_a_case_that_does_not_exist() -> None:
-    known = ["upload.size[8]", "abort.frame"]
-    assert unknown_case([Deviation("abort.frame", "x")], known) is None
-    text = unknown_case([Deviation("abort.farme", "x")], known)
+KNOWN = ["upload.size[8]", "abort.frame"]
+RULES = ["response.frame", "abort.frame"]
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        Deviation("abort.frame", "x"),
+        Deviation("abort.frame", "x", "response.frame"),
+        Deviation("upload.size[*", "x"),
+        Deviation("upload.size[?]", "x"),
+        Deviation("*", "x", "abort.frame"),
+        Deviation(None, "x", "response.frame"),
+    ],
+)
+def test_what_exists(known: Deviation) -> None:
+    assert unknown_case([known], KNOWN, RULES) is None
+
+
+@pytest.mark.parametrize(
+    ("known", "said"),
+    [
+        (Deviation("abort.farme", "x"), "'abort.farme'. Did you mean 'abort.frame'?"),
+        (Deviation("upload.szie[*", "x"), "'upload.szie[*'. Did you mean 'upload.size[8]'?"),
+        (Deviation("upload.size[8*8]", "x"), "cases of which there is none: 'upload.size[8*8]'"),
+        (Deviation(None, "x", "response.farme"), "Did you mean 'response.frame'?"),
+        (Deviation("abort.frame", "x", "zzz"), "a rule that does not exist: 'zzz'. conformance"),
+    ],
+)
+def test_what_does_not_exist(known: Deviation, said: str) -> None:
+    text = unknown_case([known], KNOWN, RULES)
     assert text is not None
-    assert "'abort.farme'. Did you mean 'abort.frame'?" in text
+    assert said in text
+
+
+@pytest.mark.parametrize(
+    ("case", "named", "others"),
+    [
+        ("a.b[8]", ["a.b[8]"], ["a.b8", "a.b[8]x"]),
+        ("a.b[?]", ["a.b[8]"], ["a.b[]", "a.b[88]"]),
+        ("a.*", ["a.", "a.b[8]", "a.b\n"], ["ab", "x.a."]),
+        ("*b*", ["a.b[8]", "b"], ["a"]),
+        (None, ["a", ""], []),
+    ],
+)
+def test_the_cases_that_an_entry_names(
+    case: str | None, named: list[str], others: list[str]
+) -> None:
+    """Ids hold brackets, which stand for themselves; only * and ? do not."""
+    known = Deviation(case, "x", "a.rule")
+    assert all(known.names(case_id) for case_id in named)
+    assert not any(known.names(case_id) for case_id in others)
 
 
 @given(deviations=LISTS)

@@ -18,7 +18,8 @@ def listing(pytester: pytest.Pytester, *deviations: Deviation) -> str:
     """Write a list; return the option that names it."""
     lines = []
     for deviation in deviations:
-        lines += ["[[deviations]]", f"case = '{deviation.case}'", f"reason = '{deviation.reason}'"]
+        lines += ["[[deviations]]", f"reason = '{deviation.reason}'"]
+        lines += [f"case = '{deviation.case}'"] if deviation.case else []
         lines += [f"rule = '{deviation.rule}'"] if deviation.rule else []
     (pytester.path / "known.toml").write_text("\n".join(lines), encoding="utf-8")
     return "--deviations=known.toml"
@@ -100,6 +101,75 @@ def test_a_case_that_does_not_exist(pytester: pytest.Pytester, workers: tuple[st
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *'upload.identiy'*Did you mean 'upload.identity'?*"])
     assert "passed" not in result.parseoutcomes()
+
+
+@pytest.mark.parametrize(
+    ("known", "said"),
+    [
+        (
+            Deviation("uplaod.identity*", "x"),
+            "'uplaod.identity[*]'*Did you mean 'upload.identity'?",
+        ),
+        (
+            Deviation(None, "x", "upload.identiy"),
+            "'upload.identiy'*Did you mean 'upload.identity'?",
+        ),
+    ],
+    ids=["glob", "rule"],
+)
+def test_cases_or_a_rule_that_do_not_exist(
+    pytester: pytest.Pytester, known: Deviation, said: str
+) -> None:
+    result = self_test(pytester, listing(pytester, known), "-k", "abort.frame")
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"ERROR: *{said}*"])
+
+
+SEVERAL = [
+    Deviation("upload.iden*", "ticket 6"),
+    Deviation("upload.iden*", "ticket 6", "upload.identity"),
+    Deviation(None, "ticket 6", "upload.identity"),
+]
+
+
+@pytest.mark.parametrize("known", SEVERAL, ids=str)
+def test_an_entry_for_several_cases(pytester: pytest.Pytester, known: Deviation) -> None:
+    """It excuses what it is about; what excuses nothing has to go."""
+    result = self_test(pytester, *WRONG, listing(pytester, known))
+    assert result.ret == pytest.ExitCode.OK
+    assert result.parseoutcomes()["xfailed"] == 1
+    result = self_test(pytester, "-k", "upload.identity", listing(pytester, known))
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines([f"stale deviation: {known} (ticket 6) excused nothing *"])
+
+
+@pytest.mark.parametrize("known", SEVERAL, ids=str)
+def test_an_entry_for_several_cases_that_were_not_selected(
+    pytester: pytest.Pytester, known: Deviation
+) -> None:
+    listed = listing(pytester, known)
+    result = self_test(pytester, "-k", "abort.frame", listed)
+    assert result.ret == pytest.ExitCode.OK
+    result.stdout.no_fnmatch_line("stale deviation*")
+    pytester.makepyfile(test_mine="def test_reads(sdo):\n    sdo.fence()")
+    assert self_test(pytester, "test_mine.py", listed).ret == pytest.ExitCode.OK
+
+
+def test_stale_in_workers(pytester: pytest.Pytester) -> None:
+    nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--report-dir=left behind")
+    listed = listing(pytester, Deviation("upload.ident*", "ticket 6"))
+    for selection, ret in (("upload.identity", 1), ("abort.frame", 0)):
+        options = ("--self-test", *nodes, listed, "-k", selection)
+        assert pytester.runpytest_subprocess(*options).ret == ret
+
+
+def test_a_cause_that_any_case_meets(pytester: pytest.Pytester) -> None:
+    """One rule excuses it, in each selection, in the cases and beside them."""
+    answers = ("--fault=every-abort-answered", "--simulated", "--response-timeout=0.1")
+    known = Deviation(None, "ticket 8", "abort.not-answered")
+    for selection in ("upload.identity or upload.size", "abort.not-answered"):
+        result = self_test(pytester, *answers, "-k", selection, listing(pytester, known))
+        assert result.ret == pytest.ExitCode.OK, selection
 
 
 def test_a_case_that_was_not_selected(pytester: pytest.Pytester) -> None:

@@ -2,19 +2,25 @@
 
 import pytest
 
-from conformance.device.known_deviations import NO_REASON, Deviation
-from conformance.run.accounting import account, draft
+from conformance.device.known_deviations import Deviation
+from conformance.run.accounting import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
 
 LISTED = Deviation("a.case", "ticket 1")
 FOR_THE_RULE = Deviation("a.case", "ticket 1", "the.rule")
 FOR_ANOTHER = Deviation("a.case", "ticket 1", "another.rule")
 ELSEWHERE = Deviation("a.case[8]", "ticket 1")
+GLOB = Deviation("a.*", "ticket 1")
+GLOB_FOR_ANOTHER = Deviation("a.*", "ticket 2", "another.rule")
+RULE = Deviation(None, "ticket 1", "the.rule")
+RULE_OF_THE_CAUSE = Deviation(None, "ticket 1", "a.cause")
 
 
 def result(verdict: Verdict, rule: str = "the.rule", case_id: str = "a.case") -> CaseResult:
     broken = f"{rule}: Its sentence: with a colon." if rule else ""
-    return CaseResult(case_id, "service", 5, "MUST", "7.2.4", "", verdict, broken_rule=broken)
+    made = CaseResult(case_id, "service", 5, "MUST", "7.2.4", "", verdict, broken_rule=broken)
+    made.cause = "a.cause: no answer" if rule else ""
+    return made
 
 
 @pytest.mark.parametrize(
@@ -26,6 +32,14 @@ def result(verdict: Verdict, rule: str = "the.rule", case_id: str = "a.case") ->
         (Verdict.FAIL, [ELSEWHERE], False, Verdict.FAIL),
         (Verdict.FAIL, [ELSEWHERE, LISTED], False, Verdict.KNOWN_DEVIATION),
         (Verdict.FAIL, [], False, Verdict.FAIL),
+        (Verdict.FAIL, [GLOB], False, Verdict.KNOWN_DEVIATION),
+        (Verdict.FAIL, [GLOB_FOR_ANOTHER], False, Verdict.FAIL),
+        (Verdict.FAIL, [RULE], False, Verdict.KNOWN_DEVIATION),
+        (Verdict.FAIL, [RULE_OF_THE_CAUSE], False, Verdict.KNOWN_DEVIATION),
+        (Verdict.FAIL, [FOR_ANOTHER, GLOB], False, Verdict.KNOWN_DEVIATION),
+        (Verdict.PASS, [GLOB], False, Verdict.PASS),
+        (Verdict.PASS, [RULE], False, Verdict.PASS),
+        (Verdict.INFO, [RULE], False, Verdict.INFO),
         (Verdict.NON_STRICT, [LISTED], False, Verdict.NON_STRICT),
         (Verdict.NON_STRICT, [LISTED], True, Verdict.KNOWN_DEVIATION),
         (Verdict.NON_STRICT, [FOR_ANOTHER], True, Verdict.NON_STRICT),
@@ -72,26 +86,61 @@ def test_a_stale_entry_says_what_to_do() -> None:
     assert "delete its entry" in case.actual
 
 
-def test_a_draft() -> None:
-    excused = result(Verdict.FAIL, case_id="excused")
-    account(excused, [Deviation("excused", "ticket 7")], strict=False)
-    results = [
-        result(Verdict.FAIL, "one.rule", "failed"),
-        result(Verdict.NON_STRICT, "soft.rule", "soft"),
-        result(Verdict.FAIL, "", "own"),
-        result(Verdict.FAIL, "one.rule", "two-causes"),
-        result(Verdict.FAIL, "other.rule", "two-causes"),
-        *(
-            result(verdict, case_id=verdict.value)
-            for verdict in (Verdict.PASS, Verdict.BENCH_ERROR, Verdict.STALE, Verdict.INFO)
-        ),
-        excused,
-    ]
-    drafted = [
-        Deviation("failed", NO_REASON, "one.rule"),
-        Deviation("own", NO_REASON),
-        Deviation("two-causes", NO_REASON),
-        Deviation("excused", "ticket 7", "the.rule"),
-    ]
-    assert draft(results, strict=False) == drafted
-    assert Deviation("soft", NO_REASON, "soft.rule") in draft(results, strict=True)
+def test_the_narrowest_entry_counts() -> None:
+    wide, narrow = Deviation("a.*", "wide"), Deviation("a.case", "narrow")
+    for listed in ([wide, narrow], [narrow, wide], [Deviation(None, "rule", "the.rule"), wide]):
+        case = result(Verdict.FAIL)
+        account(case, listed, strict=False)
+        assert case.reason == ("narrow" if narrow in listed else "wide")
+
+
+FAILS = result(Verdict.FAIL)
+KNOWN = result(Verdict.KNOWN_DEVIATION)
+PASSES = result(Verdict.PASS, rule="")
+PASSES_TOO = result(Verdict.PASS, rule="", case_id="a.case[8]")
+ELSEWHERE_PASSES = result(Verdict.PASS, rule="", case_id="the.rule[1]")
+SKIPPED = result(Verdict.UNIMPLEMENTED, rule="")
+KEPT_AWAY = result(Verdict.NOT_TESTABLE)
+NOT_REACHED = result(Verdict.NOT_RUN, rule="", case_id="a.case[9]")
+
+
+@pytest.mark.parametrize(
+    ("known", "found", "stale"),
+    [
+        (GLOB, [PASSES, PASSES_TOO], True),
+        (GLOB, [PASSES, KNOWN], False),
+        (GLOB, [PASSES, SKIPPED], True),
+        (GLOB, [SKIPPED], False),
+        (GLOB, [ELSEWHERE_PASSES], False),
+        (GLOB, [PASSES, NOT_REACHED], False),
+        (GLOB, [PASSES, KEPT_AWAY], False),
+        (GLOB_FOR_ANOTHER, [PASSES, FAILS], True),
+        (GLOB_FOR_ANOTHER, [PASSES, KNOWN], True),
+        (RULE, [ELSEWHERE_PASSES, PASSES], True),
+        (RULE, [ELSEWHERE_PASSES, KNOWN], False),
+        (RULE, [PASSES], True),
+        (LISTED, [PASSES], False),
+    ],
+)
+def test_an_entry_that_excuses_nothing(
+    known: Deviation, found: list[CaseResult], stale: bool
+) -> None:
+    """Entries for one case are judged with it; those for several when all of them were run."""
+    assert stale_entries([known], found) == ([known] if stale else [])
+
+
+def test_a_selection_says_nothing_of_what_it_leaves_out() -> None:
+    assert stale_entries([GLOB], [PASSES]) == [GLOB]
+    assert stale_entries([GLOB], [PASSES], partly=[str(GLOB)]) == []
+
+
+def test_a_rule_alone_is_for_what_is_met_beside_the_cases() -> None:
+    assert stale_entries([RULE, GLOB], [ELSEWHERE_PASSES, PASSES], beside=["the.rule"]) == [GLOB]
+
+
+def test_a_rule_that_any_case_may_break_is_about_all_of_them() -> None:
+    anywhere = Deviation(None, "ticket 1", "response.answered")
+    tests_it = result(Verdict.PASS, rule="", case_id="response.answered")
+    assert stale_entries([anywhere], [tests_it]) == [anywhere]
+    assert stale_entries([anywhere], [tests_it, NOT_REACHED]) == []
+    assert stale_entries([RULE], [ELSEWHERE_PASSES, NOT_REACHED]) == [RULE]
