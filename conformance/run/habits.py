@@ -2,7 +2,7 @@
 
 A device that answers aborts, or sends something behind a confirmation, answers the suite's own
 tidying in every case. Each such habit is provoked once, on its own, so that it is named as what it
-is and the cases can step round it. Nothing is written but the values that are there.
+is and the cases can step round it. What is written is put back.
 """
 
 from collections.abc import Callable
@@ -43,17 +43,16 @@ def survey(sdo: Dialogue) -> None:
         except (Violation, ServerAborted):
             # That the device does not serve this is for the cases to find.
             sdo.recover()
+    for known in {one.mux: one for one in _used(sdo.device)}.values():
+        try:
+            _find_filled(sdo, known)
+        except (Violation, ServerAborted, NotTestable):
+            sdo.recover()
     keep_aside(sdo)
 
 
 def keep_aside(sdo: Dialogue) -> None:
     """Add what was met before the first case to the causes: no case has failed for it yet."""
-    for known in {one.mux: one for one in _used(sdo.device)}.values():
-        try:
-            _find_filled(sdo, known)
-        except (Violation, ServerAborted, NotTestable):
-            sdo.end_transfer()
-            sdo.drain()
     for found in sdo.minor:
         if found.level is Level.MUST and found.rule not in INCIDENTAL:
             sdo.causes.add(sdo.cause_of(found), FIRST_SEEN, found, aside=True)
