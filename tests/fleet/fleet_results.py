@@ -10,13 +10,14 @@ from fleet_servers import ExpectedCause
 
 NOT_RUN = "not run"
 LACKING = ("unimplemented", "not testable")
-# What a case says that cannot be tested because of a defect, not because something is lacking.
-IN_THE_WAY = "in the way"
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One case of a run: its verdict, the cause where it failed, and the sentence that tells."""
+    """One case of a run: its verdict, and the sentence that tells.
+
+    ``cause`` is what is wrong with the device where the case failed, or was kept from its point.
+    """
 
     case: str
     verdict: str
@@ -31,7 +32,7 @@ class Outcome:
     @property
     def lacks(self) -> bool:
         """Return whether the case needs what the server does not have or nobody has named."""
-        return self.verdict in LACKING and IN_THE_WAY not in self.message
+        return self.verdict in LACKING and not self.cause
 
     @property
     def reached(self) -> bool:
@@ -67,6 +68,7 @@ class Comparison:
     unexpected: dict[str, list[Outcome]] = field(default_factory=dict)
     missing: list[ExpectedCause] = field(default_factory=list)
     found: dict[str, list[Outcome]] = field(default_factory=dict)
+    in_the_way: dict[str, list[Outcome]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, results: Sequence[Outcome], expected: Sequence[ExpectedCause]) -> Self:
@@ -75,6 +77,8 @@ class Comparison:
         for outcome in results:
             if outcome.failed:
                 comparison.found.setdefault(outcome.cause, []).append(outcome)
+            elif outcome.cause and not outcome.reached:
+                comparison.in_the_way.setdefault(outcome.cause, []).append(outcome)
         for cause, behind in comparison.found.items():
             if not any(each.covers(cause) for each in expected):
                 comparison.unexpected[cause] = behind
@@ -89,12 +93,14 @@ class Comparison:
         return not self.unexpected and not self.missing
 
     def lines(self) -> Iterator[str]:
-        """Tell what differs, and name a case for each cause that nobody has judged."""
+        """Tell what differs, with a case for each cause that nobody has judged, and what hides."""
         for cause, behind in self.unexpected.items():
             yield f"  not expected: {cause} ({len(behind)} cases)"
             yield f"    {behind[0].case}: {behind[0].message}"
         for each in self.missing:
             yield f"  not found: {each.cause}"
+        for cause, behind in self.in_the_way.items():
+            yield f"  in the way of {len(behind)} cases: {cause}"
 
 
 @dataclass(frozen=True, slots=True)
