@@ -89,7 +89,7 @@ def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> N
     """Wherever a transfer ended, the next one begins with t = 0."""
     size = stored(sdo, text, segments)
     begin_download(sdo, text, segments, size)
-    sdo.channel.abort(text.mux, AbortCode.GENERAL_ERROR)
+    sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
     sdo.initiate_download(text, size)
     sdo.download_segment(sdo.payload(7), toggle=0)
 

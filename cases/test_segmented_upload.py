@@ -92,7 +92,7 @@ def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
 def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
     known = begin_upload(sdo, segments)
-    sdo.channel.abort(known.mux, AbortCode.GENERAL_ERROR)
+    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
     sdo.start_segmented_upload(known)
     sdo.upload_segment(toggle=0)
 

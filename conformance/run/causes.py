@@ -16,6 +16,7 @@ from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
     ANSWERED,
+    BLOCK_SIZE,
     FRAME_SHAPE,
     IDLE_AFTERWARDS,
     MULTIPLEXER,
@@ -164,6 +165,11 @@ class Causes:
     def aborts_are_answered(self) -> bool:
         """Whether the device was seen to answer an abort of its client."""
         return any(cause.rule_id == ABORT_ANSWERED.id for cause in self._standing)
+
+    @property
+    def sub_blocks_are_exceeded(self) -> bool:
+        """Whether the device was seen to send more segments in a sub-block than were asked for."""
+        return Cause(BLOCK_SIZE.id, "block segment") in self._standing
 
     @property
     def noisy(self) -> bool:

@@ -13,6 +13,7 @@ from conformance.run.block_steps import segments_of
 from conformance.run.steps import Target, filled_up, mux_of, same_value, shown
 from conformance.run.storage_steps import StorageSteps
 from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
@@ -92,7 +93,10 @@ class Dialogue(StorageSteps):
         """
         self.send(DownloadInitiate.with_size(mux_of(target), size))
         frame = self.receive()
-        if isinstance(decode_response(frame), Abort):
+        response = decode_response(frame)
+        if isinstance(response, Abort):
+            if size is None and response.code == AbortCode.COMMAND_NOT_VALID not in codes:
+                raise ServerAborted(response)  # it takes no download that indicates no size
             self.take_abort(frame, codes, target)
             return 0
         self.checks.download_initiate(frame, mux_of(target))

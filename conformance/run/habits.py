@@ -16,18 +16,22 @@ from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
     BlockUploadInitiate,
+    BlockUploadInitiateResponse,
+    BlockUploadStart,
     DownloadInitiate,
     UploadInitiate,
 )
-from conformance.sdo.layout import Message
+from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import Level, Rule, Violation
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
+FIRST_SEGMENT = 7
 FIRST_SEEN = "the beginning of the run"
 # Of so many bytes, two lengths of which neither is what a wrong count would make of the other.
 SHORT_VALUES = (7, 15)
@@ -77,7 +81,22 @@ def _aborts_of_transfers(device: Device) -> list[Probe]:
             DownloadInitiate.with_size(known.mux, size),
             BlockDownloadInitiate.with_size(known.mux, size),
         ]
-    return [_beginning(request) for request in begun]
+    probes = [_beginning(request) for request in begun]
+    if long is not None and len(device.values[long]) > FIRST_SEGMENT:
+        probes.append(_sub_block_of_one(long))
+    return probes
+
+
+def _sub_block_of_one(mux: Multiplexer) -> Probe:
+    """Ask for one segment of several: what comes behind it is met when the transfer is aborted."""
+
+    def begin(sdo: Dialogue) -> None:
+        sdo.send(BlockUploadInitiate(mux, 1))
+        if isinstance(decode_response(sdo.receive()), BlockUploadInitiateResponse):
+            sdo.send(BlockUploadStart())
+            sdo.receive()
+
+    return begin
 
 
 def _beginning(request: Message) -> Probe:

@@ -5,7 +5,9 @@ from contextlib import contextmanager
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
+from conformance.run.causes import kind_of_answer
 from conformance.run.dialogue import Dialogue
+from conformance.run.sub_blocks import SubBlocks
 from conformance.run.verdict import INCIDENTAL
 from conformance.run.wire import MOST_STRAY
 from conformance.sdo.abort_codes import AbortCode
@@ -55,6 +57,7 @@ class Lockstep:
         self.oracle = oracle
         self._sdo = sdo
         self._findings: list[Violation] = []
+        self._sub_blocks = SubBlocks()
         self._held: list[Captured] = []
         self._point: Request | None = None
 
@@ -95,8 +98,12 @@ class Lockstep:
 
     def _show(self, captured: Captured) -> None:
         if captured.direction is Direction.SENT:
+            self._sub_blocks.request(captured.frame.data)
             self.oracle.observe(captured.frame)
         elif captured.frame.can_id == self._sdo.channel.response_id:
+            exceeded = self._sdo.causes.sub_blocks_are_exceeded
+            if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
+                return  # it was noted, and is no answer
             self._find(self.oracle.response(captured.frame))
 
     def _find(self, findings: Iterable[Violation]) -> None:
@@ -106,6 +113,8 @@ class Lockstep:
             if self._point is not None and settling and not self._sdo.causes.aborts_are_answered:
                 # What answers no abort has answered what went before.
                 found.request, settling = self._point, False
+            elif settling and not kind_of_answer(found.actual).startswith("abort "):
+                found.request = self._sdo.sent_before  # crossed with the abort
             if self._point is not None and not settling:
                 self._sdo.own.add(found)
             self._findings.append(found)
@@ -180,7 +189,8 @@ class Lockstep:
     def check(self) -> None:
         """Raise the first breach found that fails a device; note the others.
 
-        What other cases have met is noted as well, unless it is what this case is about.
+        What other cases have met is noted as well, unless it is what this case is about and the
+        oracle can no longer follow: an abort that names another object is an abort all the same.
         """
         if self.oracle.given_up and GIVEN_UP not in self._sdo.notes:
             self._sdo.info(GIVEN_UP)
@@ -193,5 +203,5 @@ class Lockstep:
     def _fails(self, found: Violation) -> bool:
         if found.level is not Level.MUST or found.rule in INCIDENTAL:
             return False
-        cause = self._sdo.cause_of(found)
-        return found in self._sdo.own or self._sdo.causes.get(cause) is None
+        unknown = self._sdo.causes.get(self._sdo.cause_of(found)) is None
+        return unknown or (found in self._sdo.own and self.oracle.lost)

@@ -17,6 +17,7 @@ from conformance.device.safety import written_by
 from conformance.run.causes import Causes
 from conformance.run.odd_frames import check_shape, unasked, unsolicited
 from conformance.run.pauses import Pauses
+from conformance.run.sub_blocks import SubBlocks
 from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -65,6 +66,7 @@ class Wire:
         self.minor: list[Violation] = []
         self._noted: Counter[str] = Counter()
         self.tracker = TransferTracker()
+        self._sub_blocks = SubBlocks()
         self.pauses = Pauses(device.server_timeout)
         self.latency = 0.0
         self.waited = 0.0
@@ -103,6 +105,7 @@ class Wire:
 
     def _transmit(self, data: bytes) -> None:
         within = self.tracker.open is not None
+        self._sub_blocks.request(data)
         decoded = self.tracker.request(data)
         if len(data) < FRAME_LENGTH:
             # What a careless device may take it for decides on what it may write.
@@ -209,6 +212,8 @@ class Wire:
         """Return the next response as it came, or None."""
         begin = time.monotonic()
         frame = self.channel.receive(timeout)
+        while frame is not None and self._is_surplus(frame):
+            frame = self.channel.receive(timeout)
         if frame is None:
             self.waited += time.monotonic() - begin
             self._note_missed()
@@ -216,6 +221,13 @@ class Wire:
             self.latency = max(self.latency, self.channel.arrived - self._sent_at)
             self._note_received(frame)
         return frame
+
+    def _is_surplus(self, frame: CanFrame) -> bool:
+        """Say whether this is a segment beyond its sub-block, and note that: no answer is."""
+        found = self._sub_blocks.surplus(frame.data, expected=self.causes.sub_blocks_are_exceeded)
+        if found is not None:
+            self.note(found)
+        return found is not None
 
     def _note_received(self, frame: CanFrame) -> None:
         within = self.tracker.open is not None

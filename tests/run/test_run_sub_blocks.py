@@ -1,0 +1,66 @@
+"""Segments beyond a sub-block are told apart from answers, and from a server that counts on."""
+
+from conformance.run.sub_blocks import SubBlocks
+from conformance.sdo.frames import BlockAck, BlockUploadInitiate, BlockUploadStart
+from conformance.sdo.layout import Multiplexer
+
+TEXT = Multiplexer(0x2010)
+
+
+def segments(*numbers: int) -> list[bytes]:
+    """Build segments with these first bytes."""
+    return [bytes([number]) + bytes(7) for number in numbers]
+
+
+def begun(size: int) -> SubBlocks:
+    """Start a block upload of sub-blocks of so many segments."""
+    watched = SubBlocks()
+    watched.request(BlockUploadInitiate(TEXT, size).encode())
+    watched.surplus(bytes.fromhex("C6 10 20 00 14 00 00 00"), expected=False)
+    watched.request(BlockUploadStart().encode())
+    return watched
+
+
+def found(watched: SubBlocks, frames: list[bytes], *, expected: bool = False) -> list[bool]:
+    """Say of each frame whether it is a segment too many."""
+    return [watched.surplus(frame, expected=expected) is not None for frame in frames]
+
+
+def test_a_whole_sub_block_is_none_too_many() -> None:
+    assert found(begun(3), segments(1, 2, 3)) == [False] * 3
+
+
+def test_segments_behind_a_sub_block_are_too_many() -> None:
+    assert found(begun(2), segments(1, 2, 3, 0x84)) == [False, False, True, True]
+
+
+def test_nothing_follows_the_last_segment() -> None:
+    assert found(begun(2), segments(0x81, 2)) == [False, False]
+
+
+def test_a_server_that_counts_on_sends_none_too_many() -> None:
+    watched = begun(2)
+    found(watched, segments(1, 2))
+    watched.request(BlockAck(2, 2).encode())
+    assert found(watched, segments(3)) == [False]
+
+
+def test_where_they_are_known_to_come_they_may_cross_with_the_acknowledgement() -> None:
+    watched = begun(2)
+    found(watched, segments(1, 2))
+    watched.request(BlockAck(2, 2).encode())
+    assert found(watched, segments(3, 1, 2), expected=True) == [True, False, False]
+
+
+def test_another_answer_ends_the_sub_block() -> None:
+    watched = begun(2)
+    found(watched, segments(1, 2))
+    watched.request(bytes.fromhex("40 00 10 00 00 00 00 00"))
+    answers = [bytes.fromhex("41 10 20 00 14 00 00 00"), *segments(3)]
+    assert found(watched, answers) == [False, False]
+
+
+def test_a_download_has_no_sub_blocks_of_the_server() -> None:
+    watched = SubBlocks()
+    watched.request(bytes.fromhex("A2 01 01 00 00 00 00 00"))
+    assert found(watched, segments(1, 2, 3)) == [False] * 3
