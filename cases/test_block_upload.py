@@ -1,6 +1,6 @@
 """Block uploads that a server has to serve (CiA 301, 7.2.4.3.12 to 7.2.4.3.15)."""
 
-from conformance.device.device import VENDOR_ID
+from conformance.device.device import VENDOR_ID, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must, should
 from conformance.run.dialogue import Dialogue
@@ -101,8 +101,13 @@ def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> No
 @must("block-upload.ends-with-sub-block", "8-end-of-sub-block", block_size=[1, 2, 20, 127])
 def test_ends_with_sub_block(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
     """Data that fills its last sub-block is marked there, and the end follows at once."""
-    sdo.store(variable, sdo.payload(7 * block_size), segmented=True)
-    sdo.initiate_block_upload(variable, block_size=block_size)
+    size = 7 * block_size
+    sdo.store(variable, sdo.payload(size), segmented=True)
+    if sdo.initiate_block_upload(variable, block_size=block_size).size != size:
+        sdo.end_transfer()
+        if len(value := sdo.upload(variable)) != size:
+            raise NotTestable(f"{variable} reads {len(value)} bytes where {size} were stored")
+        sdo.initiate_block_upload(variable, block_size=block_size)
     segments = sdo.start_block_upload(variable, block_size)
     if not segments[-1].last:
         raise sdo.breach(

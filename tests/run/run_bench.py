@@ -34,6 +34,7 @@ RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")
 PROBES = frozenset({READ_ONLY_PROBES, OTHER_NODES})
 READ = bytes.fromhex("4000100000000000")
 BASELINE = bytes.fromhex("4300100091010F00")
+VENDOR_ID = bytes.fromhex("00000C5D")  # as 1018h:01 of the built-in device reads
 NUMBER = KnownObject(Multiplexer(0x2004), REFERENCE_OBJECTS[3].data_type)
 TEXT = REFERENCE_OBJECTS[5]
 DOMAIN = REFERENCE_OBJECTS[6]

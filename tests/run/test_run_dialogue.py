@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 from run_bench import (
     DOMAIN,
+    HASTY,
     NODE_ID,
     NUMBER,
     RULE,
@@ -215,6 +216,8 @@ def test_a_restart_or_an_abort() -> None:
     new = UploadInitiate(OTHER)
 
     def expect(sdo: Dialogue) -> bytes | None:
+        sdo.fence()  # behind the answers to the first request
+        sdo.channel.response_timeout = HASTY
         return sdo.expect_restart_or_abort(new, TEXT, OTHER)
 
     served = "43 18 10 02 00 00 00 00"
@@ -222,6 +225,8 @@ def test_a_restart_or_an_abort() -> None:
     for mux in (TEXT.mux, OTHER):
         refused = converse(expect, Abort(mux, AbortCode.COMMAND_NOT_VALID))
         assert [violation.rule for violation in refused.minor] == [RESTART]
+    both = converse(expect, Abort(TEXT.mux, AbortCode.GENERAL_ERROR), served)
+    assert (minor(both), len(both.notes)) == ([], 1), "the superseded transfer may be aborted"
     assert breach(expect, Abort(NUMBER.mux, MISSING)).rule is RULE
 
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from run_bench import PATIENT, RULE
+from run_bench import PATIENT, RULE, VENDOR_ID
 
 from conformance.bus.host import NodeHost
 from conformance.bus.opening import BusSettings, open_bus
@@ -77,7 +77,7 @@ def test_a_late_answer_of_the_device_before(tmp_path: Path) -> None:
         asked_too_little_time(before)
         for case_id in ("second", "third"):
             run = session.begin(case_id, "a service", RULE)
-            assert run.sdo.upload(VENDOR) == bytes(4)
+            assert run.sdo.upload(VENDOR) == VENDOR_ID
             assert run.sdo.fence() == []
             result = run.conclude(None)
             assert (result.verdict, result.notes, result.waited) == (Verdict.PASS, [], 0)

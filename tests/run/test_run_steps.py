@@ -10,6 +10,7 @@ from run_bench import (
     NUMBER,
     RULE,
     TEXT,
+    VENDOR_ID,
     Recording,
     Scripted,
     Workbench,
@@ -36,6 +37,7 @@ from conformance.sdo.rules import (
     TOGGLE,
     Rule,
     Violation,
+    rule_of,
 )
 
 NAME = Multiplexer(0x1008)
@@ -110,7 +112,7 @@ def test_a_refusal_that_is_asked_for(bench: Workbench) -> None:
     assert abort == Abort(NUMBER.mux, AbortCode.LENGTH_TOO_LOW)
     with pytest.raises(ServerAborted):
         sdo.read(MISSING)
-    assert sdo.read(VENDOR) == bytes(4)
+    assert sdo.read(VENDOR) == VENDOR_ID
 
 
 @pytest.mark.parametrize(
@@ -289,17 +291,23 @@ def test_what_exists_is_not_missing(access: Access) -> None:
 
 
 def test_a_device_that_serves_everything() -> None:
-    """Of an object of the user's own that may be so; of 1018h, or of every index, it may not."""
+    """What may be a record of the user's may do so; 1018h, or every index, may not.
+
+    And a variable has no sub-indices.
+    """
     answer = bytes.fromhex("43 0000 00 00000000")
     node = Scripted(lambda data: [answer[:1] + data[1:4] + answer[4:]])
     with undiscovered(node) as opened:
         sdo = opened.dialogue()
-        with pytest.raises(NotTestable, match="2004h serves the sub-indices FEh, FDh, 7Fh"):
+        with pytest.raises(NotTestable, match="2001h serves the sub-indices FEh, FDh, 7Fh"):
+            sdo.missing_sub_index(0x2001)
+        with pytest.raises(Violation, match="2004h is a variable") as variable:
             sdo.missing_sub_index(0x2004)
         with pytest.raises(Violation) as identity:
             sdo.missing_sub_index(0x1018)
         with pytest.raises(Violation) as everything:
             sdo.missing_object()
+    assert variable.value.rule is rule_of("object.sub-index-missing")
     assert identity.value.rule is everything.value.rule is MISSING_REFUSED
 
 

@@ -132,7 +132,7 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester, due: int) -> None:
     result = run(pytester, server, Wedged(server), "-k", CASES, HASTY)
     assert result.ret == ExitCode.DEVICE_LOST
     said = re.findall(
-        r"^not restored: write (.*) to (\w{4})h:(\w\w) of node 5$",
+        r"^not restored: write ([^(]*?)(?: \([^)]*\))? to (\w{4})h:(\w\w) of node 5$",
         result.stdout.str(),
         re.MULTILINE,
     )
