@@ -157,7 +157,9 @@ class BlockSteps(RoomSteps):
             self.end_transfer()
         if abort.code in NOT_THERE and not served:
             return Unimplemented(shown)
-        return Violation(NOT_REFUSED, expected="a block transfer to be served", actual=shown)
+        refused = Violation(NOT_REFUSED, expected="a block transfer to be served", actual=shown)
+        refused.request = request
+        return refused
 
     def send_segments(self, chunks: Sequence[bytes], *, first: int = 1, last: bool = False) -> None:
         """Send segments without a pause, numbered from ``first``; ``last`` marks the final one.

@@ -10,9 +10,10 @@ import re
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe
-from conformance.sdo.frames import Abort, Request
+from conformance.sdo.frames import Abort, BlockDownloadInitiate, DownloadInitiate, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
     ANSWERED,
@@ -30,14 +31,29 @@ from conformance.sdo.rules import (
 )
 
 ABORT_ANSWERED = rule_of("abort.not-answered")
+BOOTING = rule_of("nmt.initialising")
+BOOTED_AS_HEARTBEAT = (BOOTING.id, "a boot-up message with 7Fh instead of 00h")
 # Broken by an answer of any kind to a request of any kind: the request tells their causes apart.
 GENERAL = {
     **dict.fromkeys((ANSWERED.id, SPECIFIER.id, NOT_REFUSED.id, UNSOLICITED.id), "to"),
     **dict.fromkeys((IDLE_AFTERWARDS.id, NO_REBOOT.id), "behind"),
 }
+# What does not belong to a block upload is taken for what is due: in each of its states a rule.
+FOREIGN = frozenset(
+    rule_of(rule_id).id
+    for rule_id in (
+        "block-upload.not-started",
+        "block-upload.foreign-before-start",
+        "block-upload.foreign",
+        "block-upload.over",
+    )
+)
+TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
 NO_ANSWER = "no answer"
+# Rules about time-outs themselves.
+OF_TIME = "time-out."
 MOST_WORDS = 60
 
 _BYTES = re.compile(r" ?\[[^]]*\]")
@@ -92,9 +108,17 @@ def kind_of_request(request: Request) -> str:
     >>> kind_of_request(DownloadInitiate.with_size(Multiplexer(0x2010), 20))
     'download initiate, segmented'
     """
+    expedited = isinstance(request, DownloadInitiate) and request.expedited
+    unsized = isinstance(request, DownloadInitiate | BlockDownloadInitiate) and not request.sized
+    if unsized and not expedited:
+        return "download initiate, size not indicated"
     name, *details = _MULTIPLEXER.sub("", describe(request)).split(", ")
     kind = ", ".join([name, *(sort for sort in _SORTS if sort in details)])
     return _NUMBER.sub("…", kind.partition(":")[0])
+
+
+def _without_request(cause: Cause) -> str:
+    return cause.answer.partition(f" {GENERAL[cause.rule_id]} ")[0]
 
 
 def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
@@ -102,10 +126,16 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
 
     ``rule`` is the broken one as the registry has it, ``request`` is what was sent last.
     """
+    if violation.habit is not None:
+        return Cause(*violation.habit)
     answer = kind_of_answer(violation.actual)
+    if answer == TIMED_OUT and not rule.id.startswith(OF_TIME):
+        return Cause(UNSOLICITED.id, f"{TIMED_OUT} though no transfer is due to end")
     behind_abort = isinstance(request, Abort) and answer != NO_ANSWER and rule.id != NO_REBOOT.id
     if behind_abort or rule.id == ABORT_ANSWERED.id:
         return Cause(ABORT_ANSWERED.id, "an answer")
+    if rule.id in FOREIGN and answer != NO_ANSWER and not answer.startswith("abort "):
+        return Cause("block-upload.foreign", "served")
     if rule.id in WHATEVER_CODE and answer.startswith("abort "):
         answer = "abort"
     if rule.id in GENERAL:
@@ -150,6 +180,25 @@ class Causes:
         """Return what is known of a cause; None for a new one."""
         return self._standing.get(cause)
 
+    def told_as(self, cause: Cause, request: Request, point: str, *, generated: bool) -> Cause:
+        """Return the cause that is known already and the same as one that was met.
+
+        A refusal of the same kind of request with the same code is one, whatever rule is named for
+        it. In one state of a matrix a kind of answer is told once, whatever was asked: ``point`` is
+        the rule of that state where the case was ``generated``.
+        """
+        if cause in self._standing:
+            return cause
+        refused = Cause(NOT_REFUSED.id, f"{cause.answer} to {kind_of_request(request)}")
+        if cause.answer.startswith("abort ") and refused in self._standing:
+            return refused
+        if generated and cause.rule_id in GENERAL:
+            for known, standing in self:
+                alike = known.rule_id == cause.rule_id and point in standing.shown_by
+                if alike and _without_request(known) == _without_request(cause):
+                    return known
+        return cause
+
     def add(self, cause: Cause, case_id: str, violation: Violation, *, aside: bool) -> Standing:
         """Take note that a cause was met: ``aside`` of all cases, or by one that fails for it."""
         standing = self._standing.setdefault(cause, Standing(case_id, violation, aside))
@@ -170,6 +219,11 @@ class Causes:
     def sub_blocks_are_exceeded(self) -> bool:
         """Whether the device was seen to send more segments in a sub-block than were asked for."""
         return Cause(BLOCK_SIZE.id, "block segment") in self._standing
+
+    @property
+    def boots_up_as_heartbeat(self) -> bool:
+        """Whether the device was seen to send a heartbeat in the place of a boot-up message."""
+        return Cause(*BOOTED_AS_HEARTBEAT) in self._standing
 
     @property
     def noisy(self) -> bool:

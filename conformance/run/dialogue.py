@@ -27,6 +27,7 @@ from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import MULTIPLEXER, RESTART, SUBSTITUTE, Rule, Violation
 
+GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
 # How often a server may acknowledge a sub-block that does not go on, before it gives up.
 MOST_ACKNOWLEDGEMENTS = 4
 # The part of the declared time during which a server may certainly not give up.
@@ -70,8 +71,8 @@ class Dialogue(StorageSteps):
     ) -> Abort:
         """Hold a frame that was received to what ``expect_abort`` expects."""
         due = f"abort with {named(codes)}"
-        if not isinstance(decode_response(frame), Abort):
-            raise self.breach(due, describe_response(frame))
+        if not isinstance(self.read_as(frame), Abort):
+            raise self.breach(due, self.words(frame))
         abort = self.checks.abort(frame, None)
         if of is not None and abort.mux != mux_of(of):
             # The case goes on: whether the transfer has ended is another question.
@@ -187,14 +188,20 @@ class Dialogue(StorageSteps):
 
         Whether a server aborts or keeps silent, with which multiplexer and code, is open.
         """
+        aborted = self.server_aborted
         self.send(request)
-        self.expect_silence_or_abort()
+        try:
+            self.expect_silence_or_abort()
+        except Violation as breach:
+            if aborted and breach.rule is self.rule:
+                breach.habit = GOES_ON
+            raise
 
     def expect_nothing(self) -> None:
         """Expect that what was sent last is not answered."""
         answer = self.reaction()
         if answer is not None:
-            raise self.breach("no answer", describe_response(answer))
+            raise self.breach("no answer", self.words(answer))
 
     def expect_silence_or_abort(self, *codes: AbortCode) -> None:
         """Expect no answer, or an abort with one of the codes; without codes, with any.
@@ -204,11 +211,9 @@ class Dialogue(StorageSteps):
         answer = self.reaction()
         if answer is None:
             return
-        response = decode_response(answer)
+        response = self.read_as(answer)
         if not isinstance(response, Abort) or (codes and response.code not in codes):
-            raise self.breach(
-                f"no answer, or an abort with {named(codes)}", describe_response(answer)
-            )
+            raise self.breach(f"no answer, or an abort with {named(codes)}", self.words(answer))
         self.checks.abort(answer, None)
 
     def expect_timed_out(self, target: Target, seconds: float) -> None:

@@ -6,6 +6,7 @@ from conformance.bus.link import Captured, Direction
 from conformance.run.recording import ChannelDecoder, Gap
 from conformance.run.verdict import CaseResult
 from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.describe import hex_bytes
 from conformance.sdo.nmt import describe_nmt
 
 FIRST_LINES = 40
@@ -22,19 +23,21 @@ def trace_lines(
     gap: Gap | None = None,
     aside: bool = True,
     decisive: bool = False,
+    actual: str = "",
 ) -> list[str]:
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
     ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
-    case was over and the suite looked after the device, which is shown if ``aside``. Where the last
-    frame of the case is ``decisive`` it is marked. The middle of a long trace is left out; ``gap``
+    case was over and the suite looked after the device, which is shown if ``aside``. Where a frame
+    of the case is ``decisive`` it is marked: the last response that ``actual`` shows, else the last
+    frame. The middle of a long trace is left out; ``gap``
     says what was not even kept of it.
     """
     decoders = {ids: ChannelDecoder(ids) for ids in channels}
     begin = frames[0].timestamp if frames else 0.0
     total = len(frames) + (gap.frames if gap else 0)
     aside_at = total if own is None else own
-    marked = aside_at - 1 if decisive else None
+    marked = _decisive(frames, aside_at, gap, actual) if decisive else None
     if not aside:
         frames = frames[: len(frames) - (total - aside_at)]
         total = aside_at
@@ -60,6 +63,19 @@ def trace_lines(
         mark = DECISIVE if number == marked else " "
         lines.append(f"{mark}{elapsed:8.1f} ms {arrow} {frame!s:<20} {words}")
     return lines
+
+
+def _decisive(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str) -> int:
+    """Return the number of the frame before ``end`` that a verdict is about."""
+    for position in reversed(range(len(frames))):
+        number = position
+        if gap is not None and position >= gap.at:
+            number += gap.frames
+        captured = frames[position]
+        received = number < end and captured.direction is Direction.RECEIVED
+        if received and f"[{hex_bytes(captured.frame.data)}]" in actual:
+            return number
+    return end - 1
 
 
 def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None = None) -> list[str]:

@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
 from conformance.device.device import NotTestable
-from conformance.run.causes import Cause, Causes, Standing, cause_of
+from conformance.run.causes import Cause, Causes, Standing, cause_of, kind_of_answer
 from conformance.run.verdict import CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe, describe_response
 from conformance.sdo.frames import (
+    Abort,
     BlockDownloadInitiate,
     BlockDownloadInitiateResponse,
     BlockEnd,
@@ -165,8 +166,10 @@ class Judgement:
 
     def cause(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach that was met in this case."""
-        rule = self._point.registered(violation.rule)
-        return cause_of(violation, rule, violation.request or asked)
+        rule, request = self._point.registered(violation.rule), violation.request or asked
+        cause = cause_of(violation, rule, request)
+        point = self._point
+        return self._causes.told_as(cause, request, point.rule.id, generated=point.generated)
 
     def _blame(self, verdict: Verdict, violation: Violation, cause: Cause) -> None:
         result = self._result
@@ -204,6 +207,24 @@ def crossing(
     return Violation(
         UNSOLICITED, expected=f"nothing before the answer to: {describe(asked)}", actual=actual
     )
+
+
+def confirmed_and_refused(
+    error: BaseException | None, stray: Sequence[bytes], asked: Request
+) -> Violation | None:
+    """Return what was wrong where an abort came behind the confirmation of a download.
+
+    ``stray`` is what came when the case was over, ``asked`` what it had sent last.
+    """
+    last = isinstance(asked, DownloadSegment) and asked.last
+    if not (isinstance(error, Violation) and last and isinstance(decode_response(stray[0]), Abort)):
+        return None
+    if kind_of_answer(error.actual) != "download segment response":
+        return None
+    both = f"{error.actual}, and {describe_response(stray[0])} behind it"
+    found = Violation(UNSOLICITED, expected=error.expected, actual=both)
+    found.habit = (UNSOLICITED.id, "an abort behind the confirmation of a download")
+    return found
 
 
 def is_answer(frame: bytes, request: Request) -> bool:

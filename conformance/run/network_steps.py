@@ -10,8 +10,9 @@ from conformance.bus.channel import Channel
 from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PARAMETERS
 from conformance.device.device import Device, NotTestable
 from conformance.run.block_steps import BlockSteps
-from conformance.run.causes import Causes
+from conformance.run.causes import BOOTED_AS_HEARTBEAT, BOOTING, Causes
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort
@@ -23,13 +24,15 @@ from conformance.sdo.nmt import (
     NmtMessage,
     NmtState,
 )
-from conformance.sdo.rules import Rule
+from conformance.sdo.rules import Rule, Violation
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
 # What is asked for, in seconds; the second where the first is refused as too short.
 HEARTBEAT_PERIODS = (0.02, 0.1)
 # A device that has a time of its own is watched by it, unless that takes longer than this.
 LONGEST_PERIOD = 0.25
+# A bit beside the state in what a device sends for error control.
+TOGGLED = 0x7F
 # How many heartbeats a device may have in its queue when it stops to send them.
 MOST_QUEUED = 8
 # Within how many seconds a device boots.
@@ -104,13 +107,23 @@ class NetworkSteps(BlockSteps):
         }
 
     def expect_boot_up(self) -> None:
-        """Expect the boot-up message that follows a reset."""
+        """Expect the boot-up message that follows a reset; a wrong one is noted, if it is all."""
         self._booting = False
+        odd: CanFrame | None = None
         while (frame := self.channel.receive_error_control(BOOT_TIME)) is not None:
             if frame.data[0] == NmtState.INITIALISING:
                 self.nmt_state = NmtState.PRE_OPERATIONAL
                 return
-        raise self.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
+            if frame.data[0] & TOGGLED == NmtState.PRE_OPERATIONAL:
+                odd = frame
+                if self.causes.boots_up_as_heartbeat:
+                    break
+        if odd is None:
+            raise self.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
+        self.nmt_state = NmtState.PRE_OPERATIONAL
+        wrong = Violation(BOOTING, expected="a boot-up message: 00h", actual=f"{odd}")
+        wrong.habit = BOOTED_AS_HEARTBEAT
+        self.note(wrong)
 
     def reset(self, command: NmtCommand) -> None:
         """Reset the device and see it boot."""

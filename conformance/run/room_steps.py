@@ -50,6 +50,7 @@ class RoomSteps(Steps):
             return
         try:
             abort = self.try_download(known, data, segmented=segmented, sized=sized)
+            asked = self.last_sent
         except Violation as broken:
             if exactly:
                 raise
@@ -64,6 +65,7 @@ class RoomSteps(Steps):
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
                 actual=describe_response(abort.encode()),
             )
+            refused.request = asked
             if exactly:
                 raise refused
             self._store_by_any_way(known, data, refused)
@@ -74,7 +76,7 @@ class RoomSteps(Steps):
         raise self.no_room(known, len(data), abort)
 
     def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:
-        refused.request = self.last_sent
+        refused.request = refused.request or self.last_sent
         self.note(refused)
         if not self._store_otherwise(known, data, WAYS):
             raise refused

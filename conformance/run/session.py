@@ -13,7 +13,7 @@ from conformance.run.causes import ABORT_ANSWERED, Causes
 from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
-from conformance.run.judgement import Judgement, Point, crossing
+from conformance.run.judgement import Judgement, Point, confirmed_and_refused, crossing
 from conformance.run.recording import Recording
 from conformance.run.revival import Revival
 from conformance.run.verdict import FAILED, INCIDENTAL, Afterwards, CaseResult, Verdict
@@ -194,11 +194,17 @@ class DeviceSession:
             self._frames.add(captured)
 
     def trace(
-        self, own: int, channels: Sequence[ChannelIds], *, aside: bool, decisive: bool
+        self,
+        own: int,
+        channels: Sequence[ChannelIds],
+        *,
+        aside: bool,
+        decisive: bool,
+        actual: str = "",
     ) -> list[str]:
         """Return the decoded frames of the case: its ``own`` ones, and those ``aside`` behind them.
 
-        ``decisive``: the last of them is what the verdict is about.
+        ``decisive``: one of them is what the verdict is about, see ``trace_lines``.
         """
         return trace_lines(
             self._frames.kept(),
@@ -207,6 +213,7 @@ class DeviceSession:
             gap=self._frames.gap(),
             aside=aside,
             decisive=decisive,
+            actual=actual,
         )
 
     def reproduce(self, own: int) -> list[str]:
@@ -269,6 +276,7 @@ class CaseRun:
                 self.sdo.channels,
                 aside=left_wrong,
                 decisive=isinstance(error, Violation | ServerAborted),
+                actual=result.actual,
             )
             result.reproduce = self._session.reproduce(own_frames)
         self._session.end()
@@ -298,6 +306,11 @@ class CaseRun:
         if crossed is not None:
             # What was taken for the answer had come for something else.
             crossed.request, error = sdo.sent_before, crossed
+        refused = confirmed_and_refused(error, stray, asked) if stray else None
+        error = refused or error
+        misshapen = sdo.misshapen
+        if misshapen is not None and isinstance(error, Violation | ServerAborted):
+            error = misshapen  # what it holds is no answer either
         judgement.ended(error, asked, own=error in sdo.own)
         for violation in self._minor:
             if violation.rule not in INCIDENTAL:
@@ -315,7 +328,11 @@ class CaseRun:
             answer = describe_response(leaving.stray[0])
             result.actual += f"; answered after {sdo.answered_after * 1000:.0f} ms: {answer}"
         elif leaving.violation is not None:
-            if self._tidies and leaving.violation.rule is ABORT_ANSWERED:
+            follows = result.cause and result.verdict is Verdict.NOT_TESTABLE
+            if follows and leaving.afterwards is not Afterwards.LOST:
+                # What comes behind the answer that was in the way comes of it.
+                result.notes.append(f"also {leaving.violation}")
+            elif self._tidies and leaving.violation.rule is ABORT_ANSWERED:
                 self._judgement.aside(leaving.violation, asked)
             else:
                 found.append(leaving.violation)

@@ -334,11 +334,13 @@ class Steps(Wire):
         try:
             yield
         except ServerAborted as aborted:
-            raise Violation(
+            refused = Violation(
                 NOT_REFUSED,
                 expected=f"an answer to: {describe(self._last_sent)}",
                 actual=describe_response(aborted.abort.encode()),
-            ) from aborted
+            )
+            refused.request = self._last_sent
+            raise refused from aborted
 
     def _open_transfer(self) -> Multiplexer:
         if self.tracker.open is None:

@@ -6,6 +6,7 @@ from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockDownloadInitiateResponse,
     BlockEndResponse,
+    BlockSegment,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
     DownloadInitiate,
@@ -25,12 +26,16 @@ class TransferTracker:
     """Follows requests and responses.
 
     ``open`` is the object of the running transfer or None, ``latest`` that of the last one.
+    ``segments`` are the frames of the server that were segments of a block; ``in_blocks`` says that
+    a block upload has begun.
     """
 
     def __init__(self) -> None:
         """Start with no transfer."""
         self.open: Multiplexer | None = None
         self.latest: Multiplexer | None = None
+        self.segments: set[bytes] = set()
+        self.in_blocks = False
         self._request: Request | None = None
         self._decoder = Decoder()
 
@@ -44,7 +49,11 @@ class TransferTracker:
 
     def response(self, frame: bytes) -> None:
         """Take what the server sent."""
-        self._follow(self._decoder.response(frame), self._request)
+        response = self._decoder.response(frame)
+        if isinstance(response, BlockSegment):
+            self.segments.add(frame)
+        self.in_blocks |= isinstance(response, BlockUploadInitiateResponse)
+        self._follow(response, self._request)
         if self.open is not None:
             self.latest = self.open
 

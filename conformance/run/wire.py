@@ -22,7 +22,7 @@ from conformance.run.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.decoding import decode_request, decode_response, decode_segment
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
@@ -32,6 +32,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     DownloadInitiate,
     Request,
+    Response,
     Unknown,
     UploadInitiate,
 )
@@ -42,6 +43,7 @@ from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
 MOST_STRAY = 400
 MOST_NOTED = 100
 SEGMENTS_PER_LOOK = 4
+_ABORTS = b"\x80"
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 
@@ -51,11 +53,12 @@ class Wire:
 
     ``causes`` is what is known to be wrong with the device: of one that sends what nobody asked
     for, that is taken away before the next transfer begins. ``minor`` are breaches that stop
-    nothing. ``own`` has breaches that are what the case is about, whatever their rules.
-    ``answered_after`` is the time in seconds after which an answer came that a case had given up to
-    wait for, None if there is none. While it is ``fencing``, what comes may have been asked for by
-    what went before; ``after_fence`` is called then. It ``calms_down`` a noisy device only where
-    that is sure to answer.
+    nothing; ``misshapen`` is one by the answer to what was sent last. ``own`` has breaches that
+    are what the case is about, whatever their rules. ``answered_after`` is the time in seconds
+    after which an answer came that a case had given up to wait for, None if there is none.
+    While it is ``fencing``, what comes may have been asked for by what went before;
+    ``after_fence`` is called then. It ``calms_down`` a noisy device only where that is sure to
+    answer.
     """
 
     def __init__(self, channel: Channel, device: Device, causes: Causes | None = None) -> None:
@@ -78,6 +81,9 @@ class Wire:
         self._sent_before: Request = self._last_sent
         self._abort: Abort | None = None
         self.own: set[BaseException | None] = set()
+        # What was wrong with the shape of an answer to what the case has sent last.
+        self.misshapen: Violation | None = None
+        self._server_aborted = False
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.calms_down = True
@@ -98,6 +104,7 @@ class Wire:
         if self._crossed:
             self._let_pass()
         data = request if isinstance(request, bytes) else request.encode()
+        self.misshapen = None
         if self.causes.noisy and self.tracker.open is None and not self._unanswered:
             self._calm_before(data)
         self._transmit(data)
@@ -188,6 +195,22 @@ class Wire:
             return False
         return any(frame.data[:1] != _ACKNOWLEDGES for frame in self.channel.waiting())
 
+    def read_as(self, frame: bytes) -> Response:
+        """Return what a response is by the state in which it came: a segment of a block may be it.
+
+        A segment uses all of byte 0, and looks like any other response; also like an abort, but for
+        80h, where a block upload may be running still.
+        """
+        response = decode_response(frame)
+        unlike_abort = isinstance(response, Abort) and frame[:1] != _ABORTS
+        if frame in self.tracker.segments or (unlike_abort and self.tracker.in_blocks):
+            return decode_segment(frame)
+        return response
+
+    def words(self, frame: bytes) -> str:
+        """Return a response in words, by the state in which it came, with its bytes."""
+        return f"{describe(self.read_as(frame))} [{hex_bytes(frame)}]"
+
     def wait(self, seconds: float) -> bytes | None:
         """Send nothing for so many seconds; return the response that is due within them."""
         frame = self.channel.receive(seconds)
@@ -246,10 +269,13 @@ class Wire:
             if not data or frame.extended or frame.remote:
                 raise
             self.note(odd)
+            self.misshapen = odd
             data = data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
         self.tracker.response(data)
         self._unanswered = False
         response = decode_response(data)
+        if not self.fencing:
+            self._server_aborted = isinstance(response, Abort)
         if isinstance(response, Abort):
             self._crossed = max(self._segments - 1, 0)
         elif isinstance(response, BlockAck) and response.sequence == self._segments:
@@ -389,8 +415,14 @@ class Wire:
         if self.tracker.open is None:
             return
         self._sent_before, self._last_sent = self._last_sent, self._abort_open()
-        if self.causes.noisy and self.calms_down:
+        # What answers a request before the abort is no noise: the case will look at it.
+        if self.causes.noisy and self.calms_down and not self._unanswered:
             self.calm()
+
+    @property
+    def server_aborted(self) -> bool:
+        """Whether the last response outside a fence was an abort."""
+        return self._server_aborted
 
     @property
     def last_sent(self) -> Request:

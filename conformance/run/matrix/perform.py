@@ -66,6 +66,8 @@ def _size(sdo: Dialogue, known: KnownObject, state: str) -> int:
     if state == BETWEEN:
         sdo.need_room(known, LONGEST)
         return SIZE
+    if known.filled:
+        return known.filled
     try:
         sdo.need_room(known, SIZE)
     except NotTestable:

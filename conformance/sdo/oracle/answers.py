@@ -5,11 +5,13 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response, hex_bytes
+from conformance.sdo.decoding import decode_response, decode_segment
+from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
+    BlockSegment,
     UploadInitiateResponse,
+    UploadSegmentResponse,
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, State
@@ -28,6 +30,8 @@ from conformance.sdo.rules import (
 Kind = TypeVar("Kind", bound=Message)
 Codes = tuple[AbortCode, ...]
 KNOWN_CODES = tuple(AbortCode)
+# The name of all states of a block upload.
+BLOCK_UPLOAD = "block upload"
 GENERAL: Codes = (AbortCode.GENERAL_ERROR,)
 NOT_VALID: Codes = (AbortCode.COMMAND_NOT_VALID,)
 
@@ -58,6 +62,9 @@ class Refusal:
         """Build the branch of a server that refuses, and is in ``after`` then."""
 
         def take(frame: bytes) -> Iterable[Branch]:
+            if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
+                words = self.words()
+                raise Misfit(Violation(must(self.row), expected=words, actual=segment))
             abort = self.read(frame)
             chosen = frozenset((*freedoms, *self._choices(abort)))
             rest = Branch(after, memory, self.row, freedoms=chosen)
@@ -95,6 +102,21 @@ class Refusal:
     def named(self, *muxes: Multiplexer) -> "Refusal":
         """Say which object the abort has to name."""
         return replace(self, muxes=muxes)
+
+
+def is_segment(frame: bytes) -> bool:
+    """Say whether a frame within a block upload is a segment, though it might look like others.
+
+    Exactly 80h is an abort.
+    """
+    looks_like = decode_response(frame)
+    return isinstance(looks_like, Abort | UploadSegmentResponse) and isinstance(
+        decode_segment(frame), BlockSegment
+    )
+
+
+def _segment(frame: bytes) -> str:
+    return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]" if is_segment(frame) else ""
 
 
 def violation(rule: Rule, expected: str, frame: bytes) -> Violation:

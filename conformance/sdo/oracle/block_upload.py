@@ -19,6 +19,7 @@ from conformance.sdo.frames import (
     Request,
 )
 from conformance.sdo.oracle.answers import (
+    BLOCK_UPLOAD,
     GENERAL,
     NOT_VALID,
     Refusal,
@@ -117,7 +118,7 @@ class _BlockUpload(Running):
     data: bytes = b""
     sent: bytes = b""
     total: int | None = None
-    name: ClassVar[str] = "block upload"
+    name: ClassVar[str] = BLOCK_UPLOAD
     abort_row: ClassVar[str] = "F14"
 
     @property

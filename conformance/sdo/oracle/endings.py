@@ -9,7 +9,14 @@ from dataclasses import dataclass
 
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort
-from conformance.sdo.oracle.answers import KNOWN_CODES, Refusal, shape, violation
+from conformance.sdo.oracle.answers import (
+    BLOCK_UPLOAD,
+    KNOWN_CODES,
+    Refusal,
+    is_segment,
+    shape,
+    violation,
+)
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, quiet
 from conformance.sdo.oracle.states import IDLE, Lost, Running, most_answers
@@ -51,6 +58,8 @@ def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> E
     abort = decode_response(frame)
     running = [(branch, branch.state) for branch in branches if isinstance(branch.state, Running)]
     if not isinstance(abort, Abort) or not running:
+        return None
+    if is_segment(frame) and all(state.name == BLOCK_UPLOAD for _, state in running):
         return None
     own = [(branch, state) for branch, state in running if state.mux == abort.mux] or running
     reasons = [

@@ -47,6 +47,8 @@ class Violation(Exception):
     """A response, or its absence, that a rule does not allow.
 
     ``request`` is what had been sent last when it was seen, where somebody took note of that.
+    ``habit`` is what the device does there, by the rule and in words, where it does so wherever it
+    can, and breaks other rules as well with it.
     """
 
     def __init__(self, rule: Rule, *, expected: str, actual: str) -> None:
@@ -56,6 +58,7 @@ class Violation(Exception):
         self.expected = expected
         self.actual = actual
         self.request: Request | None = None
+        self.habit: tuple[str, str] | None = None
 
     @property
     def level(self) -> Level:
