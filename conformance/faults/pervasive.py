@@ -89,7 +89,7 @@ class BlocksRefused(Server):
         return [Abort(NO_MULTIPLEXER, AbortCode.COMMAND_NOT_VALID)]
 
 
-@fault("strings-padded", CHECKS, "segmented-download.")
+@fault("strings-padded", CHECKS, "download.text")
 class StringsPadded(Server):
     """Has strings and domains of 300 or 301 bytes only, and fills up with 0 what comes shorter."""
 

@@ -5,6 +5,7 @@ import pytest
 from conformance.run.causes import (
     MOST_WORDS,
     NO_ANSWER,
+    TIMED_OUT,
     Cause,
     Causes,
     cause_of,
@@ -157,7 +158,7 @@ def test_a_kind_is_a_line_and_short() -> None:
         (UploadSegment(toggle=1), "upload segment request"),
         (DownloadInitiate.with_data(MUX, b"\1\2"), "download initiate, expedited"),
         (DownloadInitiate.with_size(MUX, 20), "download initiate, segmented"),
-        (DownloadInitiate.with_size(MUX, None), "download initiate, segmented, size not indicated"),
+        (DownloadInitiate.with_size(MUX, None), "download initiate, size not indicated"),
         (DownloadSegment.with_data(b"ABC", toggle=1, last=True), "download segment"),
         (BlockUploadInitiate(MUX, 127), "block upload initiate"),
         (BlockUploadStart(), "block upload start"),
@@ -295,3 +296,52 @@ def test_what_the_suite_has_to_mind(rule: Rule, *, noisy: bool, answers_aborts: 
     assert not causes.noisy
     causes.add(Cause(rule.id, "an answer"), "a.case", violation(rule, "something"), aside=True)
     assert (causes.noisy, causes.aborts_are_answered) == (noisy, answers_aborts)
+
+
+# One habit under several rules
+
+
+@pytest.mark.parametrize(
+    "rule_id", ["block-upload.not-started", "block-upload.foreign", "block-upload.over"]
+)
+def test_what_is_served_within_a_block_upload_is_one_cause(rule_id: str) -> None:
+    served = violation(rule_of(rule_id), "block segment 1, last: 41")
+    assert str(cause_of(served, served.rule, READ)) == "block-upload.foreign: served"
+
+
+def test_a_habit_is_told_as_what_it_is() -> None:
+    found = violation(TOGGLE, "download segment response, t=0")
+    found.habit = ("server.nothing-afterwards", "the transfer goes on")
+    assert str(cause_of(found, TOGGLE, READ)) == "server.nothing-afterwards: the transfer goes on"
+
+
+def test_giving_up_where_nothing_is_due_to_end_is_one_cause() -> None:
+    """But not where a time-out is what the rule is about."""
+    actual = describe_response(Abort(MUX, AbortCode.TIMED_OUT).encode())
+    cause = f"{UNSOLICITED.id}: {TIMED_OUT} though no transfer is due to end"
+    for rule in (TOGGLE, rule_of("block-upload.invalid-block-size")):
+        assert str(cause_of(violation(rule, actual), rule, READ)) == cause
+    rule = rule_of("time-out.value")
+    assert cause_of(violation(rule, actual), rule, READ) == Cause(rule.id, TIMED_OUT)
+
+
+@pytest.mark.parametrize(
+    "request_", [DownloadInitiate.with_size(MUX, None), BlockDownloadInitiate.with_size(MUX, None)]
+)
+def test_a_refusal_of_one_kind_of_request_is_one_cause(request_: Request) -> None:
+    """Whatever rule is named where it is met again."""
+    causes, refusal = Causes(), violation(NOT_REFUSED, "abort 2010h:01, 06070010h (length)")
+    known = cause_of(refusal, NOT_REFUSED, DownloadInitiate.with_size(MUX, None))
+    causes.add(known, "a.case", refusal, aside=False)
+    other = Cause("request.reserved-bytes", "abort 06070010h")
+    assert causes.told_as(other, request_, "a.point", generated=False) == known
+    assert causes.told_as(other, READ, "a.point", generated=False) == other
+
+
+def test_a_state_of_the_matrix_tells_a_kind_of_answer_once() -> None:
+    causes, silence = Causes(), violation(ANSWERED, "nothing within 250 ms")
+    known, other = (cause_of(silence, ANSWERED, each) for each in (READ, UploadSegment()))
+    causes.add(known, "a.case", silence, aside=False).shown_by.add("a.state")
+    assert causes.told_as(other, UploadSegment(), "a.state", generated=True) == known
+    assert causes.told_as(other, UploadSegment(), "another.state", generated=True) == other
+    assert causes.told_as(other, UploadSegment(), "a.state", generated=False) == other

@@ -60,6 +60,19 @@ def test_frames_in_words() -> None:
     ]
 
 
+def test_the_frame_that_was_wrong_is_marked_though_others_follow() -> None:
+    frames = [
+        captured(frame(0x605, "2010200000000000")),
+        captured(frame(0x585, "8010200010000706"), 0.001, sent=False),
+        captured(frame(0x605, "2110200007000000"), 0.002),
+        captured(frame(0x585, "6010200000000000"), 0.003, sent=False),
+    ]
+    ids = [ChannelIds.default(5)]
+    for actual, marked in (("abort [80 10 20 00 10 00 07 06]", 1), ("nothing", 3)):
+        shown = trace_lines(frames, ids, decisive=True, actual=actual)
+        assert [line.startswith("*") for line in shown] == [n == marked for n in range(4)]
+
+
 def test_no_frames() -> None:
     assert lines([]) == []
     assert lines([], own=0) == []

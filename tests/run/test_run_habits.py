@@ -1,15 +1,21 @@
 """What hides everything else is found before the first case, and is told as what it is."""
 
+from collections.abc import Iterable
+
 import pytest
 from run_bench import (
+    BASELINE,
     DOMAIN,
     NODE_ID,
     NUMBER,
+    READ,
     RULE,
     TEXT,
     Recording,
+    Scripted,
     discovered,
     recording,
+    undiscovered,
 )
 
 from conformance.device.objects import KnownObject
@@ -19,7 +25,7 @@ from conformance.run.habits import FIRST_SEEN
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.objects import DataType, Entry
-from conformance.sdo.rules import Level, Rule, rule_of
+from conformance.sdo.rules import FRAME_SHAPE, Level, Rule, Violation, rule_of
 
 ANSWERED = "abort.not-answered: an answer"
 
@@ -147,3 +153,21 @@ def test_a_device_that_keeps_lengths_fills_nothing_up() -> None:
         assert session.causes.aside() == []
         assert not any(known.filled for known in bench.device.known.values())
         assert session.restorer.unrestored == {}
+
+
+def test_an_answer_of_another_shape_is_what_a_case_fails_for() -> None:
+    """What it holds is no answer either."""
+
+    def answers(frame: bytes) -> Iterable[bytes]:
+        return [BASELINE[: len(frame)]]
+
+    with undiscovered(Scripted(answers)) as bench:
+        bench.device.baseline = [(READ, BASELINE)]
+        session = bench.session()
+        run = session.begin("a.case", "a service", STORED)
+        run.sdo.send(READ[:3])
+        with pytest.raises(Violation) as caught:
+            run.sdo.checks.abort(run.sdo.receive(), None)
+        result = run.conclude(caught.value)
+    assert result.broken_rule_id == FRAME_SHAPE.id
+    assert result.cause == "response.frame: another length than 8"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.run.judgement import Point, crossing, is_answer
+from conformance.run.judgement import Point, confirmed_and_refused, crossing, is_answer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -135,3 +135,33 @@ def test_causes_name_the_rule_as_the_registry_has_it() -> None:
     assert Point(OWN, (TOGGLE, SPECIFIER)).registered(OWN) is TOGGLE
     assert Point(OWN, (TOGGLE,)).registered(SPECIFIER) is SPECIFIER
     assert Point(OWN).registered(OWN) is OWN
+
+
+# A download that is confirmed and then refused
+
+LAST = DownloadSegment.with_data(b"ABC", toggle=0, last=True)
+CONFIRMED = Violation(
+    TOGGLE, expected="an abort", actual=describe_response(DownloadSegmentResponse(0).encode())
+)
+
+
+def test_an_abort_behind_a_confirmation_is_a_cause_of_its_own() -> None:
+    found = confirmed_and_refused(CONFIRMED, [ABORT.encode()], LAST)
+    assert found is not None
+    assert found.habit == (UNSOLICITED.id, "an abort behind the confirmation of a download")
+
+
+@pytest.mark.parametrize(
+    ("error", "stray", "asked"),
+    [
+        (None, ABORT.encode(), LAST),
+        (REFUSED, ABORT.encode(), LAST),
+        (CONFIRMED, VALUE, LAST),
+        (CONFIRMED, ABORT.encode(), DownloadSegment.with_data(b"ABC", toggle=0)),
+        (CONFIRMED, ABORT.encode(), READ),
+    ],
+)
+def test_what_is_no_abort_behind_a_confirmation(
+    error: Exception | None, stray: bytes, asked: Request
+) -> None:
+    assert confirmed_and_refused(error, [stray], asked) is None
