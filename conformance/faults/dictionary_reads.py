@@ -16,11 +16,11 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
 from conformance.sdo.server import Server
-from conformance.sdo.storage import COMMANDS
 
 ACCESS = DefectClass.ACCESS_OR_SIZE
 WIDTH = DefectClass.FIELD_WIDTH
 DEVICE_TYPE = Multiplexer(0x1000)
+FIRST_OF_APPLICATION = 0x2000
 
 
 class _Reads(Server):
@@ -110,14 +110,14 @@ class ConstantsDiffer(Server):
 
 @fault("parameters-differ-from-eds", ACCESS, "od.default-of-parameter")
 class ParametersDiffer(Server):
-    """Has other defaults than its EDS states."""
+    """Has other defaults than its EDS states, not of what is written in an order of its own."""
 
     def __init__(self, objects: ObjectDictionary) -> None:
         """Change a bit of each within its limits."""
         super().__init__(objects)
         for mux, entry in objects.items():
-            is_parameter = entry.access is Access.RW and mux.index not in COMMANDS
-            if is_parameter and entry.value:
+            of_application = mux.index >= FIRST_OF_APPLICATION
+            if of_application and entry.access is Access.RW and entry.value:
                 entry.value = bytes([entry.value[0] ^ 1]) + entry.value[1:]
 
 
