@@ -3,7 +3,7 @@
 from conformance.run.case import must, should
 from conformance.run.dialogue import Dialogue
 from conformance.run.session import Incident, WholeRun
-from conformance.sdo.rules import FILLER, RESERVED
+from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED
 
 
 def judge(sdo: Dialogue, incidents: list[Incident], expected: str) -> None:
@@ -39,8 +39,13 @@ def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
 @must("run.beside-the-cases", "2.13-no-response")
 def test_beside_the_cases(sdo: Dialogue) -> None:
     """What the suite met when it got to know the device was right, or a case has failed for it."""
-    for _, standing in sdo.causes.aside():
+    aside = [standing for _, standing in sdo.causes.aside()]
+    # An abort that names another object says less than why there was one.
+    aside.sort(key=lambda standing: standing.violation.rule is MULTIPLEXER)
+    for standing in aside:
         standing.aside = False
         sdo.own.add(standing.violation)
-        sdo.info(f"it was met at {standing.first_case}")
-        raise standing.violation
+        sdo.info(f"{standing.violation.rule.id} was met at {standing.first_case}")
+    if aside:
+        sdo.minor += [standing.violation for standing in aside[1:]]
+        raise aside[0].violation

@@ -23,9 +23,10 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control
 from conformance.sdo.objects import Access, DataType
-from conformance.sdo.rules import Level, Rule, Violation
+from conformance.sdo.rules import NOT_REFUSED, Level, Rule, Violation
 
 SANITY_ATTEMPTS = 3
+ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
 MOST_SEGMENTS = 8
 _MANDATORY = (
     KnownObject(DEVICE_TYPE, DataType.UNSIGNED32, Access.CONST),
@@ -175,6 +176,8 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
         # A device that answers badly here is tested all the same.
         sdo.device.unreadable[known.mux] = str(error)
         if isinstance(error, Violation):
+            if _goes_astray(error):
+                sdo.note(error)  # no case may ever write or read what cannot be read
             sdo.recover()
         return False
     if known.length is not None and len(value) < known.length:
@@ -183,6 +186,15 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
     # What reads too long for its type could not be written back as it was read.
     sdo.device.values[known.mux] = value[: known.length]
     return True
+
+
+def _goes_astray(error: Violation) -> bool:
+    """Say whether a server took the request for the next segment for an error of the client.
+
+    It may end an upload for reasons of its own, with other codes.
+    """
+    refused = error.rule is NOT_REFUSED and isinstance(error.request, UploadSegment)
+    return refused and any(f"{code:08X}h" in error.actual for code in ASTRAY)
 
 
 def _silence(channel: Channel) -> str:

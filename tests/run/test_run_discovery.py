@@ -19,6 +19,7 @@ from conformance.bus.errors import SilentNode
 from conformance.device.objects import KnownObject
 from conformance.faults.catalogue import build_node
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
+from conformance.run.causes import Causes
 from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
@@ -28,6 +29,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
+FULL = KnownObject(Multiplexer(0x1008), DataType.VISIBLE_STRING, Access.CONST)  # of 4 segments
 NAME, IDENTITY = Multiplexer(0x1008), Multiplexer(0x1018, 1)
 ABORT = b"\x80\x00\x10\x00\x00\x00\x00\x08"
 
@@ -240,3 +242,15 @@ def test_a_device_that_answers_an_abort_is_known_all_the_same() -> None:
         assert bench.device.baseline == [(READ, BASELINE)]
         assert bench.device.values[NUMBER.mux] == bytes.fromhex("11223344")
         assert bench.device.unreadable == {}
+
+
+def test_an_upload_that_cannot_be_ended_is_told_beside_the_cases() -> None:
+    """No case may ever read such an object."""
+    causes = Causes()
+    with undiscovered(build_node("upload-last-flag-missing-when-full", NODE_ID)) as bench:
+        bench.device.known[FULL.mux] = FULL
+        discover(bench.channel, bench.device, causes)
+        assert FULL.mux in bench.device.unreadable
+    assert "response.not-refused: abort 05040001h to upload segment request" in [
+        str(cause) for cause, _ in causes.aside()
+    ]
