@@ -68,13 +68,13 @@ def _look(sdo: Dialogue) -> Leaving:
         return _recover(sdo, error)
     if not stray:
         return Leaving(Afterwards.IDLE)
-    first = unasked(stray[0], aborted=aborted)
+    first = unasked(stray[0], aborted=aborted, read=sdo.read_as)
     others = stray[1:]
     if others:
         first = Violation(
             first.rule,
             expected=first.expected,
-            actual="; ".join([first.actual, unsolicited(others).actual]),
+            actual="; ".join([first.actual, unsolicited(others, read=sdo.read_as).actual]),
         )
     return Leaving(Afterwards.IDLE, first, stray)
 

@@ -14,7 +14,6 @@ from conformance.run.steps import Target, filled_up, mux_of, same_value, shown
 from conformance.run.storage_steps import StorageSteps
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
     Abort,
@@ -48,7 +47,7 @@ class Dialogue(StorageSteps):
         """Expect exactly this response."""
         frame = self.receive()
         if frame != response.encode():
-            raise self.breach(describe_response(response.encode()), describe_response(frame))
+            raise self.breach(describe_response(response.encode()), self.words(frame))
 
     def expect_abort(
         self,
@@ -77,11 +76,11 @@ class Dialogue(StorageSteps):
         if of is not None and abort.mux != mux_of(of):
             # The case goes on: whether the transfer has ended is another question.
             expected = f"multiplexer {mux_of(of)}"
-            self.note(Violation(MULTIPLEXER, expected=expected, actual=describe_response(frame)))
+            self.note(Violation(MULTIPLEXER, expected=expected, actual=self.words(frame)))
         if abort.code not in codes:
             if abort.code not in tolerated:
-                raise self.breach(due, describe_response(frame))
-            self.note(Violation(SUBSTITUTE, expected=due, actual=describe_response(frame)))
+                raise self.breach(due, self.words(frame))
+            self.note(Violation(SUBSTITUTE, expected=due, actual=self.words(frame)))
         return abort
 
     def expect_download_refused(
@@ -94,7 +93,7 @@ class Dialogue(StorageSteps):
         """
         self.send(DownloadInitiate.with_size(mux_of(target), size))
         frame = self.receive()
-        response = decode_response(frame)
+        response = self.read_as(frame)
         if isinstance(response, Abort):
             if size is None and response.code == AbortCode.COMMAND_NOT_VALID not in codes:
                 raise ServerAborted(response)  # it takes no download that indicates no size
@@ -106,13 +105,13 @@ class Dialogue(StorageSteps):
             last = number == len(chunks) - 1
             self.send(DownloadSegment.with_data(chunk, toggle=number % 2, last=last))
             frame = self.receive()
-            if isinstance(decode_response(frame), Abort):
+            if isinstance(self.read_as(frame), Abort):
                 self.take_abort(frame, codes, target)
                 return number + 1
             self.checks.download_segment(frame, mux_of(target), number % 2)
         raise self.breach(
             f"abort with {named(codes)}, at the last segment at the latest",
-            f"{describe_response(frame)} for the last segment",
+            f"{self.words(frame)} for the last segment",
         )
 
     def expect_block_download_refused(
@@ -140,7 +139,7 @@ class Dialogue(StorageSteps):
         multiplexer it carries is open: a server may not know what it was asked.
         """
         frame = self.receive()
-        if isinstance(decode_response(frame), Abort):
+        if isinstance(self.read_as(frame), Abort):
             self.take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *warned))
             return
         response = self.checks.upload_initiate(frame, known.mux)
@@ -151,7 +150,7 @@ class Dialogue(StorageSteps):
     def expect_download_or_abort(self, known: KnownObject, *codes: AbortCode) -> None:
         """Expect the download initiate that was sent to be confirmed, or refused."""
         frame = self.receive()
-        if isinstance(decode_response(frame), Abort):
+        if isinstance(self.read_as(frame), Abort):
             self.take_abort(frame, codes, None)
         else:
             self.checks.download_initiate(frame, known.mux)
@@ -163,14 +162,12 @@ class Dialogue(StorageSteps):
         """
         self.send(request)
         frame = self.receive()
-        response = decode_response(frame)
+        response = self.read_as(frame)
         if not isinstance(response, Abort):
             return frame
         self.checks.abort(frame, None)
         if response.mux not in (mux_of(old), mux_of(new)):
-            raise self.breach(
-                f"an abort of {mux_of(old)} or {mux_of(new)}", describe_response(frame)
-            )
+            raise self.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", self.words(frame))
         served = self.behind_superseded(response, mux_of(old))
         if served is not None:
             return served
@@ -178,7 +175,7 @@ class Dialogue(StorageSteps):
             Violation(
                 RESTART,
                 expected=f"{mux_of(new)} served",
-                actual=describe_response(frame),
+                actual=self.words(frame),
             )
         )
         return None
@@ -224,7 +221,7 @@ class Dialogue(StorageSteps):
         begin = time.monotonic() if self.pauses.active_at is None else self.pauses.active_at
         for _ in range(MOST_ACKNOWLEDGEMENTS):
             frame = self.wait(seconds + self.channel.response_timeout)
-            if frame is None or not isinstance(decode_response(frame), BlockAck):
+            if frame is None or not isinstance(self.read_as(frame), BlockAck):
                 break
         due = f"abort with {named((AbortCode.TIMED_OUT,))} after {seconds:g} s of silence"
         if frame is None:
@@ -240,8 +237,8 @@ class Dialogue(StorageSteps):
         It need not where it waits for segments of a block: it may acknowledge what it has.
         """
         frame = self.pause(seconds)
-        if frame is not None and not isinstance(decode_response(frame), BlockAck):
-            raise self.breach(f"no answer for {seconds:g} s", describe_response(frame))
+        if frame is not None and not isinstance(self.read_as(frame), BlockAck):
+            raise self.breach(f"no answer for {seconds:g} s", self.words(frame))
         return frame is None
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:

@@ -12,7 +12,6 @@ from conformance.run.verdict import INCIDENTAL
 from conformance.run.wire import MOST_STRAY
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
@@ -132,7 +131,7 @@ class Lockstep:
         self._point = self._sdo.last_sent if point else None
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
-        if answers and isinstance(decode_response(answers[-1]), Abort) and not self.oracle.lost:
+        if answers and isinstance(self._sdo.read_as(answers[-1]), Abort) and not self.oracle.lost:
             # The abort may be that of a superseded transfer, with the answer behind it.
             while self.oracle.awaited is Awaited.MAYBE:
                 answers += self._answer()

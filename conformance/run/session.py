@@ -325,7 +325,7 @@ class CaseRun:
         result.afterwards = leaving.afterwards
         found = [*sdo.minor[len(self._minor) :]]
         if sdo.answered_after is not None and leaving.stray:
-            answer = describe_response(leaving.stray[0])
+            answer = sdo.words(leaving.stray[0])
             result.actual += f"; answered after {sdo.answered_after * 1000:.0f} ms: {answer}"
         elif leaving.violation is not None:
             follows = result.cause and result.verdict is Verdict.NOT_TESTABLE

@@ -52,6 +52,8 @@ class TransferTracker:
         response = self._decoder.response(frame)
         if isinstance(response, BlockSegment):
             self.segments.add(frame)
+        else:
+            self.segments.discard(frame)
         self.in_blocks |= isinstance(response, BlockUploadInitiateResponse)
         self._follow(response, self._request)
         if self.open is not None:

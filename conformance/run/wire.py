@@ -15,7 +15,7 @@ from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device, NotTestable
 from conformance.device.safety import written_by
 from conformance.run.causes import Causes
-from conformance.run.odd_frames import check_shape, unasked, unsolicited
+from conformance.run.odd_frames import check_shape, in_words, unasked, unsolicited
 from conformance.run.pauses import Pauses
 from conformance.run.sub_blocks import SubBlocks
 from conformance.run.tracker import TransferTracker
@@ -23,7 +23,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.decoding import decode_request, decode_response, decode_segment
-from conformance.sdo.describe import describe, describe_response, hex_bytes
+from conformance.sdo.describe import describe, hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -209,7 +209,7 @@ class Wire:
 
     def words(self, frame: bytes) -> str:
         """Return a response in words, by the state in which it came, with its bytes."""
-        return f"{describe(self.read_as(frame))} [{hex_bytes(frame)}]"
+        return in_words(self.read_as(frame), frame)
 
     def wait(self, seconds: float) -> bytes | None:
         """Send nothing for so many seconds; return the response that is due within them."""
@@ -296,7 +296,7 @@ class Wire:
         """
         stray = self.fence()
         if stray:
-            raise unsolicited(stray)
+            raise unsolicited(stray, read=self.read_as)
 
     def _heard_elsewhere(self) -> str:
         heard = [str(frame) for frame in self.channel.overheard if frame.dlc == FRAME_LENGTH]
@@ -332,7 +332,7 @@ class Wire:
                     raise Violation(
                         SPECIFIER if stray else ANSWERED,
                         expected="an answer to the read of 1000h that follows",
-                        actual="; ".join(["no answer", *map(describe_response, stray)])
+                        actual="; ".join(["no answer", *map(self.words, stray)])
                         + self._heard_elsewhere(),
                     )
                 retried = True
@@ -341,7 +341,7 @@ class Wire:
             data = self._take(frame)
             if data == self.device.baseline[0][1]:
                 break
-            if crossed and isinstance(decode_response(data), Abort):
+            if crossed and isinstance(self.read_as(data), Abort):
                 crossed -= 1
                 continue
             if self.pauses.excuses(data):
@@ -350,14 +350,12 @@ class Wire:
             if self._unanswered_at is not None and self.answered_after is None:
                 self.answered_after = time.monotonic() - self._unanswered_at
             if len(stray) > most:
-                raise unsolicited(stray)
+                raise unsolicited(stray, read=self.read_as)
         for request, due in self.device.baseline[1:]:
             self._transmit(request)
             data = self.receive()
             if data != due:
-                raise Violation(
-                    UNSOLICITED, expected=hex_bytes(due), actual=describe_response(data)
-                )
+                raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=self.words(data))
         return stray
 
     def _send_baseline(self, position: int) -> None:
@@ -372,7 +370,7 @@ class Wire:
         """Take what the device sends though nobody asked, and note it."""
         aborted = self.has_aborted
         for frame in self.fence():
-            self.note(unasked(frame, aborted=aborted))
+            self.note(unasked(frame, aborted=aborted, read=self.read_as))
 
     def recover(self) -> None:
         """Leave the server idle after a breach, whatever it may still send."""
@@ -395,7 +393,7 @@ class Wire:
         if ended:
             self._take_answer_to_abort(stray)
         if len(stray) > 1:
-            raise unsolicited(stray, "one answer at most")
+            raise unsolicited(stray, "one answer at most", read=self.read_as)
         return stray[0] if stray else None
 
     def _take_answer_to_abort(self, stray: list[bytes]) -> None:
@@ -405,8 +403,8 @@ class Wire:
         aborts.
         """
         least = 0 if self.causes.aborts_are_answered else 1
-        while len(stray) > least and isinstance(decode_response(stray[-1]), Abort):
-            violation = unasked(stray.pop(), aborted=True)
+        while len(stray) > least and isinstance(self.read_as(stray[-1]), Abort):
+            violation = unasked(stray.pop(), aborted=True, read=self.read_as)
             violation.request = self._abort
             self.note(violation)
 

@@ -173,7 +173,13 @@ class ResponseChecks:
 
     def block_end(self, frame: bytes, mux: Multiplexer, last_payload: bytes = b"") -> BlockEnd:
         """Check the end of a block upload (7.2.4.3.15) and the unused bytes of its last segment."""
-        response = self._read(BlockEnd, frame, mux, "C1h to DDh, block end")
+        due = "C1h to DDh, block end"
+        segment = decode_segment(frame)
+        if isinstance(segment, BlockSegment) and not BlockEnd.matches(frame[0]):
+            # Where segments have been on their way, only exactly 80h is an abort.
+            actual = f"{describe(segment)} [{hex_bytes(frame)}]"
+            raise Violation(SPECIFIER, expected=due, actual=actual)
+        response = self._read(BlockEnd, frame, mux, due)
         self._zero(FILLER, last_payload[7 - response.unused :], frame)
         return response
 

@@ -29,6 +29,19 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message
 
+# What a positive answer to a request is.
+ANSWERS: dict[type, tuple[type, ...]] = {
+    UploadInitiate: (UploadInitiateResponse,),
+    UploadSegment: (UploadSegmentResponse,),
+    DownloadInitiate: (DownloadInitiateResponse,),
+    DownloadSegment: (DownloadSegmentResponse,),
+    BlockUploadInitiate: (BlockUploadInitiateResponse, UploadInitiateResponse),
+    BlockDownloadInitiate: (BlockDownloadInitiateResponse,),
+    BlockSegment: (BlockAck,),
+    BlockAck: (BlockEnd,),
+    BlockEnd: (BlockEndResponse,),
+}
+
 
 def hex_bytes(data: bytes) -> str:
     """Write bytes as the field does: ``40 18 10 01``; ``no data`` for none."""
@@ -181,19 +194,26 @@ def _(message: Unknown) -> str:
 
 
 class Decoder:
-    """Follows a conversation on one channel, so that it can tell the segments of a block."""
+    """Follows a conversation on one channel, so that it can tell the segments of a block.
+
+    They come unasked as well: before the client has started a block upload, after it has ended the
+    upload on its side, or more of them than it wanted.
+    """
 
     def __init__(self) -> None:
         """Start outside any block transfer."""
         self._client_sends_segments = False
         self._server_sends_segments = False
+        self._may_send_segments = False
         self._acknowledges_last = False
         self._last_sequence = 0
         self._last_marked = False
+        self._asked: Request | None = None
 
     def request(self, frame: bytes) -> Request:
         """Read a frame of the client and follow where it leads."""
         message = decode_segment(frame) if self._client_sends_segments else decode_request(frame)
+        self._asked = message
         self._follow(message)
         if isinstance(message, BlockUploadStart):
             self._server_sends_segments = True
@@ -203,13 +223,37 @@ class Decoder:
 
     def response(self, frame: bytes) -> Response:
         """Read a frame of the server and follow where it leads."""
-        message = decode_segment(frame) if self._server_sends_segments else decode_response(frame)
+        segment = decode_segment(frame)
+        if self._server_sends_segments:
+            message: Response = segment
+        else:
+            message = decode_response(frame)
+            if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
+                self._last_sequence = segment.sequence
+                return segment
         self._follow(message)
+        if not isinstance(message, Unknown):
+            begins = isinstance(message, BlockUploadInitiateResponse)
+            self._may_send_segments = begins or isinstance(message, BlockSegment)
+            self._last_sequence = 0 if begins else self._last_sequence
         if isinstance(message, BlockDownloadInitiateResponse):
             self._client_sends_segments = True
         elif isinstance(message, BlockAck):
             self._client_sends_segments &= not self._acknowledges_last
         return message
+
+    def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
+        """Say whether a frame is rather a segment that nobody wanted than any other message."""
+        if not self._may_send_segments or self._is_answer(message):
+            return False
+        in_sequence = segment.sequence in (self._last_sequence + 1, 1)
+        nothing_else = isinstance(message, Unknown) or bool(message.reserved_fields())
+        return in_sequence or nothing_else
+
+    def _is_answer(self, message: Response) -> bool:
+        kinds = ANSWERS.get(type(self._asked), ())
+        due = getattr(self._asked, "mux", None)
+        return isinstance(message, kinds) and getattr(message, "mux", None) == due
 
     def _follow(self, message: Request | Response) -> None:
         if isinstance(message, BlockSegment):
@@ -219,5 +263,4 @@ class Decoder:
             self._acknowledges_last = self._last_marked and message.sequence == self._last_sequence
         elif not isinstance(message, Unknown):
             self._client_sends_segments = self._server_sends_segments = False
-            self._last_sequence = 0
             self._last_marked = False

@@ -11,6 +11,7 @@ from conformance.sdo.frames import (
     DownloadSegmentResponse,
     UploadInitiate,
     UploadInitiateResponse,
+    UploadSegmentResponse,
 )
 
 VECTORS = load()
@@ -205,3 +206,63 @@ def test_an_acknowledgement_outside_a_block_transfer_starts_none() -> None:
     decoder.request(bytes_of("A2 00 7F 00 00 00 00 00"))
     stray = decoder.response(bytes_of("20 00 00 00 00 00 00 00"))
     assert stray == DownloadSegmentResponse(toggle=0)
+
+
+START = ["> A4 08 10 00 7F 00 00 00", "< C6 08 10 00 0E 00 00 00"]
+ABORT = "> 80 08 10 00 00 00 00 08"
+READ = "> 40 00 10 00 00 00 00 00"
+RUNNING = [*START, "> A3 00 00 00 00 00 00 00", "< 01 30 31 32 33 34 35 36"]
+SENT = [*RUNNING, "< 82 37 38 39 3A 3B 3C 3D", "> A2 02 7F 00 00 00 00 00"]
+
+
+@pytest.mark.parametrize(
+    ("conversation", "frame", "sequence"),
+    [
+        ([*START, READ], "< 81 30 31 32 33 34 35 36", 1),
+        (START, "< 01 30 31 32 33 34 35 36", 1),
+        ([*RUNNING, ABORT], "< 02 37 38 39 3A 3B 3C 3D", 2),
+        ([*RUNNING, ABORT, READ], "< 82 37 38 39 3A 3B 3C 3D", 2),
+        ([*RUNNING, ABORT, READ, "< 02 37 38 39 3A 3B 3C 3D"], "< 83 00 10 00 0 0 0 0", 3),
+        (SENT, "< 81 30 31 32 33 34 35 36", 1),
+        (SENT, "< 03 30 31 32 33 34 35 36", 3),
+        (SENT, "< E9 30 31 32 33 34 35 36", 105),
+    ],
+)
+def test_segments_come_unasked_where_a_block_upload_may_be_running(
+    conversation: list[str], frame: str, sequence: int
+) -> None:
+    """81h is segment 1 there, marked as the last, and no abort with reserved bits."""
+    decoder = following(conversation)
+    data = bytes(int(each, 16) for each in frame[1:].split())
+    message = decoder.response(data)
+    assert isinstance(message, BlockSegment)
+    assert message.sequence == sequence
+
+
+@pytest.mark.parametrize(
+    ("conversation", "frame", "kind"),
+    [
+        ([*RUNNING, ABORT, READ], "43 00 10 00 91 01 0F 00", UploadInitiateResponse),
+        ([*RUNNING, ABORT], "80 08 10 00 00 00 00 08", Abort),
+        (SENT, "C1 D2 A8 00 00 00 00 00", BlockEnd),
+        ([*START, "> 60 00 00 00 00 00 00 00"], "01 0 0 0 0 0 0 0", UploadSegmentResponse),
+        ([READ], "81 00 10 00 00 00 00 08", Abort),
+        (
+            [*RUNNING, ABORT, READ, "< 43 00 10 00 91 01 0F 00", READ],
+            "81 00 10 00 00 00 00 08",
+            Abort,
+        ),
+    ],
+)
+def test_what_is_no_segment_though(conversation: list[str], frame: str, kind: type) -> None:
+    data = bytes(int(each, 16) for each in frame.split())
+    decoder = following(conversation)
+    assert isinstance(decoder.response(data), kind)
+
+
+def following(conversation: list[str]) -> Decoder:
+    decoder = Decoder()
+    for line in conversation:
+        read = decoder.request if line[0] == ">" else decoder.response
+        read(bytes.fromhex(line[1:]))
+    return decoder

@@ -86,7 +86,7 @@ def presence_reasons(facts: Facts) -> Iterable[Reason]:
     elif facts.presence is Presence.NO_SUB_INDEX:
         yield Reason("I3", (AbortCode.SUB_INDEX_MISSING,))
     elif facts.presence is Presence.OPEN:
-        yield Reason("I2", ABOUT_OBJECTS, binding=False, late=True)
+        yield Reason("I1", ABOUT_OBJECTS, binding=False, late=True)
 
 
 def read_reasons(facts: Facts, value: bytes | None) -> Reasons:

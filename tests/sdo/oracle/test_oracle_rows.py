@@ -276,6 +276,11 @@ def test_not_allowed(name: str) -> None:
     assert [violation.rule.id for violation in judged(exchange)] == [rule]
 
 
+def test_a_refusal_of_what_may_exist_is_not_about_what_is_missing() -> None:
+    refused = "> 40 00 30 00 00 00 00 00 \n < 80 00 30 00 00 00 03 05"
+    assert [found.rule.id for found in judged(refused, Oracle())] == ["response.not-refused"]
+
+
 def test_awaited_follows_what_is_due() -> None:
     oracle = Oracle(KNOWN)
     awaited = [oracle.awaited]
