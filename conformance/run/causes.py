@@ -139,7 +139,8 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     if rule.id in WHATEVER_CODE and answer.startswith("abort "):
         answer = "abort"
     if rule.id in GENERAL:
-        answer = f"{answer} {GENERAL[rule.id]} {kind_of_request(request)}"
+        asked = violation.asked or kind_of_request(request)
+        answer = f"{answer} {GENERAL[rule.id]} {asked}"
     elif rule.id == FRAME_SHAPE.id:
         answer = answer.replace("DLC …", "another length than 8")
     return Cause(rule.id, answer)

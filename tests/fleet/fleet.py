@@ -73,7 +73,9 @@ def run(
     if not done.junit.exists():
         raise Unavailable(f"the run ended with {done.status}: {done.folder / 'output.txt'}")
     results = list(outcomes(done.junit))
-    return Row.of(server.name, results, done.seconds), Comparison.of(results, server.causes)
+    return Row.of(server.name, results, done.seconds, server.causes), Comparison.of(
+        results, server.causes
+    )
 
 
 if __name__ == "__main__":

@@ -35,11 +35,16 @@ class Unavailable(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ExpectedCause:
-    """A defect of a server that the suite finds, judged by hand."""
+    """A defect of a server that the suite finds, judged by hand.
+
+    ``lacking``: it is a service that the server does not have, so that the cases which need it
+    cannot reach their point.
+    """
 
     cause: str
     why: str
     frames: tuple[str, ...]
+    lacking: bool = False
 
     def covers(self, cause: str) -> bool:
         """Return whether a run that names this cause has found this defect."""
@@ -130,7 +135,12 @@ def _read(path: Path) -> ForeignServer:
         without=tuple(table.get("eds-without", ())),
         replaced=table.get("eds-replaced", {}),
         causes=tuple(
-            ExpectedCause(entry["cause"], entry["why"], tuple(entry["frames"]))
+            ExpectedCause(
+                entry["cause"],
+                entry["why"],
+                tuple(entry["frames"]),
+                lacking=entry.get("lacking", False),
+            )
             for entry in table.get("causes", ())
         ),
     )

@@ -54,6 +54,18 @@ def test_what_the_server_lacks_does_not_count(tmp_path: Path) -> None:
     assert len(str(row)) == len(Row.HEADER)
 
 
+def test_what_a_cause_says_is_lacking_does_not_count_either(tmp_path: Path) -> None:
+    missing = ExpectedCause("frame.short: *", "why", (), lacking=True)
+    row = Row.of("server", read(tmp_path), 12.3, [missing])
+    assert (row.reached, row.reachable) == (3, 4)
+
+
+def test_what_would_show_no_more_has_reached_its_point() -> None:
+    told = "frame.short: an answer would show no more, see frame.short[1]"
+    outcome = Outcome("a", "not testable", "frame.short: an answer", told)
+    assert outcome.reached
+
+
 def test_no_case_at_all_is_no_success() -> None:
     assert Row.of("server", [], 0).share == 0
 

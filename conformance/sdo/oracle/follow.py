@@ -26,6 +26,7 @@ from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, quiet
 from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.endings import Ended, ending
+from conformance.sdo.oracle.going_on import AT_THE_END, goes_on, waits_for_the_end
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
@@ -145,7 +146,13 @@ class Oracle:
         near = any(misfit.near for misfit in misfits)
         fits += [_bearing(branch) for branch in self._branches if _bears(branch, fits, near=near)]
         self.ended = None
-        if not fits or min(branch.failures for branch in fits):
+        unfit = not fits or min(branch.failures for branch in fits) > 0
+        going_on = goes_on(self._branches, data) if unfit else None
+        if going_on is not None:
+            broken = [going_on]
+            memory = self._branches[0].memory.in_doubt()
+            self._go_to([quiet(Lost(LARGEST_BLOCK), memory, "F11")])
+        elif unfit:
             broken = self._unfit(fits, misfits, data)
         else:
             broken = self._keep_best(fits)
@@ -180,11 +187,14 @@ class Oracle:
             return self._keep_best(resting)
         due = [branch.due for branch in self._branches if branch.due is not None]
         expected = " or ".join(dict.fromkeys(answer.words for answer in due))
+        where = AT_THE_END if asked and waits_for_the_end(self._branches) else ""
         memory = self._branches[0].memory.in_doubt()
         self._go_to([quiet(LOST, memory, due[0].row)])
         # A sub-block that stops in the middle was answered, but not to its end.
         rule = ANSWERED if asked else must(due[0].row)
-        return [Violation(rule, expected=expected, actual="no answer")]
+        silent = Violation(rule, expected=expected, actual="no answer")
+        silent.asked = where
+        return [silent]
 
     def silence(self) -> list[Violation]:
         """Take that the client was silent for longer than a server's time-out may be."""

@@ -49,6 +49,7 @@ class Violation(Exception):
     ``request`` is what had been sent last when it was seen, where somebody took note of that.
     ``habit`` is what the device does there, by the rule and in words, where it does so wherever it
     can, and breaks other rules as well with it.
+    ``asked`` says what was asked in words that fit more than one request.
     """
 
     def __init__(self, rule: Rule, *, expected: str, actual: str) -> None:
@@ -59,6 +60,7 @@ class Violation(Exception):
         self.actual = actual
         self.request: Request | None = None
         self.habit: tuple[str, str] | None = None
+        self.asked = ""
 
     @property
     def level(self) -> Level:

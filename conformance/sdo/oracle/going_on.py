@@ -1,0 +1,45 @@
+"""A block upload that goes on though its client has asked for something else (7.2.4.3.13 to .15).
+
+What comes then are segments, whatever their first bytes would be elsewhere: 81h is no abort with
+reserved bits.
+"""
+
+from collections.abc import Iterable
+
+from conformance.sdo.decoding import decode_response, decode_segment
+from conformance.sdo.describe import describe, hex_bytes
+from conformance.sdo.frames import BlockEnd, BlockSegment
+from conformance.sdo.oracle.block_upload import BlockUploadEnd, NotStarted, Unacknowledged
+from conformance.sdo.oracle.branch import Branch
+from conformance.sdo.oracle.citations import must
+from conformance.sdo.rules import Violation
+
+FIRST = 1
+AT_THE_END = "what comes where the end of a block upload is to be confirmed"
+
+
+def goes_on(branches: Iterable[Branch], frame: bytes) -> Violation | None:
+    """Take a response that fits nowhere for the next part of a block upload; None for another."""
+    due = [branch for branch in branches if branch.due is not None]
+    state = next(
+        (branch.state for branch in due if isinstance(branch.state, NotStarted | Unacknowledged)),
+        None,
+    )
+    if state is None:
+        return None
+    segment = decode_segment(frame)
+    if isinstance(segment, BlockSegment) and segment.sequence == FIRST:
+        shown = describe(segment)
+    elif isinstance(end := decode_response(frame), BlockEnd):
+        shown = describe(end)
+    else:
+        return None
+    expected = " or ".join(dict.fromkeys(branch.due.words for branch in due if branch.due))
+    return Violation(
+        must(state.foreign_row), expected=expected, actual=f"{shown} [{hex_bytes(frame)}]"
+    )
+
+
+def waits_for_the_end(branches: Iterable[Branch]) -> bool:
+    """Say whether a block upload waits for the confirmation of its end."""
+    return any(isinstance(branch.state, BlockUploadEnd) for branch in branches)
