@@ -37,9 +37,9 @@ def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
 
 
 @must("run.beside-the-cases", "2.13-no-response")
-def test_beside_the_cases(sdo: Dialogue) -> None:
+def test_beside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
     """What the suite met when it got to know the device was right, or a case has failed for it."""
-    aside = [standing for _, standing in sdo.causes.aside()]
+    aside = [standing for _, standing in whole_run.causes.aside()]
     # An abort that names another object says less than why there was one.
     aside.sort(key=lambda standing: standing.violation.rule is MULTIPLEXER)
     for standing in aside:

@@ -46,9 +46,10 @@ class WholeRun:
     """What the cases of a run saw on the way, to be judged at its end.
 
     ``incidents`` are reserved fields and filler bytes that are not 0; ``late`` are responses that
-    came after the case in which they could have been asked for.
+    came after the case in which they could have been asked for; ``causes`` are what stands.
     """
 
+    causes: Causes = field(default_factory=Causes)
     incidents: list[Incident] = field(default_factory=list)
     late: list[Incident] = field(default_factory=list)
 

@@ -15,10 +15,10 @@ LISTED = """\
   <Case abort.not-answered[all-zero]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
   <Case abort.frame  MUST  clause 7.2.4.3.17  rules 2.13-abort-code 2.13-reserved>
 <CaseModule test_whole_run.py>
-  <Case run.beside-the-cases  MUST  clause 7.2.4.2  rules 2.13-no-response>
   <Case run.reserved  MUST  clause 7.2.4.3  rules 2.13-reserved>
   <Case run.filler  SHOULD  clause 7.2.4.3  rules 2.13-filler>
   <Case run.no-late-response  MUST  clause 7.2.4.2  rules 2.13-no-response>
+  <Case run.beside-the-cases  MUST  clause 7.2.4.2  rules 2.13-no-response>
 """
 IDS = """\
 cases/test_abort.py::abort.not-answered[general-error]
@@ -28,10 +28,10 @@ cases/test_abort.py::abort.not-answered[code-0]
 cases/test_abort.py::abort.not-answered[unknown-code]
 cases/test_abort.py::abort.not-answered[all-zero]
 cases/test_abort.py::abort.frame
-cases/test_whole_run.py::run.beside-the-cases
 cases/test_whole_run.py::run.reserved
 cases/test_whole_run.py::run.filler
 cases/test_whole_run.py::run.no-late-response
+cases/test_whole_run.py::run.beside-the-cases
 """
 SOME = ("-k", "abort.not-answered or abort.frame or test_whole_run")
 

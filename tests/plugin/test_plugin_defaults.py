@@ -90,7 +90,7 @@ def test_the_suite_loads_them_once_and_puts_back_what_was_there(
 
 
 def test_what_is_not_loaded_fails(pytester: pytest.Pytester) -> None:
-    result, watched = cases(pytester, "load-defaults-ignored", *allowed(*ALL))
+    result, watched = cases(pytester, "load-defaults-ignored", *allowed(*ALL), "-v")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines(
         [
@@ -120,6 +120,6 @@ def test_the_user_has_loaded_them(pytester: pytest.Pytester) -> None:
     assert result.ret == pytest.ExitCode.OK
     assert result.parseoutcomes()["passed"] > 20
     assert watched.commands == 0
-    configured, _ = cases(pytester, "parameters-stored", objects=objects)
+    configured, _ = cases(pytester, "parameters-stored", "-v", objects=objects)
     assert configured.ret == pytest.ExitCode.TESTS_FAILED
     configured.stdout.fnmatch_lines(["od.default-of-parameter[[]2004h:00]: FAIL *"])

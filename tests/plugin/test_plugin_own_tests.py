@@ -72,7 +72,7 @@ def test_mine(sdo):
     result.stdout.fnmatch_lines(
         [
             '>*assert vendor == b"ours"',
-            "E *assert b'?x00?x00?x00?x00' == b'ours'",
+            "E *assert b'?x00?x00?x0c]' == b'ours'",
             "test_mine.py:*: AssertionError",
             "*- frames on the bus -*",
             "*> 605#4018100100000000 upload initiate 1018h:01",
@@ -101,7 +101,7 @@ def test_mine(sdo):
             "  expected: our vendor-ID",
             "  actual: another",
             "  afterwards: idle",
-            "  frames (> sent, < received):",
+            "  frames (> sent, < received, [*] decisive):",
             "*> 605#4018100100000000 upload initiate 1018h:01",
             "  to repeat what was sent:",
             "    cansend can0 605#4018100100000000",
@@ -215,7 +215,7 @@ def vendor(sdo):
     return sdo.upload(VENDOR)
 
 def test_mine(vendor):
-    assert vendor == bytes(4)
+    assert vendor == bytes.fromhex("00000C5D")
 """
     own(pytester, body).assert_outcomes(passed=1)
 

@@ -29,14 +29,15 @@ def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) ->
     assert set(outcomes) == {"passed", "info", "skipped"}
     assert sum(outcomes.values()) == len(ids)
     assert set(case_ids(the_report(pytester) / "junit.xml")) == set(ids)
-    result.stdout.fnmatch_lines(["*= conformance =*", "* pass, * info, 18 not testable"])
-    (lacking,) = [line for line in result.outlines if line.startswith("not testable (")]
+    result.stdout.fnmatch_lines(["*= conformance =*", "* pass, * info, 19 not testable"])
+    in_use, lacking = [line for line in result.outlines if line.startswith("not testable (")]
+    assert "1005h:00 is not in use" in in_use
     assert "declare it with --server-timeout" in lacking
 
 
 def test_a_device_is_tested_from_any_folder(pytester: pytest.Pytester) -> None:
     with reference() as options:
-        result = run(pytester, *options, "-k", "abort.own")
+        result = run(pytester, *options, "--allow=read-only-probes", "-k", "abort.own")
     assert result.ret == pytest.ExitCode.OK
     result.assert_outcomes(passed=2, deselected=result.parseoutcomes()["deselected"])
     result.stdout.fnmatch_lines(["cases/test_abort.py ..*"])
@@ -56,13 +57,13 @@ def test_a_folder_is_a_path_too(pytester: pytest.Pytester) -> None:
 
 def test_a_file_of_cases_may_be_named(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, str(CASES / "test_whole_run.py"))
-    result.assert_outcomes(passed=3)
+    result.assert_outcomes(passed=4)
 
 
 def test_cases_and_own_tests_together(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=OWN_TEST)
     result = self_test(pytester, "test_mine.py", str(CASES / "test_whole_run.py"))
-    result.assert_outcomes(passed=4)
+    result.assert_outcomes(passed=5)
 
 
 def test_a_case_may_be_named_by_the_id_that_is_shown(pytester: pytest.Pytester) -> None:
@@ -107,7 +108,7 @@ def test_nothing_selected(pytester: pytest.Pytester) -> None:
 
 
 def test_x_stops_at_the_first_failure(pytester: pytest.Pytester) -> None:
-    arguments = ("--fault=abort-big-endian", "-k", "abort.")
+    arguments = ("--fault=every-abort-answered", "-v", "-k", "abort.not-answered")
     assert self_test(pytester, *arguments).parseoutcomes()["failed"] > 1
     result = self_test(pytester, *arguments, "-x")
     assert result.ret == pytest.ExitCode.TESTS_FAILED

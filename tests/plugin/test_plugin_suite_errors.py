@@ -21,7 +21,7 @@ def raise_it(*_: object, **__: object) -> None:
 
 @pytest.mark.parametrize(
     ("owner", "method"),
-    [(Dialogue, "expect_nothing"), (Restorer, "restore")],
+    [(Dialogue, "expect_nothing"), (Restorer, "expect")],
     ids=["in-a-case", "behind-a-case"],
 )
 def test_an_error_of_the_suite_is_no_failure(
