@@ -20,6 +20,7 @@ test: $(VENV)/installed-for-tests
 tests-on-virtual-buses: $(VENV)/installed-for-tests
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal tests
 	$(BIN)/python tests/faults/detection.py --quick --workers $(WORKERS)
+	$(BIN)/python tests/faults/pairs.py --quick --workers $(WORKERS)
 
 socketcan: $(VENV)/installed-for-tests
 	PATH="$(abspath $(BIN)):$$PATH" tests/socketcan/run

@@ -27,7 +27,7 @@ import pytest
 from case_runs import Run, run_cases
 from detection import files_of
 
-from conformance.collection import CaseFunction
+from conformance.collection import CASES, CaseFunction
 from conformance.faults.catalogue import find_deviation
 
 PERVASIVE = (
@@ -95,6 +95,7 @@ QUICK_BEGIN = 22
 OF_PERVASIVE = 60
 # What is judged at the end of a run belongs to each.
 AT_THE_END = "run."
+WHOLE_RUN = "test_whole_run.py"
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,6 +193,7 @@ def quick_pair(pervasive: str, specific: str, turn: int) -> Pair:
     found = [find_deviation(name) for name in (pervasive, specific)]
     begins = tuple(each.caught_by for each in found if each is not None)
     files = {file for begin in begins for file in files_of(begin.partition(".")[0])}
+    files.add(str(CASES / WHOLE_RUN))
     choice = Choice(begins=begins, share=QUICK_SHARE, turn=turn)
     names = (pervasive, specific, f"{pervasive}+{specific}")
     runs = [alone(name, choice, *sorted(files)) for name in names]
