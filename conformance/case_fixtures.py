@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import pytest
 
+from conformance.attempts import begin
 from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.conversations.search import Plan, Search
@@ -19,8 +20,6 @@ from conformance.run.verdict import Verdict
 from conformance.state import CASE_RUN, RESULT, STATE, case_of
 
 Role = TypeVar("Role")
-# Services of which a machine has made the cases.
-GENERATED = ("matrix",)
 
 
 class CaseFixtures:
@@ -54,16 +53,8 @@ class CaseFixtures:
     @pytest.fixture(name="_conformance_sdo")
     def sdo(self, _conformance_device_session: DeviceSession) -> Iterator[Dialogue]:
         """The conversation with the device, which is left idle, with its values as they were."""
-        item = self._item
-        case = case_of(item)
-        run = _conformance_device_session.begin(
-            case.case_id,
-            case.service,
-            case.rule,
-            case.cites,
-            generated=case.service in GENERATED,
-        )
-        item.stash[CASE_RUN] = run
+        item, case = self._item, case_of(self._item)
+        run = item.stash[CASE_RUN] = begin(_conformance_device_session, case)
         yield run.sdo
         if RESULT not in item.stash:
             run.conclude(None)  # another fixture failed: what was written is put back all the same

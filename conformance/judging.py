@@ -127,7 +127,12 @@ class LogJudge:
         pause = last is not None and seen.time - last.time >= SERVER_TIMEOUT
         if pause and oracle.awaited is Awaited.NOTHING:
             oracle.silence()
-        for violation in oracle.response(seen.frame):
+        findings = oracle.response(seen.frame)
+        ended = oracle.ended
+        if ended is not None and not ended.refusal:
+            # It may do so at any time; whether it does so every time no log can tell.
+            findings = [found for found in findings if found is not ended.violation]
+        for violation in findings:
             yield Finding(node_id, seen, violation)
         channel.responses += 1
         channel.last = seen

@@ -7,6 +7,7 @@ from enum import IntEnum
 
 import pytest
 
+from conformance.attempts import begin, try_again
 from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError
 from conformance.bus.link import Captured, Direction
 from conformance.collection import CaseFunction
@@ -217,10 +218,12 @@ class Running:
         except BaseException as caught:
             # Also what derives from BaseException alone, as the outcomes of pytest do.
             error = caught
+        session = self._state.session(case_of(item).node_id)
+        run, error = try_again(item, run, error, lambda: begin(session, case_of(item)))
         told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
         result = conclude(item, run, NotTestable(str(error)) if told else error)
         state = self._state
-        self._look_after(item, state.session(result.node_id), result, run)
+        self._look_after(item, session, result, run)
         account(result, state.options.deviations, strict=state.options.strict)
         item.stash[RESULT] = result
         attach(item, result)

@@ -186,8 +186,10 @@ class ChannelSteps(NetworkSteps):
     def on_channel(self, ids: ChannelIds) -> Iterator[Self]:
         """Talk on a channel that was configured; its server has to be idle in the end."""
         with self.listen_on(ids) as other:
-            yield other
-            other.end_transfer()
+            try:
+                yield other
+            finally:
+                other.end_transfer()
             stray = other.fence()
             if stray:
                 raise Violation(
@@ -204,6 +206,7 @@ class ChannelSteps(NetworkSteps):
         )
         other = type(self)(channel, self.device, self.rule, 0, self.causes)
         other.minor, other.notes, other.written = self.minor, self.notes, self.written
+        other.early = self.early
         other.calms_down = False
         other.checks, other.client = self.checks, self.client
         self.channels.append(ids)

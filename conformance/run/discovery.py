@@ -6,6 +6,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAME
 from conformance.device.objects import KnownObject
 from conformance.run.causes import Causes
 from conformance.run.dialogue import Dialogue
+from conformance.run.early import MOST_TRIES
 from conformance.run.habits import keep_aside
 from conformance.run.payload import PRINTABLE_OBJECTS
 from conformance.run.steps import EXISTS
@@ -170,16 +171,21 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
 
 
 def _learn(sdo: Dialogue, known: KnownObject) -> bool:
-    try:
-        value = sdo.upload(known)
-    except (Violation, ServerAborted) as error:
-        # A device that answers badly here is tested all the same.
-        sdo.device.unreadable[known.mux] = str(error)
-        if isinstance(error, Violation):
-            if _goes_astray(error):
-                sdo.note(error)  # no case may ever write or read what cannot be read
-            sdo.recover()
-        return False
+    for rest in reversed(range(MOST_TRIES)):
+        try:
+            value = sdo.upload(known)
+            break
+        except (Violation, ServerAborted) as error:
+            # A device that answers badly here is tested all the same.
+            sdo.device.unreadable[known.mux] = str(error)
+            early = sdo.early.met is not None
+            if isinstance(error, Violation):
+                if not early and _goes_astray(error):
+                    sdo.note(error)  # no case may ever write or read what cannot be read
+                sdo.recover()
+            if not early or not rest:
+                return False
+    sdo.device.unreadable.pop(known.mux, None)
     if known.length is not None and len(value) < known.length:
         sdo.device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
         return False

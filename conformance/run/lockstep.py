@@ -104,6 +104,8 @@ class Lockstep:
             if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
                 return  # it was noted, and is no answer
             self._find(self.oracle.response(captured.frame))
+            if self.oracle.ended is not None:
+                self._sdo.early.note(self.oracle.ended.abort)
 
     def _find(self, findings: Iterable[Violation]) -> None:
         for found in findings:
@@ -124,6 +126,8 @@ class Lockstep:
         ``point``: what is wrong with them is what the case is about.
         """
         answers = []
+        if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
+            self._look_for_abort()
         if frame == CanFrame(self._sdo.channel.request_id, frame.data):
             self._sdo.send(frame.data)  # which knows whether it is a segment of a block
         else:
@@ -163,6 +167,11 @@ class Lockstep:
         self.check()
         return answers
 
+    def _look_for_abort(self) -> None:
+        """Take what the server has said of the transfer that runs before it is asked again."""
+        if self._sdo.channel.waiting():
+            self.arrived()
+
     def has_left(self) -> bool:
         """Say whether the server has left the sub-block that is being sent."""
         return self._sdo.has_left()
@@ -176,6 +185,8 @@ class Lockstep:
 
         All that was sent may have been answered, so many answers may come before that of the fence.
         """
+        if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
+            self._look_for_abort()
         self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         try:
             self._sdo.fence(most=MOST_STRAY + self.oracle.owed)

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from conformance.device.device import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.causes import Way
+from conformance.run.early import MOST_TRIES
 from conformance.run.payload import MOST_PLAIN
 from conformance.run.steps import Steps, shown
 from conformance.run.stimuli import BEYOND_16_BITS
@@ -49,7 +50,7 @@ class RoomSteps(Steps):
         if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
             return
         try:
-            abort = self.try_download(known, data, segmented=segmented, sized=sized)
+            abort = self._try_often(known, data, segmented=segmented, sized=sized)
             asked = self.last_sent
         except Violation as broken:
             if exactly:
@@ -74,6 +75,25 @@ class RoomSteps(Steps):
             self._measure(known, len(data), abort)
             self._check_length(known, len(data))
         raise self.no_room(known, len(data), abort)
+
+    def _try_often(
+        self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True
+    ) -> Abort | None:
+        """Write a value; where the server ends the running transfer, write it again.
+
+        Returns the abort if it ends each of some tries.
+        """
+        for rest in reversed(range(MOST_TRIES)):
+            try:
+                abort = self.try_download(known, data, segmented=segmented, sized=sized)
+            except Violation:
+                if self.early.met is None or not rest:
+                    raise
+                self.recover()
+            else:
+                if self.early.met is None:
+                    break
+        return abort
 
     def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:
         refused.request = refused.request or self.last_sent
@@ -219,7 +239,7 @@ class RoomSteps(Steps):
 
     def _takes(self, known: KnownObject, size: int) -> bool:
         try:
-            taken = self.try_download(known, self.payload(size), segmented=True) is None
+            taken = self._try_often(known, self.payload(size)) is None
         except Violation as broken:
             self.note(broken)
             self.end_transfer()

@@ -11,6 +11,7 @@ from conformance.device.device import Device
 from conformance.run.afterwards import Leaving, Restorer, leave
 from conformance.run.causes import ABORT_ANSWERED, Causes
 from conformance.run.dialogue import Dialogue
+from conformance.run.early import Way
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
 from conformance.run.judgement import Judgement, Point, confirmed_and_refused, crossing
@@ -19,10 +20,12 @@ from conformance.run.revival import Revival
 from conformance.run.verdict import FAILED, INCIDENTAL, Afterwards, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Request
+from conformance.sdo.frames import Abort, Request
 from conformance.sdo.rules import (
     NO_REBOOT,
+    NOT_REFUSED,
     UNSOLICITED,
     Level,
     Rule,
@@ -31,6 +34,14 @@ from conformance.sdo.rules import (
 
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back beside the cases.")
 MOST_INCIDENTS = 200
+
+
+def as_violation(error: BaseException | None) -> BaseException | None:
+    """Return a refusal as the breach that it is, anything else as it is."""
+    if not isinstance(error, ServerAborted):
+        return error
+    actual = describe_response(error.abort.encode())
+    return Violation(NOT_REFUSED, expected="a positive answer", actual=actual)
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,6 +293,40 @@ class CaseRun:
             result.reproduce = self._session.reproduce(own_frames)
         self._session.end()
         return result
+
+    def way_left(self, error: BaseException | None) -> Way | None:
+        """Say in which way the server has left the case early; None where it did not do that.
+
+        Nor where that is known of it.
+        """
+        sdo = self.sdo
+        if sdo.pauses.excuse or sdo.is_known(as_violation(error)):
+            return None
+        return sdo.early.way(error, sdo.last_sent)
+
+    def retreat(self, tries: int) -> bool:
+        """Leave a case that is to be tried again; say whether the server is as it was before.
+
+        Behind so many ``tries``, each another number of transfers comes before the next.
+        """
+        sdo, session = self.sdo, self._session
+        session.restorer.expect(sdo)
+        self._minor = list(sdo.minor)
+        leaving = leave(sdo, failed=True)
+        # What crossed with the abort has met an idle server, which may refuse it.
+        refused = all(isinstance(decode_response(stray), Abort) for stray in leaving.stray)
+        booted = session.device.boot_ups - self._boot_ups > sdo.expected_boot_ups
+        if leaving.afterwards is not Afterwards.IDLE or not refused or booted:
+            return False
+        session.restorer.restore(sdo)
+        session.keep_late(self.result.case_id)
+        sdo.shift(tries * tries)
+        return True
+
+    def follow(self, before: "CaseRun") -> None:
+        """Go on as the next try of a case: what was wrong in the one before stays."""
+        self.sdo.minor += before._minor
+        self._begin = before._begin
 
     def give_up(self, error: BenchError) -> CaseResult:
         """End a case that could not be concluded; what it wrote stays listed."""

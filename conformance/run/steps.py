@@ -18,6 +18,7 @@ from conformance.run.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ResponseChecks, ServerAborted
+from conformance.sdo.client import EXPEDITED_LENGTH
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
@@ -304,6 +305,20 @@ class Steps(Wire):
     def cause_of(self, violation: Violation) -> Cause:
         """Return the cause of a breach: what was sent last counts, if nobody took note of more."""
         return cause_of(violation, violation.rule, violation.request or self.last_sent)
+
+    def shift(self, transfers: int) -> None:
+        """Read an object some times, for a server that does something every so many transfers."""
+        values = self.device.values
+        long = [mux for mux in values if len(values[mux]) > EXPEDITED_LENGTH]
+        for _ in range(transfers if long else 0):
+            try:
+                self.read(min(long, key=lambda mux: len(values[mux])))
+            except (Violation, ServerAborted):
+                self.recover()
+
+    def is_known(self, error: BaseException | None) -> bool:
+        """Say whether a breach has a cause that was met before."""
+        return isinstance(error, Violation) and self.causes.get(self.cause_of(error)) is not None
 
     def breach(self, expected: str, actual: str) -> Violation:
         """Build a breach of the case's rule."""

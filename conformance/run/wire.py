@@ -15,6 +15,7 @@ from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device, NotTestable
 from conformance.device.safety import written_by
 from conformance.run.causes import Causes
+from conformance.run.early import INITIATES, EarlyAborts, is_early
 from conformance.run.odd_frames import check_shape, in_words, unasked, unsolicited
 from conformance.run.pauses import Pauses
 from conformance.run.sub_blocks import SubBlocks
@@ -23,21 +24,19 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.decoding import decode_request, decode_response, decode_segment
-from conformance.sdo.describe import describe, hex_bytes
+from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
-    BlockDownloadInitiate,
     BlockSegment,
     BlockUploadInitiate,
-    DownloadInitiate,
     Request,
     Response,
     Unknown,
     UploadInitiate,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message
-from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, NOT_REFUSED, SPECIFIER, UNSOLICITED, Violation
 
 # Three sub-blocks that a server sends though nobody wants them are taken to their end.
 MOST_STRAY = 400
@@ -45,7 +44,6 @@ MOST_NOTED = 100
 SEGMENTS_PER_LOOK = 4
 _ABORTS = b"\x80"
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
-INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 
 
 class Wire:
@@ -84,6 +82,7 @@ class Wire:
         # What was wrong with the shape of an answer to what the case has sent last.
         self.misshapen: Violation | None = None
         self._server_aborted = False
+        self.early = EarlyAborts()
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.calms_down = True
@@ -105,10 +104,35 @@ class Wire:
             self._let_pass()
         data = request if isinstance(request, bytes) else request.encode()
         self.misshapen = None
+        self._look_for_abort(within_burst=data[:1] != _ABORTS)
         if self.causes.noisy and self.tracker.open is None and not self._unanswered:
             self._calm_before(data)
         self._transmit(data)
         self._unanswered = not self.has_aborted
+
+    def _look_for_abort(self, *, within_burst: bool) -> None:
+        """Raise Violation where the server has ended the transfer before the next request.
+
+        To an idle server that request would be another one.
+        """
+        if self._leaves_unasked(within_burst=within_burst):
+            raise Violation(
+                NOT_REFUSED,
+                expected="the transfer to go on",
+                actual=describe_response(self.receive()),
+            )
+
+    def _leaves_unasked(self, *, within_burst: bool = False) -> bool:
+        """Say whether the server has ended the transfer though it owes no answer.
+
+        ``within_burst`` leaves segments of a block to ``has_left``.
+        """
+        running = self.tracker.open
+        owed = self._unanswered and (within_burst or not self._segments)
+        if running is None or owed or self.fencing:
+            return False
+        waiting = self.channel.waiting()
+        return bool(waiting) and is_early(waiting[0].data, running)
 
     def _transmit(self, data: bytes) -> None:
         within = self.tracker.open is not None
@@ -152,6 +176,8 @@ class Wire:
             )
         self.device.policy.check(request)
         self._sent_before, self._last_sent = self._last_sent, request
+        if not self.fencing:
+            self.early.sent(request)
         self._segments = self._segments + 1 if isinstance(request, BlockSegment) else 0
         self._sent_at = time.monotonic()
         self._read = b""
@@ -271,6 +297,9 @@ class Wire:
             self.note(odd)
             self.misshapen = odd
             data = data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+        refused = self._unanswered and isinstance(self._last_sent, INITIATES)
+        if not refused and not self.fencing:
+            self.early.received(data, self.tracker.open)
         self.tracker.response(data)
         self._unanswered = False
         response = decode_response(data)
@@ -410,6 +439,8 @@ class Wire:
 
     def end_transfer(self) -> None:
         """Abort the open transfer from the client's side; a server never answers that."""
+        if self._leaves_unasked():
+            self.receive()  # it has ended the transfer itself
         if self.tracker.open is None:
             return
         self._sent_before, self._last_sent = self._last_sent, self._abort_open()

@@ -47,6 +47,17 @@ def test_a_faulty_server_does_not(
     assert text.splitlines()[-1].endswith(" not allowed")
 
 
+def test_abort_of_a_running_transfer_is_not_blamed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    begun = ("0.000 605#8008100000000408", "0.001 605#4008100000000000",
+             "0.002 585#4108100009000000", "0.003 605#6000000000000000")  # fmt: skip
+    log = written(tmp_path, *begun, "0.004 585#8008100022000008")
+    assert judged(log, capsys)[0] == DONE
+    log = written(tmp_path, *begun, "0.004 585#8018100022000008")
+    assert judged(log, capsys)[0] == NOT_ALLOWED
+
+
 def test_line_and_time_are_those_of_the_response(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -58,6 +58,10 @@ class Search:
         self._plan = plan
         self._store = store
 
+    def begin_again(self, run: CaseRun) -> None:
+        """Take the next try of the case."""
+        self._run = run
+
     def run(self, draw: Draw) -> None:
         """Try what failed the last time, then random conversations.
 

@@ -10,6 +10,7 @@ from conformance.run.conversations.ground import Ground
 from conformance.run.conversations.perform import converse
 from conformance.run.conversations.transfers import Conversation
 from conformance.run.dialogue import Dialogue
+from conformance.run.early import MOST_TRIES, Way, is_systematic
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Afterwards
 from conformance.sdo.rules import Rule, Violation
@@ -43,30 +44,47 @@ class Trials:
         self._session = session
         self._sdo = sdo
         self._ground = ground
+        self._left: Way | None = None
 
     def attempt(self, conversation: Conversation, like: Rule | None = None) -> Failure | None:
         """Perform a conversation; return how it failed, if it did.
 
-        ``like`` is the rule that it has to break; None stands for any.
+        ``like`` is the rule that it has to break; None stands for any. One in which the server
+        has ended a transfer early is performed again: it may, but not in the same way each time.
         """
+        ways: list[Way] = []
+        while (failure := self._perform(conversation)) is not None and self._left is not None:
+            ways.append(self._left)
+            if len(ways) == MOST_TRIES:
+                break
+            self._sdo.shift(len(ways) ** 2)
+        by_chance = len(ways) == MOST_TRIES and not is_systematic(ways)
+        if failure is None or by_chance:
+            return None
+        return failure if like in (None, failure.rule) else None
+
+    def _perform(self, conversation: Conversation) -> Failure | None:
+        self._left = None
         if self.ended:
             return None
         try:
             self._ground.restore(self._sdo)
             self._session.show(())
+            self._sdo.early.forget()
             converse(conversation, self._ground, self._sdo)
         except Violation as violation:
             violation.request = violation.request or self._sdo.last_sent
             failure = Failure(conversation, violation, self._session.frames)
             excused = self._sdo.pauses.excuse
+            if not self._sdo.is_known(violation):
+                self._left = self._sdo.early.way(violation, self._sdo.last_sent)
             self._recover()
-            if excused:
-                return None
-            return failure if like in (None, failure.rule) else None
+            return None if excused else failure
         except BenchError as error:
             self.bench_error, self.ended = error, True
         finally:
             self._sdo.pauses.forget()
+            self._sdo.early.forget()
             self._keep_one_of_each()
         return None
 

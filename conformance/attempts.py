@@ -1,0 +1,79 @@
+"""Tries a case again in which the server has ended a running transfer, as it may at any time."""
+
+from collections.abc import Callable
+
+import pytest
+
+from conformance.bus.errors import BenchError
+from conformance.collection import CaseFunction
+from conformance.device.device import NotTestable
+from conformance.run.conversations.search import Search
+from conformance.run.early import MOST_TRIES, Way, is_systematic
+from conformance.run.session import CaseRun, DeviceSession
+from conformance.state import CASE_RUN, ItemCase
+
+# Services of which a machine has made the cases.
+GENERATED = ("matrix",)
+
+
+def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
+    """Begin a case on a device."""
+    generated = case.service in GENERATED
+    return session.begin(case.case_id, case.service, case.rule, case.cites, generated=generated)
+
+
+def try_again(
+    item: pytest.Item,
+    run: CaseRun,
+    error: BaseException | None,
+    begin_again: Callable[[], CaseRun],
+) -> tuple[CaseRun, BaseException | None]:
+    """Return the try of a case that counts, and what has ended it, the first by ``error``.
+
+    A case of the suite is tried again while the server ends it early, some times at most. Where it
+    did not do so at the same place each time, nothing can be said of it, for or against.
+    """
+    if not (isinstance(item, CaseFunction) and item.is_own):
+        return run, error
+    ways: list[Way] = []
+    while (way := run.way_left(error)) is not None:
+        ways.append(way)
+        if len(ways) == MOST_TRIES:
+            return run, error if is_systematic(ways) else NotTestable(_in_words(ways))
+        try:
+            if not run.retreat(len(ways)):
+                return run, error
+            before, run = run, begin_again()
+        except BenchError:
+            return run, error  # it is met again when the case is concluded
+        run.follow(before)
+        item.stash[CASE_RUN] = run
+        error = _perform(item, run)
+    if ways:
+        run.sdo.info(f"{_in_words(ways)}; it was tried again")
+    return run, error
+
+
+def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
+    for name, value in item.funcargs.items():
+        if isinstance(value, Search):
+            value.begin_again(run)
+        elif value.__class__ is run.sdo.__class__:
+            item.funcargs[name] = run.sdo
+    try:
+        item.runtest()
+    except (KeyboardInterrupt, pytest.exit.Exception):
+        run.conclude(None)  # the values are put back all the same
+        raise
+    except BaseException as error:
+        # Also what derives from BaseException alone, as the outcomes of pytest do.
+        return error
+    return None
+
+
+def _in_words(ways: list[Way]) -> str:
+    codes = ", ".join(dict.fromkeys(f"{way.abort.code:08X}h" for way in ways))
+    times = "once" if len(ways) == 1 else f"in each of {len(ways)} tries, not at the same place"
+    if 1 < len(ways) < MOST_TRIES:
+        times = f"in {len(ways)} tries"
+    return f"the server has aborted a running transfer {times} ({codes}), which it may at any time"

@@ -1,0 +1,128 @@
+"""Aborts by which a server ends a transfer that is running: it may do so at any time (7.2.4.3.17).
+
+Once is nothing to blame it for, so a case that one has ended is tried again. What ends each try
+in the same way is no chance: the server refuses the service.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from conformance.run.causes import kind_of_request
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import hex_bytes
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    Request,
+    UploadInitiate,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import NOT_REFUSED, Violation
+
+MOST_TRIES = 4
+INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
+_CODES = frozenset(AbortCode)
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """How a try has ended: the rule that it breaks, the abort, and behind which request.
+
+    ``transfers`` counts those that had begun. Before the first try ends it may have been found out
+    what an object takes, so the count may differ there.
+    """
+
+    rule_id: str
+    abort: Abort
+    request: str
+    transfers: int
+
+    def resembles(self, other: "Way") -> bool:
+        """Say whether all but the count is the same."""
+        return replace(self, transfers=0) == replace(other, transfers=0)
+
+
+def is_systematic(ways: Sequence[Way]) -> bool:
+    """Say whether all tries have ended in one way, and all but the first at the same place."""
+    alike = all(way.resembles(ways[-1]) for way in ways)
+    return len(ways) >= MOST_TRIES and alike and len(set(ways[1:])) == 1
+
+
+class EarlyAborts:
+    """Notes that the server has ended transfers early.
+
+    ``met`` is the abort that has ended the latest one, until the next begins. ``transfers`` counts
+    the initiates that were sent.
+    """
+
+    def __init__(self) -> None:
+        """No transfer has begun."""
+        self.transfers = 0
+        self._met: Abort | None = None
+        self._all: list[Abort] = []
+
+    @property
+    def met(self) -> Abort | None:
+        """The abort that has ended the latest transfer."""
+        return self._met
+
+    def sent(self, request: Request) -> None:
+        """Take what a case sends."""
+        if isinstance(request, INITIATES):
+            self._met = None
+            self.transfers += 1
+
+    def note(self, abort: Abort) -> None:
+        """Take an abort that has ended a transfer early."""
+        self._met = abort
+        if abort not in self._all:
+            self._all.append(abort)
+
+    def received(self, frame: bytes, running: Multiplexer | None) -> None:
+        """Take a response; ``running`` is the object of the transfer that is, if there is one."""
+        abort = decode_response(frame)
+        if is_early(frame, running) and isinstance(abort, Abort):
+            self.note(abort)
+
+    def forget(self) -> None:
+        """Begin with something else."""
+        self.transfers, self._met, self._all = 0, None, []
+
+    def way(self, error: BaseException | None, asked: Request) -> Way | None:
+        """Say in which way a try has ended; None where the server has not left early."""
+        match error:
+            case Violation():
+                abort = self._met or self._told_of(error)
+                rule_id, asked = error.rule.id, error.request or asked
+            case ServerAborted():
+                abort = error.abort if error.abort in self._all else None
+                rule_id = NOT_REFUSED.id
+            case _:
+                return None
+        if abort is None:
+            return None
+        return Way(rule_id, abort, kind_of_request(asked), self.transfers)
+
+    def _told_of(self, error: Violation) -> Abort | None:
+        """Return the abort that a breach tells of: what came since may have been tidying."""
+        return next((abort for abort in self._all if _bytes_of(abort) in error.actual), None)
+
+
+def _bytes_of(abort: Abort) -> str:
+    return hex_bytes(abort.encode())
+
+
+def is_early(frame: bytes, running: Multiplexer | None) -> bool:
+    """Say whether a frame is an abort of what runs, and nothing is wrong with it."""
+    response = decode_response(frame)
+    return (
+        running is not None
+        and isinstance(response, Abort)
+        and response.mux == running
+        and response.code in _CODES
+        and Abort(response.mux, response.code).encode() == frame
+    )
