@@ -84,9 +84,9 @@ class DeviceSession:
         """
         self.channel = channel
         self.device = device
-        self.whole_run = WholeRun()
-        self.restorer = Restorer(device)
         self.causes = Causes() if causes is None else causes
+        self.whole_run = WholeRun(self.causes)
+        self.restorer = Restorer(device)
         self.lost = False
         self.revival = revival
         self._seed = seed

@@ -144,6 +144,26 @@ def test_a_late_answer_fails_the_case_about_it(pytester: pytest.Pytester) -> Non
     result.stdout.no_fnmatch_line("came too late*")
 
 
+def test_what_was_met_before_the_cases_fails_the_case_about_it(pytester: pytest.Pytester) -> None:
+    server = ("--fault=every-abort-answered", "--simulated")
+    result = self_test(pytester, *server, "-k", "abort.frame or run.beside-the-cases")
+    assert counts(result) == {"failed": 1, "passed": 1}
+    result.stdout.fnmatch_lines(["  cause: abort.not-answered: *"])
+    result.stdout.no_fnmatch_line("beside the cases, at *")
+
+
+def test_what_was_met_before_the_cases_fails_a_run_without_that_case(
+    pytester: pytest.Pytester,
+) -> None:
+    server = ("--fault=every-abort-answered", "--simulated")
+    result = self_test(pytester, *server, "-k", "abort.frame")
+    assert counts(result) == {"passed": 1}
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(
+        ["beside the cases, at the beginning of the run: abort.not-answered*"]
+    )
+
+
 def test_reserved_bytes_fail_one_case_at_the_end(pytester: pytest.Pytester) -> None:
     """And none of those in which they were seen."""
     fault = "--fault=download-confirmation-echoes-data"
