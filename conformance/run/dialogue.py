@@ -27,6 +27,8 @@ from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import MULTIPLEXER, RESTART, SUBSTITUTE, Rule, Violation
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
+# A bad end of a block download may be called no valid command; what was wrong says more.
+NOT_PRECISE = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
 # How often a server may acknowledge a sub-block that does not go on, before it gives up.
 MOST_ACKNOWLEDGEMENTS = 4
 # The part of the declared time during which a server may certainly not give up.
@@ -128,7 +130,7 @@ class Dialogue(StorageSteps):
             raise self.breach(
                 f"abort with {named(codes)}, at the end at the latest", "the end was confirmed"
             )
-        self.take_abort(abort.encode(), codes, target)
+        self.take_abort(abort.encode(), codes, target, NOT_PRECISE)
 
     def expect_upload_or_abort(
         self, known: KnownObject, due: bytes, *codes: AbortCode, warned: tuple[AbortCode, ...] = ()

@@ -151,7 +151,7 @@ WRONG = {
     "permissions = ['mnt']": "line 1: there is no permission 'mnt'. Did you mean 'nmt'?",
     "[deviations]\ncase = 'x'": "line 1: write [[deviations]], in double brackets.",
     "[[deviations]]\ncase = 'x'": (
-        "line 2: a deviation needs a case and a reason, which says why it is excused."
+        "line 2: a deviation needs a case or a rule, and a reason, which says why it is excused."
     ),
     "[[deviations]]\ncase = 'x'\nreason = 'y'\n[[deviations]]\ncase = 'z'\nreson = 'a'": (
         "line 6: there is no key 'reson' in [deviations]. Did you mean 'reason'?"

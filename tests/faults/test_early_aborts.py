@@ -19,7 +19,6 @@ def test_abort_now_and_then_passes(name: str) -> None:
     assert not run.failed(), run.output
     passed = sum(verdict in (Verdict.PASS, Verdict.INFO) for verdict in run.verdicts.values())
     assert passed > 0.95 * len(run.verdicts)
-    assert Verdict.INFO in run.verdicts.values()
 
 
 @pytest.mark.parametrize("name", VARIANTS)

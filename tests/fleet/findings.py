@@ -39,6 +39,9 @@ COMMON = (
         "The sub-index of a simple variable is not looked at: 1000h:01 reads like 1000h:00.",
         (
             *each("upload.sub-index-of-variable", "1", "2", "128"),
+            # It has none that could be missing.
+            *("download.sub-index-missing", "segmented-download.sub-index-missing"),
+            "block-download.sub-index-missing",
             # These need the abort that does not come.
             "abort.frame",
             "abort.own-multiplexer",
@@ -84,6 +87,7 @@ CANOPEN = (
         (
             *each("specifier.block-upload", "True", "False"),
             *each("block-upload.threshold", "0", "1", "5", "13"),
+            *each("block-upload.threshold-and-block-size", "1", "20", "126", "255"),
         ),
     ),
     Finding(
@@ -262,6 +266,7 @@ DURAND = (
             *each("block-download.unused-too-many", "1", "7"),
             "block-download.too-few",
             "block-download.too-many",
+            "block-download.too-many-inside",
         ),
     ),
     Finding(

@@ -75,7 +75,7 @@ def test_an_answer_that_never_comes(tmp_path: Path, capsys: pytest.CaptureFixtur
     log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}", f"0.500 {aborted}")
     status, text = judged(log, capsys)
     assert status == NOT_ALLOWED
-    assert text.startswith("line 2, 1.0 ms, can0, node 5: response.not-refused (MUST)")
+    assert text.startswith("line 2, 1.0 ms, can0, node 5: response.answered (MUST)")
     # A log that ends behind a request says nothing of its answer.
     log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}")
     assert judged(log, capsys)[0] == DONE

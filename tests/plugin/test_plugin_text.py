@@ -9,19 +9,15 @@ FAILURE = """\
 download.too-long[2-into-1]: FAIL (MUST, CiA 301 clause 7.2.4.3.17, node 5)
   requirement: More bytes than the type has are refused for their length, and nothing is written.
   broken rule: download.too-long
+  cause: download.too-long: download initiate response
   expected: abort with 06070012h (length too high) or 06070010h (data type or length does not match)
   actual: download initiate response 2001h:00 [60 01 20 00 00 00 00 00]
   afterwards: idle
-  frames (> sent, < received):
+  frames (> sent, < received, * decisive):
  T ms > 605#4001200000000000 upload initiate 2001h:00
  T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 byte: 11
  T ms > 605#2B01200011000000 download initiate 2001h:00, expedited, 2 bytes: 11 00
- T ms < 585#6001200000000000 download initiate response 2001h:00
-            -- the case ends here; is the server idle, are the values as before? --
- T ms > 605#4000100000000000 upload initiate 1000h:00
- T ms < 585#4300100091010F00 upload initiate response 1000h:00, expedited, 4 bytes: 91 01 0F 00
- T ms > 605#4001200000000000 upload initiate 2001h:00
- T ms < 585#4F01200011000000 upload initiate response 2001h:00, expedited, 1 byte: 11
+  * T ms < 585#6001200000000000 download initiate response 2001h:00
   to repeat what was sent:
     cansend can0 605#4001200000000000
     cansend can0 605#2B01200011000000"""
