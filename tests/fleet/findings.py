@@ -39,6 +39,7 @@ COMMON = (
         "The sub-index of a simple variable is not looked at: 1000h:01 reads like 1000h:00.",
         (
             *each("upload.sub-index-of-variable", "1", "2", "128"),
+            *each("download.sub-index-of-variable", "1", "2", "254"),
             # It has none that could be missing.
             *("download.sub-index-missing", "segmented-download.sub-index-missing"),
             "block-download.sub-index-missing",
@@ -87,7 +88,7 @@ CANOPEN = (
         (
             *each("specifier.block-upload", "True", "False"),
             *each("block-upload.threshold", "0", "1", "5", "13"),
-            *each("block-upload.threshold-and-block-size", "1", "20", "126", "255"),
+            *each("block-upload.threshold-and-block-size", "1", "5", "20", "255"),
         ),
     ),
     Finding(

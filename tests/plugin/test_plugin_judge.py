@@ -88,7 +88,7 @@ def test_a_log_may_begin_in_the_middle_of_a_transfer(
     assert judged(log, capsys)[0] == DONE
 
 
-def test_a_server_may_give_up_after_a_pause(
+def test_a_server_may_give_up_its_own_transfer_at_any_time(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     begun = (
@@ -98,7 +98,9 @@ def test_a_server_may_give_up_after_a_pause(
     )
     timed_out = "585#8008100000000405"
     assert judged(written(tmp_path, *begun, f"1.000 {timed_out}"), capsys)[0] == DONE
-    assert judged(written(tmp_path, *begun, f"0.003 {timed_out}"), capsys)[0] == NOT_ALLOWED
+    assert judged(written(tmp_path, *begun, f"0.003 {timed_out}"), capsys)[0] == DONE
+    of_another = "585#8009100000000405"
+    assert judged(written(tmp_path, *begun, f"0.003 {of_another}"), capsys)[0] == NOT_ALLOWED
 
 
 def test_only_the_node_that_was_asked_for(

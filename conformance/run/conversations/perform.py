@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Sequence
 from itertools import chain, repeat
 
+from conformance.bus.errors import WriteNotPermitted
 from conformance.run.conversations.ground import Ground
 from conformance.run.conversations.transfers import (
     Conversation,
@@ -94,7 +95,10 @@ class _Client:
                     if in_sub_block and self._lockstep.has_left():
                         responses += self._lockstep.arrived()
                         break
-                    responses += self._lockstep.send(frame)
+                    try:
+                        responses += self._lockstep.send(frame)
+                    except WriteNotPermitted:
+                        continue  # it was meant as a segment, and would be a request here
                     if self._floods(odd):
                         return self._lockstep.settle(transfer.target)
                 if gone:
