@@ -74,7 +74,7 @@ def test_three_devices_on_two_workers(pytester: pytest.Pytester) -> None:
     assert at_once == cases(pytester)
     assert described == properties(pytester)
     assert told == rows(in_turn)
-    assert len(told) == 4
+    assert len(told) == 3 + 1 + 3, "a row for each device, one for all, and a cause of each device"
     assert len(log) == len(log_lines(pytester)), "each frame stands once in the log"
     expected = in_turn.parseoutcomes()
     expected.pop("deselected")
@@ -95,7 +95,8 @@ def test_the_evidence_is_that_of_one_process(pytester: pytest.Pytester) -> None:
 def test_a_device_keeps_the_order_of_its_cases(pytester: pytest.Pytester) -> None:
     result = run_workers(pytester, "--self-test", "--node-id=5,9", *CHOSEN, "-n", "2", "-v")
     began = re.findall(r"^\[gw1\].*::(\S+)@9", result.stdout.str(), re.MULTILINE)
-    assert began[-3:] == ["run.reserved", "run.filler", "run.no-late-response"]
+    behind = ["run.reserved", "run.filler", "run.no-late-response", "run.beside-the-cases"]
+    assert began[-4:] == behind
     alone = self_test(pytester, "--node-id=9", *CHOSEN, "-v")
     assert began == re.findall(r"::(\S+) +(?:PASSED|INFO|NON)", alone.stdout.str())
 
