@@ -135,18 +135,12 @@ CANOPEN = (
     ),
     Finding(
         "D12",
-        "Every A0h to BFh is taken for the initiate of an upload: the abort names an object made "
-        "of bytes 1 to 3 and says that it does not exist.",
+        "Every A0h to BFh is taken for the initiate of an upload, every C0h to DFh for that of a "
+        "block download: the abort names an object made of bytes 1 to 3, and says of the former "
+        "that it does not exist.",
         (
             *each("segmented-download.foreign", *BLOCK_UPLOAD_FRAMES),
             *each("segmented-download.foreign-later", *BLOCK_UPLOAD_FRAMES),
-        ),
-    ),
-    Finding(
-        "D12",
-        "Every C0h to DFh is taken for the initiate of a block download: the abort names an "
-        "object made of bytes 1 to 3 instead of the one being written.",
-        (
             *each("segmented-download.foreign", *BLOCK_DOWNLOAD_FRAMES),
             *each("segmented-download.foreign-later", *BLOCK_DOWNLOAD_FRAMES),
         ),

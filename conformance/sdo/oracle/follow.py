@@ -147,7 +147,7 @@ class Oracle:
         fits += [_bearing(branch) for branch in self._branches if _bears(branch, fits, near=near)]
         self.ended = None
         unfit = not fits or min(branch.failures for branch in fits) > 0
-        going_on = goes_on(self._branches, data) if unfit else None
+        going_on = goes_on(self._branches, data) if unfit and not near else None
         if going_on is not None:
             broken = [going_on]
             memory = self._branches[0].memory.in_doubt()

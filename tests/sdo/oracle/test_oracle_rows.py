@@ -254,7 +254,7 @@ NOT_ALLOWED = {
     ),
     "O28": ("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 00 08", "abort.precise-code"),
     "O8 refused": (
-        f"{DOWNLOAD} \n {READ} \n < 80 10 20 00 22 00 00 08",
+        f"{DOWNLOAD} \n {READ} \n < 80 00 10 00 22 00 00 08",
         "server.new-initiate-served",
     ),
     "private code": ("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 01 00 00 09", "abort.code"),
