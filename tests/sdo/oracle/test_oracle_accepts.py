@@ -13,7 +13,9 @@ from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Level, Violation
 
 NODE_ID = 5
-VARIANTS = of_the_protocol(unusual())
+# What aborts its transfers now and then is told apart by trying again, which an oracle cannot.
+ABORTS_NOW_AND_THEN = "seventh-transfer-aborted"
+VARIANTS = [name for name in of_the_protocol(unusual()) if not name.startswith(ABORTS_NOW_AND_THEN)]
 # Every so many of the generated conversations are held with each variant, and with the reference.
 STRIDE, REFERENCE_STRIDE = 120, 5
 

@@ -102,5 +102,5 @@ def test_an_answer_may_cross_the_abort_of_a_transfer_that_was_not_seen_to_begin(
     oracle.request(ABORT)
     assert oracle.response(bytes.fromhex("0041424344454647")) == []
     oracle.request(READ)
-    assert oracle.response(bytes.fromhex("4318100100000000")) == []
+    assert oracle.response(bytes.fromhex("4318100100000C5D")) == []
     assert oracle.idle
