@@ -7,7 +7,6 @@ from conformance.run.verdict import Verdict
 
 VARIANTS = (
     "seventh-transfer-aborted",
-    "seventh-transfer-aborted-unasked",
     "seventh-transfer-aborted-in-blocks",
 )
 CASES = "segmented-upload.size or block-upload.size"
