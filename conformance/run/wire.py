@@ -104,7 +104,8 @@ class Wire:
             self._let_pass()
         data = request if isinstance(request, bytes) else request.encode()
         self.misshapen = None
-        self._look_for_abort(within_burst=data[:1] != _ABORTS)
+        if data[:1] != _ABORTS:  # to end what has ended already asks for nothing
+            self._look_for_abort(within_burst=True)
         if self.causes.noisy and self.tracker.open is None and not self._unanswered:
             self._calm_before(data)
         self._transmit(data)
