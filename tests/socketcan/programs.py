@@ -24,6 +24,8 @@ REFERENCE = ("-m", "conformance", "serve")
 # on the machine, where the processor is emulated more than ever.
 QUIET = 1200
 RESPONSE_TIMEOUT = 2
+# What pytest itself writes, with the properties of each case.
+PYTEST_REPORT = "pytest.xml"
 # Importing other plugins would take longer there than many a run.
 ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
 SUITE = ("-m", "pytest", "-p", "conformance.plugin", "-p", "no:cacheprovider", "-v")
@@ -111,6 +113,12 @@ class Run:
         """Return the ids of the cases that failed."""
         return [case for case, failed in self.cases().items() if failed]
 
+    def told(self) -> set[str]:
+        """Return the ids of the cases that failed, or that a cause kept from their point."""
+        described = ElementTree.parse(self.folder / PYTEST_REPORT).iter("properties")  # noqa: S314
+        cases = [{each.attrib["name"]: each.attrib["value"] for each in case} for case in described]
+        return {case["id"] for case in cases if "cause" in case}
+
 
 def start_suite(
     folder: Path, *options: str, node_id: int = NODE_ID, channel: str = CHANNEL
@@ -123,6 +131,7 @@ def start_suite(
         f"--can-channel={channel}",
         f"--response-timeout={RESPONSE_TIMEOUT}",
         f"--report-dir={folder}",
+        f"--junitxml={folder / PYTEST_REPORT}",
         *options,
     )
 
@@ -144,10 +153,10 @@ def named(objects: Iterable[KnownObject]) -> tuple[str, ...]:
     )
 
 
-def findings(server: str) -> list[str]:
-    """Return the ids of the cases that a foreign server fails, from the table of the fleet."""
+def findings(server: str) -> list[set[str]]:
+    """Return what is wrong with a foreign server, from the table of the fleet: cases of each."""
     table = runpy.run_path(str(FLEET / "findings.py"))
-    return [case for finding in table[server] for case in finding.cases]
+    return [set(finding.cases) for finding in table[server]]
 
 
 def set_interface(state: str) -> None:

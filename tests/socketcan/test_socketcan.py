@@ -147,10 +147,11 @@ def test_a_faulty_server_fails(
 def test_a_foreign_server_has_its_findings(runs: dict[str, Future[Run]], server: str) -> None:
     run = runs[server].result()
     assert run.status == pytest.ExitCode.TESTS_FAILED, run.output
-    cases = run.cases()
-    expected = [case for case in findings(server.upper()) if case in cases]
-    assert sorted(run.failed()) == sorted(expected)
-    assert len(expected) > 50
+    known = findings(server.upper())
+    assert set(run.failed()) - set().union(*known) == set()
+    in_the_run = [cases for cases in known if not cases.isdisjoint(run.cases())]
+    assert [cases for cases in in_the_run if cases.isdisjoint(run.told())] == []
+    assert len(in_the_run) > 10
 
 
 def test_a_silent_node_is_not_waited_for_long(runs: dict[str, Future[Run]]) -> None:
