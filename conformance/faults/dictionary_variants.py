@@ -4,7 +4,13 @@ from conformance.faults.dictionary import GAPPY, IDENTITY, all_entries
 from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.errors import ERROR_LIST
-from conformance.sdo.frames import DownloadInitiate, Request, Response, UploadInitiate
+from conformance.sdo.frames import (
+    BlockUploadInitiate,
+    DownloadInitiate,
+    Request,
+    Response,
+    UploadInitiate,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
 from conformance.sdo.server import Server
@@ -107,6 +113,18 @@ class NoDataGeneral(_OtherCodes):
     """Says "general error" for a place of an array that is empty."""
 
     codes = {AbortCode.NO_DATA: AbortCode.GENERAL_ERROR}  # noqa: RUF012
+
+
+@variant("no-places-without-errors", soft=True)
+class NoPlacesWithoutErrors(Server):
+    """Has a place in the list of errors (1003h) only for an error that there was."""
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Do not know the place."""
+        match request:
+            case UploadInitiate(mux) | BlockUploadInitiate(mux) if mux.index == ERROR_LIST:
+                code = AbortCode.SUB_INDEX_MISSING if code is AbortCode.NO_DATA else code
+        return super().refuse(request, code)
 
 
 @variant("locked-for-now")

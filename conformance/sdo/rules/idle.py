@@ -148,6 +148,7 @@ IDLE_RULES = (
         rows=("I37",),
         reaction="abort",
         codes=(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR),
+        open="06090011h is tolerated where a place of 1003h holds no error",
     ),
     Rule(
         "object.busy",
