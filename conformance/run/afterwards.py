@@ -8,6 +8,7 @@ from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.channel_steps import is_cob_id
 from conformance.run.dialogue import Dialogue
+from conformance.run.mappings import in_order, is_count, needed_for
 from conformance.run.odd_frames import unasked, unsolicited
 from conformance.run.steps import same_value, shown
 from conformance.run.verdict import Afterwards
@@ -177,24 +178,46 @@ class Restorer:
         self.device.to_store = {}
 
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
-        pending = []
+        pending: dict[Multiplexer, bytes] = {}
         for mux, value in due.items():
-            known = self.device.known.get(mux) or KnownObject(mux)
             self._tries[mux] += 1
             self.unrestored[mux] = shown(value)
-            if self._reads(sdo, known, value):
+            if self._reads(sdo, self._known(mux), value):
                 self._is_back(mux)
             elif self.device.may_put_back(mux):
-                pending.append((known, value))
-        for known, _ in pending:
-            if is_cob_id(known.mux):
-                self._disable(sdo, known)  # it may only be moved while it is not in use
-        for known, value in pending:
-            self._restore(sdo, known, value)
+                pending[mux] = value
+        for mux in sorted(needed_for(pending) - pending.keys()):
+            kept = due.get(mux) or self._present(sdo, mux)
+            if kept and self.device.may_put_back(mux):
+                pending[mux], self.unrestored[mux] = kept, shown(kept)
+        for mux in pending:
+            if is_cob_id(mux):
+                self._disable(sdo, mux)  # it may only be moved while it is not in use
+        for mux in pending.keys() & needed_for(pending):
+            if is_count(mux):
+                self._map_nothing(sdo, mux)
+        for mux, value in in_order(pending):
+            self._restore(sdo, self._known(mux), value)
 
-    def _disable(self, sdo: Dialogue, known: KnownObject) -> None:
+    def _known(self, mux: Multiplexer) -> KnownObject:
+        return self.device.known.get(mux) or KnownObject(mux)
+
+    def _present(self, sdo: Dialogue, mux: Multiplexer) -> bytes | None:
         try:
-            sdo.disable(known.mux)
+            return sdo.upload(mux)
+        except Violation:
+            sdo.end_transfer()
+            return None
+
+    def _map_nothing(self, sdo: Dialogue, count: Multiplexer) -> None:
+        try:
+            sdo.try_download(count, b"\0")
+        except Violation:
+            sdo.end_transfer()  # its entries will be refused, and listed
+
+    def _disable(self, sdo: Dialogue, mux: Multiplexer) -> None:
+        try:
+            sdo.disable(mux)
         except Violation:
             sdo.end_transfer()  # the value itself will be refused, and listed
 
@@ -222,7 +245,7 @@ class Restorer:
 
     def _is_back(self, mux: Multiplexer) -> None:
         del self.unrestored[mux]
-        del self._tries[mux]
+        self._tries.pop(mux, None)
 
     def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
         try:

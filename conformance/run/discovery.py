@@ -8,6 +8,7 @@ from conformance.run.causes import Causes
 from conformance.run.dialogue import Dialogue
 from conformance.run.early import MOST_TRIES
 from conformance.run.habits import keep_aside
+from conformance.run.listed import is_error_place
 from conformance.run.payload import PRINTABLE_OBJECTS
 from conformance.run.steps import EXISTS
 from conformance.run.verdict import Unimplemented
@@ -189,6 +190,8 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
     if known.length is not None and len(value) < known.length:
         sdo.device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
         return False
+    if is_error_place(known.mux):
+        return True  # what it holds comes and goes: no case may count on it
     # What reads too long for its type could not be written back as it was read.
     sdo.device.values[known.mux] = value[: known.length]
     return True

@@ -38,10 +38,14 @@ def _entries(choice: Choice) -> Callable[[Listing], Entries]:
     return choose
 
 
+def is_error_place(mux: Multiplexer) -> bool:
+    """Say whether an entry is a place of the error list, which holds an error or nothing."""
+    return mux.index == ERROR_LIST and mux.sub_index > 0
+
+
 def is_read(known: KnownObject) -> bool:
     """Whether an entry has a value to read; places of the error list may be empty."""
-    empty = known.mux.index == ERROR_LIST and known.mux.sub_index > 0
-    return known.access.readable and not known.refuses_scan and not empty
+    return known.access.readable and not known.refuses_scan and not is_error_place(known.mux)
 
 
 def _is_written(known: KnownObject) -> bool:
@@ -112,7 +116,7 @@ exceedable = _entries(lambda known: _is_written(known) and above(known) is not N
 undercuttable = _entries(lambda known: _is_written(known) and below(known) is not None)
 protected = _entries(_is_protected)
 write_only = _entries(lambda known: known.access is Access.WO)
-error_places = _entries(lambda known: known.mux.index == ERROR_LIST and known.mux.sub_index > 0)
+error_places = _entries(lambda known: is_error_place(known.mux))
 
 
 def _objects(listing: Listing) -> Iterable[ListedObject]:

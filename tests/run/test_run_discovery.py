@@ -55,6 +55,15 @@ def test_what_is_known_afterwards() -> None:
     assert added == {0x1001: Access.RO, 0x1017: Access.RO, 0x1200: Access.RO}
 
 
+def test_what_the_error_list_holds_is_not_kept() -> None:
+    """It comes and goes; a case that counts on it would fail once the list is cleared."""
+    place = KnownObject(Multiplexer(0x1003, 1), DataType.UNSIGNED32, Access.RO)
+    node = build_node("an-error-in-the-list", NODE_ID)
+    with discovered(node, objects=[*REFERENCE_OBJECTS, place]) as bench:
+        assert place.mux not in bench.device.values
+        assert place.mux not in bench.device.unreadable
+
+
 def test_a_device_that_answers_aborts_is_known_as_one_that_does_not() -> None:
     """The answer to an abort is not taken for that to the next read, nor left to the cases."""
     with discovered(build_node(None, NODE_ID)) as bench:

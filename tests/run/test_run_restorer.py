@@ -13,11 +13,13 @@ from run_bench import (
 )
 
 from conformance.device.objects import KnownObject
+from conformance.device.safety import WritePolicy
 from conformance.faults.device import reference_entries
 from conformance.faults.variants import ShortFramesServed
 from conformance.run.afterwards import Restorer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.communication import communication_entries
 from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Refusal
@@ -115,6 +117,34 @@ def test_what_is_refused_once_is_asked_for_again(refused: str) -> None:
     assert getattr(server, refused) == 0
     assert (restorer.unrestored, restorer.late) == ({}, [])
     assert server.values() == begin
+
+
+def test_a_mapping_is_put_back_in_the_order_that_it_takes() -> None:
+    """Out of use and mapping nothing, then its entries, how many there are, and its COB-ID."""
+    entries = reference_entries(NODE_ID)
+    entries |= communication_entries(NODE_ID, NUMBER.mux, bits=32)
+    server = recording(entries=entries)
+    begin = server.values()
+    cob_id, count = Multiplexer(0x1800, 1), Multiplexer(0x1A00)
+    first, second = Multiplexer(0x1A00, 1), Multiplexer(0x1A00, 2)
+    with discovered(server) as bench:
+        bench.device.policy = WritePolicy([], frozenset({"pdo-parameters"}))
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        entry = sdo.upload(first)
+        for mux in (cob_id, count, first, second):
+            sdo.learn(mux)
+        sdo.disable(cob_id)
+        sdo.download(count, b"\0")
+        sdo.download(second, entry)
+        sdo.download(count, b"\1")
+        sdo.download(cob_id, begin[cob_id])
+        sdo.written = {second}
+        server.writes.clear()
+        restorer.restore(sdo)
+    assert restorer.unrestored == {}
+    assert server.values() == begin
+    assert [mux for mux, _ in server.writes] == [cob_id, count, second, count, cob_id]
 
 
 class _Late(Recording):
