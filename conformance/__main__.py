@@ -1,4 +1,4 @@
-"""The command line beside pytest: serve a server, list faults and rules, decode logs."""
+"""The command line beside pytest: serve a server, list faults and rules, decode logs, report."""
 
 import argparse
 import math
@@ -22,6 +22,9 @@ from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.judging import Finding, LogJudge, Seen
+from conformance.reporting.recorded import read_run
+from conformance.reporting.report import write_report
+from conformance.reporting.summary import verdict_counts
 from conformance.rule_listing import rule_lines
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
@@ -101,6 +104,12 @@ def _parser() -> argparse.ArgumentParser:
         help="say which responses were not allowed, by which rule; exit status 3 if any",
     )
     decode.set_defaults(command=_decode)
+
+    report = commands.add_parser(
+        "report", help="write the reports of a run again, also of one that was killed"
+    )
+    report.add_argument("folder", type=Path, help="the report folder, which has a results.jsonl")
+    report.set_defaults(command=_report)
     return parser
 
 
@@ -148,6 +157,15 @@ def _rules(options: argparse.Namespace) -> int:
 
 def _decode(options: argparse.Namespace) -> int:
     return _judge(options) if options.judge else _show(options)
+
+
+def _report(options: argparse.Namespace) -> int:
+    run = read_run(options.folder)
+    path = write_report(options.folder, run)
+    for line in (*verdict_counts(run.results), *run.troubles):
+        print(line)
+    print(f"written: {path}")
+    return DONE
 
 
 def _frames(path: str) -> Iterator[Seen]:

@@ -1,28 +1,28 @@
 """What comes of a run: results are gathered, reports written, the exit status settled."""
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from conformance.bus.errors import BenchError, DeviceLost, SilentNode, SuiteError
+from conformance.about import about_run
+from conformance.bus.errors import BenchError, DeviceLost, NotWritten, SilentNode, SuiteError
 from conformance.device.known_deviations import Deviation, write_deviations
 from conformance.outcome import Evidence, SummaryTerminal
-from conformance.reporting.bus_log import merge_logs
+from conformance.recorder import Recorder, as_place
 from conformance.reporting.causes import cause_lines, counted_causes
-from conformance.reporting.junit import write_junit
 from conformance.reporting.summary import (
     device_lines,
     found_lines,
     not_run_lines,
-    run_properties,
     summary_lines,
 )
 from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.running import ExitCode
-from conformance.state import RunState
+from conformance.state import RunState, uses_device
 from conformance.workers import Controller
 
 
@@ -42,6 +42,25 @@ class Closing:
         self._told: set[tuple[int, str]] = set()
         self._repeated: set[str] = set()
         self._stale: list[Deviation] = []
+        self._recorder: Recorder | None = None
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
+        """Begin the record of the run before anything is opened."""
+        cases = sum(map(uses_device, session.items))
+        if (cases or self._controller is not None) and not session.config.option.collectonly:
+            state = self._state
+            about = about_run(session.config, state)
+            self._recorder = Recorder(state.report_dir, about, state.results)
+            if self._controller is None:
+                self._recorder.selected(cases)
+        return (yield)
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_node_collection_finished(self, ids: Sequence[str]) -> None:
+        """Take how many cases a worker has."""
+        if self._recorder is not None:
+            self._recorder.selected(len(ids))
 
     # Results
 
@@ -49,10 +68,14 @@ class Closing:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Collect results, of this process and of those that work for it."""
         values = getattr(report, "conformance", None)
-        if values is None:
+        recorder = self._recorder
+        if recorder is not None:
+            for device in getattr(report, "conformance_devices", ()):
+                recorder.device(device)
+        if values is None or recorder is None:
             return
         result = CaseResult.from_dict(values)
-        self._state.results.append(result)
+        recorder.case(result, as_place(getattr(report, "conformance_frames", None)))
         self._tell_once(report, result)
         if self._controller is not None and isinstance(report.longrepr, str):
             # Between processes the evidence was but text.
@@ -90,21 +113,41 @@ class Closing:
     @pytest.hookimpl(tryfirst=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write the reports, and settle the exit status."""
+        recorder = self._recorder
+        if recorder is None:
+            self._settle(session)
+            return
         state, findings = self._state, self._state.findings
-        state.results += findings.unreached
-        state.results.sort(key=lambda result: state.options.node_ids.index(result.node_id))
+        for result in findings.unreached:
+            recorder.case(result)
         if self._controller is not None:
-            merge_logs(self._logs_of_workers(self._controller), state.bus_log)
+            try:
+                recorder.merge(self._logs_of_workers(self._controller), state.bus_log)
+            except OSError as error:
+                self._not_written(f"The logs of the workers cannot be merged: {error}.")
         if state.results:
             self._stale = stale_entries(
                 state.options.deviations,
-                state.results,
+                recorder.run.by_device,
                 partly=findings.partly,
                 beside=findings.broken_beside,
             )
-            self._write_junit()
             if state.options.draft is not None:
-                self._draft(state.options.draft)
+                self._draft(state.options.draft, recorder.run.by_device)
+        if trouble := recorder.trouble:
+            self._not_written(trouble)
+        self._settle(session)
+        for trouble in recorder.end(self._about_end(session)):
+            self._not_written(trouble)
+        self._settle(session)
+        state.results[:] = recorder.run.by_device
+
+    def _not_written(self, why: str) -> None:
+        self._state.findings.bench_errors.append(NotWritten(why))
+
+    def _settle(self, session: pytest.Session) -> None:
+        """Settle the exit status."""
+        findings = self._state.findings
         if findings.bench_errors:
             session.exitstatus = _exit_code(findings.bench_errors)
         elif session.exitstatus == pytest.ExitCode.OK and (
@@ -112,29 +155,27 @@ class Closing:
         ):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
-    def _write_junit(self) -> None:
-        state, findings = self._state, self._state.findings
-        properties = run_properties(state.options.run) | findings.properties
+    def _about_end(self, session: pytest.Session) -> dict[str, Any]:
+        """Return the last line of the record."""
+        findings = self._state.findings
+        properties = dict(findings.properties)
         if findings.unrestored:
             properties["not-restored"] = "; ".join(findings.unrestored)
         if self._stale:
             properties["stale-deviations"] = "; ".join(map(str, self._stale))
-        try:
-            state.report_dir.mkdir(parents=True, exist_ok=True)
-            write_junit(
-                state.report_dir / "junit.xml",
-                state.results,
-                properties,
-                timestamp=f"{state.begun:%Y-%m-%dT%H:%M:%S}",
-                strict=state.options.strict,
-            )
-        except OSError as error:
-            findings.bench_errors.append(BenchError(f"The report cannot be written: {error}."))
+        troubles = [error for error in findings.bench_errors if not isinstance(error, DeviceLost)]
+        return {
+            "how": str(session.shouldfail or session.shouldstop or "complete"),
+            "exit_status": int(session.exitstatus),
+            "properties": properties,
+            "bench_errors": list(map(str, troubles)),
+            "unrestored": findings.unrestored,
+        }
 
-    def _draft(self, path: Path) -> None:
+    def _draft(self, path: Path, results: Sequence[CaseResult]) -> None:
         state = self._state
         drafted = draft(
-            state.results,
+            results,
             state.options.deviations,
             strict=state.options.strict,
             beside=state.findings.broken_beside,
@@ -142,9 +183,7 @@ class Closing:
         try:
             write_deviations(path, drafted)
         except OSError as error:
-            self._state.findings.bench_errors.append(
-                BenchError(f"The known deviations cannot be written: {error}.")
-            )
+            self._not_written(f"The known deviations cannot be written: {error}.")
 
     def _logs_of_workers(self, controller: Controller) -> list[Path]:
         # One that has not ended is writing still.

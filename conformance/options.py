@@ -48,6 +48,7 @@ class Options:
     deviations: tuple[Deviation, ...] = ()
     draft: Path | None = None
     examples: int = DEFAULT_EXAMPLES
+    eds: Path | None = None
 
 
 def read_options(config: pytest.Config) -> Options | None:
@@ -101,6 +102,7 @@ def read_options(config: pytest.Config) -> Options | None:
         deviations,
         _path(config, "write_deviations"),
         config.getoption("examples"),
+        _eds(config, description),
     )
 
 
@@ -158,11 +160,15 @@ def _bus(
     ).resolve()
 
 
+def _eds(config: pytest.Config, description: Description) -> Path | None:
+    name = config.getoption("eds")
+    return config.invocation_params.dir / name if name is not None else description.eds
+
+
 def _listings(
     config: pytest.Config, description: Description, node_ids: list[int], *, self_test: bool
 ) -> dict[int, Listing]:
-    name = config.getoption("eds")
-    path = config.invocation_params.dir / name if name is not None else description.eds
+    path = _eds(config, description)
     if path is not None:
         return {node_id: read_eds(path, node_id) for node_id in node_ids}
     if self_test and not config.getoption("conformance_objects"):

@@ -4,11 +4,13 @@ from collections import defaultdict
 from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager
 from enum import IntEnum
+from typing import Any
 
 import pytest
 
+from conformance.about import about_device
 from conformance.attempts import begin, try_again
-from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError
+from conformance.bus.errors import BenchError, BusOff, InterfaceLost, NotWritten, SuiteError
 from conformance.bus.link import Captured, Direction
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
@@ -21,8 +23,8 @@ from conformance.outcome import (
     attach_not_run,
     end_with,
 )
+from conformance.recorder import as_values
 from conformance.reporting.bus_log import BusLog
-from conformance.reporting.summary import device_properties
 from conformance.run.accounting import Scope, account
 from conformance.run.bench import Bench
 from conformance.run.losses import MOST_IN_A_ROW, Losses
@@ -62,6 +64,8 @@ class Running:
         self._has_begun = False
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
         self._scope: Scope | None = None
+        # What was discovered of the devices: it goes with the first report.
+        self._discovered: list[dict[str, Any]] = []
 
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
@@ -133,8 +137,9 @@ class Running:
             state.findings.bench_errors.append(silence)
             state.findings.out[node_id] = "silent"
         for session in state.bench.sessions.values():
-            alone = len(options.node_ids) == 1
-            state.findings.properties |= device_properties(session.device, alone=alone)
+            about = about_device(session.device, alone=len(options.node_ids) == 1)
+            state.findings.properties |= about["properties"]
+            self._discovered.append(about)
 
     def _listener(self, log: BusLog) -> Callable[[Captured], None]:
         share, neighbours = self._state.options.share, self._state.options.run.neighbours
@@ -176,6 +181,8 @@ class Running:
     def pytest_runtest_protocol(self, item: pytest.Item) -> None:
         """Note that the run has come to a case."""
         item.stash[REACHED] = True
+        if self._state.log is not None:
+            self._state.log.begin()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
@@ -264,6 +271,9 @@ class Running:
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Put the evidence into the report, and the result with it."""
         report = yield
+        if self._discovered:
+            report.conformance_devices = self._discovered  # type: ignore[attr-defined]
+            self._discovered = []
         error = call.excinfo.value if call.excinfo else None
         if call.when == "setup" and report.skipped:
             if RESULT not in item.stash and isinstance(item, CaseFunction):
@@ -284,6 +294,10 @@ class Running:
         if result is None or call.when == "teardown":
             return report
         report.conformance = result.as_dict()  # type: ignore[attr-defined]
+        if self._state.log is not None:
+            self._state.log.flush()
+            place = as_values(self._state.log.place())
+            report.conformance_frames = place  # type: ignore[attr-defined]
         if report.skipped and isinstance(item, CaseFunction):
             path, line, _ = item.location
             report.longrepr = (path, (line or 0) + 1, str(error))
@@ -337,7 +351,7 @@ class Running:
             for node_id, device in state.bench.sessions.items():
                 judged, known = state.judged_late_answers[node_id], state.options.deviations
                 state.findings.close(device, judged=judged, known=known)
-        if state.log is not None:
-            state.log.close()
+        if state.log is not None and (trouble := state.log.close()):
+            state.findings.bench_errors.append(NotWritten(trouble))
         if state.options.share.worker:
             hand_back(self._config, state.findings)

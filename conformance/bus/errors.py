@@ -5,7 +5,8 @@ In the order of a run: the bus cannot be opened (BusNotOpened); the device never
 or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
 (SecondClient); the device stops answering (DeviceLost); a case would write where nobody allowed
 it (WriteNotPermitted); the device's program does not run (ProcessFailed); one of several processes
-that test is gone (WorkerLost); the suite itself has an error (SuiteError).
+that test is gone (WorkerLost); a report cannot be written (NotWritten); the suite itself has an
+error (SuiteError).
 """
 
 import errno
@@ -59,6 +60,10 @@ class ProcessFailed(BenchError):
 
 class WorkerLost(BenchError):
     """A process that tested some of the devices ended before its time."""
+
+
+class NotWritten(BenchError):
+    """A report, or a part of one, could not be written: the disk is full, or the folder is gone."""
 
 
 class SuiteError(BenchError):

@@ -1,15 +1,43 @@
-"""bus.log: every frame of a run as ``candump -L`` writes it, with its direction."""
+"""bus.log: the frames of a run as ``candump -L`` writes them, with their direction.
+
+Which of its lines are those of a case stands in results.jsonl. A comment line would be skipped by
+can-utils, but python-can's reader takes every line for a frame.
+"""
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 
 from conformance.bus.link import Captured, Direction
+from conformance.reporting.appending import GrowingFile
+
+# Lines that wait for the end of the case, and bytes that wait for room on a full disk.
+MOST_LINES = 1_000
+MOST_WAITING = 16 * 2**20
+# A frame that is sent may be answered by a sub-block of 127 segments. What comes beyond that is
+# a flood when there is so much of it; it has been shown by then.
+ANSWERS = 128
+FLOOD = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where frames are in a log: the numbers of the first and the last line, from 1.
+
+    Without a frame the last is before the first. ``left_out`` are frames of a flood that are not
+    written.
+    """
+
+    log: str
+    first: int
+    last: int
+    left_out: int = 0
 
 
 class BusLog:
-    """Writes frames as they come.
+    """Writes frames as they come, and fails nobody: at the end it says what it could not write.
 
     python-can's writer is not used because it loses the DLC of remote frames.
     """
@@ -18,25 +46,85 @@ class BusLog:
         """``channel`` is the name that stands in each line."""
         # A bare number is no name of an interface, and a space would end it.
         self._channel = f"can{channel}" if channel.isdigit() else "_".join(channel.split())
-        self._file = path.open("w", encoding="utf-8")
+        self._name = path.name
+        self._file = GrowingFile(path, MOST_WAITING)
+        self._waiting: list[str] = []
+        self._excess = 0
+        self._lines = 0
+        self._since = (0, 0)
+        self.left_out = 0
 
     def write(self, captured: Captured) -> None:
-        """Append one frame."""
-        mark = "R" if captured.direction is Direction.RECEIVED else "T"
-        self._file.write(f"({captured.timestamp:f}) {self._channel} {captured.frame} {mark}\n")
+        """Append one frame, unless it belongs to a flood that has been shown."""
+        if captured.direction is Direction.RECEIVED:
+            mark = "R"
+            if self._excess >= FLOOD:
+                self.left_out += 1
+                return
+            self._excess += 1
+        else:
+            mark = "T"
+            self._excess = max(0, self._excess - ANSWERS)
+        self._lines += 1
+        self._waiting.append(f"({captured.timestamp:f}) {self._channel} {captured.frame} {mark}\n")
+        if len(self._waiting) >= MOST_LINES:
+            self.flush()
 
-    def close(self) -> None:
-        """Finish the file."""
-        self._file.close()
+    def begin(self) -> None:
+        """Begin a case: ``place`` counts from here on."""
+        self._since = (self._lines, self.left_out)
+
+    def place(self) -> Place:
+        """Return where the frames of the case are, up to now."""
+        lines, left_out = self._since
+        return Place(self._name, lines + 1, self._lines, self.left_out - left_out)
+
+    def flush(self) -> None:
+        """Hand all lines to the operating system: they stay whatever befalls this process."""
+        if self._waiting:
+            waiting, self._waiting = self._waiting, []
+            self._file.append("".join(waiting).encode())
+
+    def close(self) -> str:
+        """Finish the file; say what could not be written, empty when all is there."""
+        self.flush()
+        return self._file.close()
 
 
-def merge_logs(parts: Sequence[Path], whole: Path) -> None:
-    """Make one log of several, in the order of time, and remove them."""
+Wanted = Mapping[str, Iterable[int]]
+
+
+def merge_logs(
+    parts: Sequence[Path], whole: Path, wanted: Wanted | None = None
+) -> dict[tuple[str, int], int]:
+    """Make one log of several, in the order of time, and remove them.
+
+    ``wanted`` are numbers of lines, by the names of the parts; returns where those are now. Raises
+    OSError, and leaves the parts where they are.
+    """
+    places: dict[tuple[str, int], int] = {}
     with ExitStack() as stack:
-        files = [stack.enter_context(part.open(encoding="utf-8")) for part in parts]
-        if files:
-            # A line begins with its time, which has as many digits in each.
+        lines = [_numbered(part, stack, (wanted or {}).get(part.name, ())) for part in parts]
+        if lines:
             merged = stack.enter_context(whole.open("w", encoding="utf-8"))
-            merged.writelines(heapq.merge(*files, key=lambda line: line.partition(" ")[0]))
+            # A line begins with its time, which has as many digits in each.
+            ordered = heapq.merge(*lines, key=lambda line: line[0].partition(" ")[0])
+            for number, (line, place) in enumerate(ordered, start=1):
+                merged.write(line)
+                if place is not None:
+                    places[place] = number
     for part in parts:
         part.unlink()
+    return places
+
+
+def _numbered(
+    part: Path, stack: ExitStack, wanted: Iterable[int]
+) -> Iterator[tuple[str, tuple[str, int] | None]]:
+    """Yield the lines of a log, each of those that are wanted with its place."""
+    kept, name = frozenset(wanted), part.name
+    file = stack.enter_context(part.open(encoding="utf-8"))
+    return (
+        (line, (name, number) if number in kept else None)
+        for number, line in enumerate(file, start=1)
+    )

@@ -15,6 +15,8 @@ from conformance.reporting.text import xml_text
 from conformance.run.evidence import evidence_text
 from conformance.run.verdict import CaseResult, Verdict
 
+# The suite of what befell the run itself.
+RUN = "the run"
 _SUITE_ATTRIBUTES = {"name", "tests", "failures", "errors", "skipped", "time", "timestamp"}
 _CASE_ATTRIBUTES = {"name", "classname", "time"}
 
@@ -26,24 +28,29 @@ def write_junit(
     *,
     timestamp: str,
     strict: bool = False,
+    troubles: Sequence[str] = (),
 ) -> None:
     """Write the results; ``properties`` describe device and run and stand in every suite.
 
-    ``strict`` counts what is not strictly conformant as failed, as the run did.
+    ``strict`` counts what is not strictly conformant as failed, as the run did. ``troubles`` of the
+    run that no result shows are errors in a suite of their own: a run that was broken off must not
+    look like one that has passed.
     """
     root = ElementTree.Element("testsuites", name="CANopen SDO conformance")
     clean = {xml_text(name): xml_text(value) for name, value in properties.items()}
-    for service in dict.fromkeys(result.service for result in results):
-        own = [result for result in results if result.service == service]
-        suite = TestSuite(
-            xml_text(service),
-            [_case(result, strict) for result in own],
-            timestamp=timestamp,
-            properties=clean,
-        )
+    suites = {
+        service: [result for result in results if result.service == service]
+        for service in dict.fromkeys(result.service for result in results)
+    }
+    cases = {name: [_case(result, strict) for result in own] for name, own in suites.items()}
+    if troubles:
+        cases[RUN] = [_trouble(trouble, number) for number, trouble in enumerate(troubles, start=1)]
+    for name, own in cases.items():
+        suite = TestSuite(xml_text(name), own, timestamp=timestamp, properties=clean)
         element = suite.build_xml_doc()
         _keep(element, _SUITE_ATTRIBUTES)
-        element.set("time", f"{sum(result.duration for result in own):.6f}")
+        seconds = sum(result.duration for result in suites.get(name, []))
+        element.set("time", f"{seconds:.6f}")
         for case in element.iter("testcase"):
             _keep(case, _CASE_ATTRIBUTES)
         root.append(element)
@@ -52,6 +59,12 @@ def write_junit(
     root.set("time", f"{sum(result.duration for result in results):.6f}")
     ElementTree.indent(root)
     ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+
+
+def _trouble(text: str, number: int) -> TestCase:
+    case = TestCase(f"trouble-{number}", classname=RUN, elapsed_sec=1e-6)
+    case.add_error_info(xml_text(text), xml_text(text), "bench error")
+    return case
 
 
 def _case(result: CaseResult, strict: bool) -> TestCase:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from reporting_results import UNHURRIED
 
 from conformance.bus.link import Captured, Direction
-from conformance.reporting.bus_log import BusLog, merge_logs
+from conformance.reporting.bus_log import ANSWERS, FLOOD, BusLog, Place, merge_logs
 from conformance.sdo.can_frame import CanFrame
 
 DATA = st.binary(max_size=8)
@@ -112,3 +112,56 @@ def test_several_logs_become_one(tmp_path: Path) -> None:
 def test_no_logs_become_none(tmp_path: Path) -> None:
     merge_logs([], tmp_path / "bus.log")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_where_the_lines_of_a_case_are_in_the_log_of_all(tmp_path: Path) -> None:
+    parts = [tmp_path / "bus-gw0.log", tmp_path / "bus-gw1.log"]
+    parts[0].write_text("(1.0) can0 605#40 T\n(3.0) can0 585#43 R\n", encoding="utf-8")
+    parts[1].write_text("(2.0) can0 609#40 T\n(3.0) can0 589#43 R\n", encoding="utf-8")
+    wanted = {"bus-gw0.log": [1, 2], "bus-gw1.log": [2]}
+    found = merge_logs(parts, tmp_path / "bus.log", wanted)
+    assert found == {("bus-gw0.log", 1): 1, ("bus-gw0.log", 2): 3, ("bus-gw1.log", 2): 4}
+
+
+REQUEST = Captured(1.0, Direction.SENT, CanFrame(0x605))
+ANSWER = Captured(1.0, Direction.RECEIVED, CanFrame(0x585))
+
+
+def test_the_place_of_a_case(tmp_path: Path) -> None:
+    bus_log = BusLog(tmp_path / "bus.log", "can0")
+    bus_log.write(REQUEST)
+    bus_log.begin()
+    assert bus_log.place() == Place("bus.log", 2, 1)
+    bus_log.write(REQUEST)
+    bus_log.write(ANSWER)
+    assert bus_log.place() == Place("bus.log", 2, 3)
+
+
+def test_what_was_flushed_is_there(tmp_path: Path) -> None:
+    bus_log = BusLog(tmp_path / "bus.log", "can0")
+    bus_log.write(REQUEST)
+    bus_log.flush()
+    assert len((tmp_path / "bus.log").read_bytes().splitlines()) == 1
+
+
+def test_a_flood_is_shown_and_then_counted(tmp_path: Path) -> None:
+    bus_log = BusLog(tmp_path / "bus.log", "can0")
+    bus_log.begin()
+    for _ in range(FLOOD + 5):
+        bus_log.write(ANSWER)
+    assert bus_log.place() == Place("bus.log", 1, FLOOD, 5)
+    bus_log.write(REQUEST)
+    for _ in range(ANSWERS + 1):
+        bus_log.write(ANSWER)
+    assert bus_log.place() == Place("bus.log", 1, FLOOD + 1 + ANSWERS, 6)
+    bus_log.close()
+    assert len((tmp_path / "bus.log").read_bytes().splitlines()) == FLOOD + 1 + ANSWERS
+
+
+def test_long_block_uploads_are_no_flood(tmp_path: Path) -> None:
+    bus_log = BusLog(tmp_path / "bus.log", "can0")
+    for _ in range(2 * FLOOD // 127):
+        bus_log.write(REQUEST)
+        for _ in range(127):
+            bus_log.write(ANSWER)
+    assert bus_log.left_out == 0

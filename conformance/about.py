@@ -1,0 +1,79 @@
+"""What the first line of results.jsonl says of a run, and the next ones of its devices."""
+
+import hashlib
+import platform
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conformance import __version__
+from conformance.device.device import TEXTS, Device
+from conformance.reporting.summary import device_properties, run_properties
+from conformance.state import RunState
+
+_PACKAGES = ("pytest", "python-can", "canopen", "hypothesis")
+
+
+def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
+    """Return what was asked for, where and with what."""
+    options = state.options
+    run = options.run
+    named = {
+        option: config.getoption(dest)
+        for option, dest in (("eds", "eds"), ("device", "device_description"))
+    }
+    files = {option: config.invocation_params.dir / name for option, name in named.items() if name}
+    eds = options.eds
+    return {
+        "begun": state.begun.astimezone().isoformat(timespec="milliseconds"),
+        "begun_utc": f"{state.begun:%Y-%m-%dT%H:%M:%S}",
+        "suite": __version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "packages": {name: version(name) for name in _PACKAGES},
+        "command": [sys.argv[0], *map(str, config.invocation_params.args)],
+        "folder": str(config.invocation_params.dir),
+        "node_ids": options.node_ids,
+        "interface": run.bus.interface,
+        "channel": run.bus.channel,
+        "bitrate": run.bus.bitrate,
+        "bus_options": dict(run.bus.options),
+        "self_test": options.self_test,
+        "server": options.server,
+        "eds": None if eds is None else _file(eds),
+        "description": _file(files["device"]) if "device" in files else None,
+        "permissions": sorted(run.permits.permissions),
+        "writable": [str(known.mux) for known in run.permits.named if known.access.writable],
+        "all_rw": run.permits.all_rw,
+        "response_timeout": run.response_timeout,
+        "server_timeout": run.server_timeout,
+        "seed": run.seed,
+        "examples": options.examples,
+        "strict": options.strict,
+        "properties": run_properties(run),
+    }
+
+
+def _file(path: Path) -> dict[str, str]:
+    try:
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        digest = str(error)
+    return {"name": str(path), "sha256": digest}
+
+
+def about_device(device: Device, *, alone: bool) -> dict[str, Any]:
+    """Return what was discovered of a device; it may be ``alone`` in its run."""
+    return {
+        "node_id": device.node_id,
+        "identity": device.identity,
+        "texts": {
+            str(mux): device.values[mux].decode("ascii", "backslashreplace")
+            for mux in TEXTS
+            if mux in device.values
+        },
+        "properties": device_properties(device, alone=alone),
+    }

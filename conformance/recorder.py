@@ -1,0 +1,107 @@
+"""Keeps the record of a run: in results.jsonl as it goes, and in memory for the reports."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from conformance.reporting.bus_log import Place, merge_logs
+from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.report import write_report
+from conformance.reporting.results import ResultsFile
+from conformance.run.verdict import CaseResult
+
+
+class Recorder:
+    """Takes what is found. What cannot be written is kept, and ``troubles`` tell of it."""
+
+    def __init__(self, folder: Path, about: Mapping[str, Any], results: list[CaseResult]) -> None:
+        """Begin the record of a run; ``results`` is where they are kept in memory."""
+        self.run = RecordedRun(dict(about), results=results)
+        self._folder = folder
+        with suppress(OSError):  # the file says why it cannot be written
+            folder.mkdir(parents=True, exist_ok=True)
+        self._file = ResultsFile(folder)
+        self._file.run(about)
+
+    def selected(self, cases: int) -> None:
+        """Take how many cases were selected, here or by another worker."""
+        self.run.selected += cases
+        self._file.selected(cases)
+
+    def device(self, about: Mapping[str, Any]) -> None:
+        """Take what was discovered of a device."""
+        self.run.devices.append(dict(about))
+        self._file.device(about)
+
+    def case(self, result: CaseResult, place: Place | None = None) -> None:
+        """Take the result of a case and where its frames are."""
+        self.run.results.append(result)
+        self.run.places.append(place)
+        self._file.case(result, place)
+
+    def merge(self, logs: list[Path], whole: Path) -> None:
+        """Make one log of those of the workers; raises OSError."""
+        wanted: dict[str, list[int]] = {}
+        for place in self.run.places:
+            if place is not None and place.first <= place.last:
+                wanted.setdefault(place.log, []).extend((place.first, place.last))
+        found = merge_logs(logs, whole, wanted)
+        merged = {log.name for log in logs}
+        self.run.places = [
+            Place(
+                whole.name,
+                found.get((place.log, place.first), 1),
+                found.get((place.log, place.last), 0),
+                place.left_out,
+            )
+            if place is not None and place.log in merged
+            else place
+            for place in self.run.places
+        ]
+        self._file.merged(self.run.places)
+
+    @property
+    def trouble(self) -> str:
+        """What could not be written so far; empty when all is in its file."""
+        return self._file.trouble
+
+    def end(self, about: Mapping[str, Any]) -> list[str]:
+        """End the record and write the reports; return what could not be written."""
+        self.run.end = dict(about)
+        self._file.end(about)
+        troubles = self._write_again() if self._file.close() else []
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            write_report(self._folder, self.run)
+        except OSError as error:
+            troubles.append(f"The report cannot be written: {error}.")
+        return troubles
+
+    def _write_again(self) -> list[str]:
+        """Write what is in memory once more: the folder may have gone away, and come back."""
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            return [f"The report folder cannot be made: {error}."]
+        run, file = self.run, ResultsFile(self._folder)
+        file.run(run.about)
+        for device in run.devices:
+            file.device(device)
+        file.selected(run.selected)
+        for result, place in zip(run.results, run.places, strict=True):
+            file.case(result, place)
+        file.end(run.end or {})
+        trouble = file.close()
+        return [trouble] if trouble else []
+
+
+def as_place(values: dict[str, Any] | None) -> Place | None:
+    """Return the place that another process has handed over as plain values."""
+    return None if values is None else Place(**values)
+
+
+def as_values(place: Place) -> dict[str, Any]:
+    """Return a place as plain values."""
+    return asdict(place)

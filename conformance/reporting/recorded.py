@@ -1,0 +1,118 @@
+"""A run as results.jsonl tells of it; that of a run that was killed ends anywhere."""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from conformance.reporting.bus_log import Place
+from conformance.reporting.results import CASE, DEVICE, END, FORMAT, MERGED, RESULTS, RUN, SELECTED
+from conformance.run.verdict import CaseResult, Verdict
+
+Values = dict[str, Any]
+
+
+class NotRecorded(ValueError):
+    """There is no record of a run, or one that this version cannot read; says which and why."""
+
+
+@dataclass(slots=True)
+class RecordedRun:
+    """What is known of a run: itself, its devices, its results, and how it has ended.
+
+    ``places`` say for each result where its frames are, if that is known. ``end`` is None for a run
+    that has none. ``selected`` is the number of cases, 0 where it is not known.
+    """
+
+    about: Values
+    devices: list[Values] = field(default_factory=list)
+    results: list[CaseResult] = field(default_factory=list)
+    places: list[Place | None] = field(default_factory=list)
+    selected: int = 0
+    end: Values | None = None
+
+    @property
+    def properties(self) -> dict[str, str]:
+        """What describes the run and its devices in every report."""
+        parts = [self.about, *self.devices, *([] if self.end is None else [self.end])]
+        return {name: text for part in parts for name, text in part["properties"].items()}
+
+    @property
+    def by_device(self) -> list[CaseResult]:
+        """The results, device by device."""
+        node_ids = self.about["node_ids"]
+        return sorted(self.results, key=lambda result: node_ids.index(result.node_id))
+
+    @property
+    def broken_off(self) -> str:
+        """How a run broke off that has no end; empty for one that has."""
+        if self.end is not None:
+            return ""
+        of_all = f" of {self.selected}" if self.selected else ""
+        cases = len(self.results)
+        return (
+            f"the run was killed: its record has no end. {cases}{of_all} "
+            f"{'case was' if cases == 1 and not of_all else 'cases were'} finished"
+        )
+
+    @property
+    def troubles(self) -> list[str]:
+        """Why the results are not all that was asked for, as far as none of them says so."""
+        if self.end is None:
+            return [self.broken_off]
+        if any(result.verdict is Verdict.BENCH_ERROR for result in self.results):
+            return []
+        return list(dict.fromkeys(self.end["bench_errors"]))
+
+
+def read_run(folder: Path) -> RecordedRun:
+    """Read the record in a report folder; raises NotRecorded.
+
+    A last line that was not written to its end is none.
+    """
+    path = folder / RESULTS
+    lines = _lines(path)
+    about = next(lines, None)
+    if about is None or about.get("record") != RUN:
+        raise NotRecorded(f"{path} does not begin with a line about the run.")
+    if about["format"] != FORMAT:
+        raise NotRecorded(f"{path} has format {about['format']}; this version reads {FORMAT}.")
+    run = RecordedRun(about)
+    for number, values in enumerate(lines, start=2):
+        try:
+            _take(run, values)
+        except (KeyError, TypeError, ValueError) as error:
+            raise NotRecorded(f"{path}, line {number} cannot be read: {error!r}.") from error
+    return run
+
+
+def _take(run: RecordedRun, values: Values) -> None:
+    record = values.get("record")
+    if record == DEVICE:
+        run.devices.append(values)
+    elif record == SELECTED:
+        run.selected += values["cases"]
+    elif record == CASE:
+        run.results.append(CaseResult.from_dict(values["result"]))
+        run.places.append(Place(**values["frames"]) if "frames" in values else None)
+    elif record == MERGED:
+        run.places = [place if place is None else Place(**place) for place in values["frames"]]
+    elif record == END:
+        run.end = values
+
+
+def _lines(path: Path) -> Iterator[Values]:
+    try:
+        text = path.read_bytes()
+    except OSError as error:
+        raise NotRecorded(f"There is no record of a run: {error}.") from error
+    # What stands behind the last end of a line was not written to its end.
+    for number, line in enumerate(text.split(b"\n")[:-1], start=1):
+        try:
+            values = json.loads(line)
+        except ValueError as error:
+            raise NotRecorded(f"{path}, line {number} is no line of a record: {error}.") from error
+        if not isinstance(values, dict):
+            raise NotRecorded(f"{path}, line {number} is no line of a record.")
+        yield values
