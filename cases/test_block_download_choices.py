@@ -197,7 +197,7 @@ def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
         # The end frame behind it may be refused for itself.
         for further in sdo.fence():
             sdo.checks.abort(further, None)
-        sdo.expect_value(text, before)
+        sdo.expect_kept(text, before)
         return
     sdo.checks.block_end_response(frame, text.mux)
     sdo.expect_value(text, data)
@@ -223,5 +223,5 @@ def test_new_initiate_at_end(sdo: Dialogue, text: KnownObject, initiate: Initiat
     refused = initiate(sdo, text)
     if refused is not None:
         sdo.info(f"refused: {describe_response(refused.encode())}")
-        sdo.expect_value(text, before)
+        sdo.expect_kept(text, before)
     sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))

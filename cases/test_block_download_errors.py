@@ -2,7 +2,7 @@
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.run.begun import TWO_SEGMENTS, begin_block_download, unused_in
+from conformance.run.begun import TWO_SEGMENTS, begin_block_download, send_blocks, unused_in
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
 from conformance.run.risks import risk_of_request
@@ -148,7 +148,14 @@ def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> Non
         sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))
 
 
-@must("block-download.client-abort", "B4", "E10", "3.11-value-kept", segments=BEGUN)
+@must(
+    "block-download.client-abort",
+    "B4",
+    "E10",
+    "3.11-value-kept",
+    "server.part-written",
+    segments=BEGUN,
+)
 def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int | None) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
     size = len(sdo.prepare(text, 14, least=TWO_SEGMENTS if segments else 1))
@@ -156,6 +163,27 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int | None) ->
         begin_block_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
         sdo.expect_nothing()
+
+
+@must(
+    "block-download.number-kept",
+    "3.11-value-kept",
+    ending={"client-abort": False, "wrong-crc": True},
+)
+def test_number_kept(sdo: Dialogue, device: Device, ending: bool) -> None:
+    """A number keeps its value where its download is aborted, or its CRC is wrong."""
+    known = device.longest_number()
+    with sdo.unchanged(known) as value:
+        data = bytes(byte ^ 1 for byte in value)
+        checked = send_blocks(sdo, known, data, None).crc_supported
+        if ending and not checked:
+            sdo.info("the server computes no CRC")
+        elif ending:
+            sdo.send(BlockEnd(unused_in(data), crc16(data) ^ 1))
+            sdo.expect_abort(AbortCode.CRC_ERROR, of=known, tolerated=GENERIC)
+        else:
+            sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+            sdo.expect_nothing()
 
 
 @must("block-download.client-abort-then-end", "E10", "7-client", "3.11-value-kept")

@@ -1,6 +1,8 @@
 """What goes wrong in the middle of a segmented download (CiA 301, 7.2.4.3.4 and 7.2.4.3.17)."""
 
-from conformance.device.device import IDENTITY_COUNT
+from collections.abc import Callable
+
+from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.case import may, must
 from conformance.run.dialogue import Dialogue
@@ -180,7 +182,13 @@ def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, seg
         sdo.expect_value(number, value)
 
 
-@must("segmented-download.client-abort", "D14", "3.11-value-kept", segments=BEGUN)
+@must(
+    "segmented-download.client-abort",
+    "D14",
+    "3.11-value-kept",
+    "server.part-written",
+    segments=BEGUN,
+)
 def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
     size = stored(sdo, text, segments)
@@ -188,6 +196,42 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
         begin_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
         sdo.expect_nothing()
+
+
+def _abort(sdo: Dialogue, known: KnownObject) -> None:
+    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+    sdo.expect_nothing()
+
+
+def _upload(sdo: Dialogue, known: KnownObject) -> None:
+    del known
+    sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
+
+
+def _download(sdo: Dialogue, known: KnownObject) -> None:
+    others = [other.mux for other in sdo.device.all_writable() if other.mux != known.mux]
+    if not others:
+        raise NotTestable("needs two objects that may be written: name another one")
+    sdo.attempt(sdo.client.download(others[0], sdo.device.values[others[0]]))
+
+
+ENDINGS = {"client-abort": _abort, "new-upload": _upload, "new-download": _download}
+
+
+@must("segmented-download.number-kept", "3.11-value-kept", ending=ENDINGS)
+def test_number_kept(
+    sdo: Dialogue, device: Device, ending: Callable[[Dialogue, KnownObject], None]
+) -> None:
+    """A number keeps its value where its download ends before the last segment."""
+    known = device.longest_number()
+    with sdo.unchanged(known) as value:
+        data = bytes(byte ^ 1 for byte in value)
+        sdo.initiate_download(known, len(data))
+        sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
+        frame = sdo.receive()
+        if not isinstance(decode_response(frame), Abort):
+            sdo.checks.download_segment(frame, known.mux, 0)
+            ending(sdo, known)
 
 
 @must(

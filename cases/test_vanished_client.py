@@ -29,5 +29,5 @@ def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> Non
     if value != due:
         raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
     if begun.value is not None:
-        sdo.expect_value(begun.known, begun.value)
+        sdo.expect_kept(begun.known, begun.value)
     state(sdo)

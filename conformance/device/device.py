@@ -111,6 +111,12 @@ class Device:
         )
         raise _lacking(f"a writable number of {length or 'any number of'} bytes", f"2001={kind}")
 
+    def longest_number(self) -> KnownObject:
+        """Return the writable number that has the most bytes."""
+        found = [known for known in self.all_writable() if known.length in (2, 4, 8)]
+        plain = [known for known in found if known.data_type not in _NOT_PLAIN]
+        return max(plain, key=lambda known: known.length or 0) if plain else self.number()
+
     def variable(self) -> KnownObject:
         """Return a writable string or domain, if possible one whose bytes count to the last 00h.
 

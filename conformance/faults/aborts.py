@@ -70,7 +70,7 @@ class IgnoredInDownload(Server):
         return [] if isinstance(self.transfer, Download) else super().on_abort(request)
 
 
-@fault("abort-commits-download", ABORT, "segmented-download.client-abort")
+@fault("abort-commits-download", ABORT, "segmented-download.number-kept")
 class CommitsDownload(Server):
     """Stores what has come of a download that the client aborts."""
 
@@ -209,7 +209,7 @@ class Command81h(_Refusing):
         return Abort(abort.mux, abort.code, 1)
 
 
-@fault("abort-multiplexer-missing", SHAPE, "abort.frame")
+@fault("abort-multiplexer-missing", SHAPE, "abort.own-multiplexer")
 class MultiplexerMissing(_Refusing):
     """Sends aborts without a multiplexer."""
 

@@ -108,14 +108,14 @@ class AbortIgnored(_OnAbort):
         return []
 
 
-@fault("block-download-abort-commits", ABORT, "block-download.client-abort")
+@fault("block-download-abort-commits", ABORT, "block-download.number-kept")
 class AbortCommits(_OnAbort):
     """Stores what has come of a block download that the client aborts."""
 
     def on_download_abort(self, transfer: BlockDownload, request: Abort) -> list[Response]:
         """Commit."""
-        if transfer.data and transfer.entry.data_type.length is None:
-            transfer.entry.value = bytes(transfer.data)
+        if transfer.data:
+            transfer.entry.value = bytes(transfer.data)[: transfer.entry.longest]
         return []
 
 

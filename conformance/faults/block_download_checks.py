@@ -111,14 +111,13 @@ class CrcUnusedChecked(Server):
             raise Refusal(AbortCode.CRC_ERROR)
 
 
-@fault("block-download-crc-error-and-stored", CRC, "block-download.crc[")
+@fault("block-download-crc-error-and-stored", CRC, "block-download.number-kept")
 class CrcErrorStored(Server):
     """Refuses a wrong CRC after it has stored the data."""
 
     def check_crc(self, transfer: BlockDownload, request: BlockEnd, data: bytes) -> None:
         """Store first."""
-        if transfer.entry.data_type.length is None:
-            self.store(transfer.entry, data)
+        self.store(transfer.entry, data)
         super().check_crc(transfer, request, data)
 
 
@@ -278,7 +277,7 @@ class TooFewAccepted(Server):
             super().check_block_size(transfer, data)
 
 
-@fault("block-download-too-many-refused-and-stored", ACCESS, "block-download.too-many")
+@fault("block-download-too-many-refused-and-stored", ACCESS, "block-download.too-many", soft=True)
 class TooManyStored(Server):
     """Refuses more bytes than a block download has announced, and stores them."""
 

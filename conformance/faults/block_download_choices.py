@@ -258,7 +258,7 @@ class BusyAfterVanishedClient(Server):
 @fault(
     "vanished-client-completes-later",
     DefectClass.TIMING,
-    "vanished-client.next-transfer",
+    "segmented-download.number-kept",
 )
 class CompletesLater(Server):
     """Writes what came of a download when an upload begins before its end."""

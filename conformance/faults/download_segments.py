@@ -154,7 +154,7 @@ class TooFewAccepted(Server):
         super().finish_download(transfer)
 
 
-@fault("download-too-few-refused-and-stored", CHECK, "segmented-download.too-few")
+@fault("download-too-few-refused-and-stored", CHECK, "segmented-download.too-few", soft=True)
 class TooFewStored(Server):
     """Stores what came of a download before it refuses it as too short."""
 

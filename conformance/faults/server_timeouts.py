@@ -151,7 +151,12 @@ class SaidTwice(_OtherAbort):
         return super().aborts(mux) * 2
 
 
-@fault("server-timeout-stores-what-came", TIMING, f"{GIVES_UP}[segmented-download-in-the-middle]")
+@fault(
+    "server-timeout-stores-what-came",
+    TIMING,
+    f"{GIVES_UP}[segmented-download-in-the-middle]",
+    soft=True,
+)
 class StoresWhatCame(Server):
     """Writes what came of a segmented download that it gives up."""
 

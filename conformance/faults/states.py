@@ -305,7 +305,7 @@ class NewLeavesOld(Server):
         return responses
 
 
-@fault("new-download-commits-old", STATE, "segmented-download.new-download")
+@fault("new-download-commits-old", STATE, "segmented-download.number-kept")
 class NewCommitsOld(Server):
     """Stores what came of a download when another one begins."""
 

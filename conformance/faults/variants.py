@@ -321,19 +321,6 @@ class StringsOf300(SmallBuffer, _Codes):
         return Server.refuse(self, request, code)
 
 
-@variant("domain-keeps-part-of-aborted-write")
-class DomainKeepsPart(Server):
-    """Has stored in a domain what came of a download when it is aborted."""
-
-    def react(self, request: Request) -> list[Response]:
-        """Write through."""
-        responses = super().react(request)
-        transfer = self.transfer
-        if isinstance(transfer, Download) and transfer.entry.data_type is DataType.DOMAIN:
-            transfer.entry.value = bytes(transfer.data)
-        return responses
-
-
 @variant("short-frames-served")
 class ShortFramesServed(Node):
     """Serves a request of fewer than 8 bytes that holds all it needs."""

@@ -11,6 +11,7 @@ from conformance.run.risks import LOST_SEGMENT, Risk
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
     BlockAck,
+    BlockDownloadInitiateResponse,
     BlockEnd,
     BlockEndResponse,
     BlockSegment,
@@ -19,7 +20,6 @@ from conformance.sdo.frames import (
     Request,
     UploadSegment,
 )
-from conformance.sdo.objects import DataType
 
 BLOCK_SIZE = 2
 SIZE = 20
@@ -49,7 +49,16 @@ def begin_block_download(
     With all of them, None, the end is due.
     """
     data = sdo.payload(size)
-    block_size = sdo.initiate_block_download(known, size).block_size
+    send_blocks(sdo, known, data, segments)
+    return data
+
+
+def send_blocks(
+    sdo: Dialogue, known: KnownObject, data: bytes, segments: int | None
+) -> BlockDownloadInitiateResponse:
+    """Start a block download and send so many segments, None for all; return the first answer."""
+    response = sdo.initiate_block_download(known, len(data))
+    block_size = response.block_size
     chunks = segments_of(data)
     pending = 0
     for number, chunk in enumerate(chunks[:segments]):
@@ -58,7 +67,7 @@ def begin_block_download(
         pending += 1
         if last or pending == block_size:
             block_size, pending = sdo.acknowledged(known, pending).block_size, 0
-    return data
+    return response
 
 
 def unused_in(data: bytes) -> int:
@@ -145,15 +154,10 @@ def _stored_text(sdo: Dialogue, least: int = TWO_SEGMENTS) -> tuple[KnownObject,
     return text, value, sdo.payload(len(value))
 
 
-def _kept(known: KnownObject, value: bytes) -> bytes | None:
-    """Return what an aborted download leaves; of a domain that is open."""
-    return None if known.data_type is DataType.DOMAIN else value
-
-
 def _segmented_download(sdo: Dialogue) -> Begun:
     text, value, data = _stored_text(sdo)
     sdo.initiate_download(text, len(data))
-    return Begun(text, DownloadSegment.with_data(data[:7], toggle=0), _kept(text, value))
+    return Begun(text, DownloadSegment.with_data(data[:7], toggle=0), value)
 
 
 def _segmented_download_in_the_middle(sdo: Dialogue) -> Begun:
@@ -161,7 +165,7 @@ def _segmented_download_in_the_middle(sdo: Dialogue) -> Begun:
     sdo.initiate_download(text, len(data))
     sdo.download_segment(data[:7], toggle=0)
     due = DownloadSegment.with_data(data[7:14], toggle=1, last=len(data) <= 14)
-    return Begun(text, due, _kept(text, value))
+    return Begun(text, due, value)
 
 
 def _segmented_upload(sdo: Dialogue) -> Begun:
@@ -181,7 +185,7 @@ def _block_download(sdo: Dialogue) -> Begun:
     text, value, _ = _stored_text(sdo)
     data = begin_block_download(sdo, text, 0, len(value))
     due = BlockSegment.with_data(1, data[:7])
-    return Begun(text, due, _kept(text, value), in_sub_block=True)
+    return Begun(text, due, value, in_sub_block=True)
 
 
 def _block_download_in_a_sub_block(sdo: Dialogue) -> Begun:
@@ -191,7 +195,7 @@ def _block_download_in_a_sub_block(sdo: Dialogue) -> Begun:
         raise NotTestable("the server takes 1 segment at once: a sub-block has no middle")
     sdo.send(BlockSegment(1, data[:7]))
     due = BlockSegment.with_data(2, data[7:14], last=len(data) <= 14)
-    return Begun(text, due, _kept(text, value), in_sub_block=True)
+    return Begun(text, due, value, in_sub_block=True)
 
 
 def _block_download_between_sub_blocks(sdo: Dialogue) -> Begun:
@@ -209,13 +213,13 @@ def _block_download_between_sub_blocks(sdo: Dialogue) -> Begun:
     sdo.acknowledged(text, taken)
     last = taken + 1 == len(chunks)
     due = BlockSegment.with_data(1, chunks[taken], last=last)
-    return Begun(text, due, _kept(text, value), in_sub_block=True)
+    return Begun(text, due, value, in_sub_block=True)
 
 
 def _block_download_before_the_end(sdo: Dialogue) -> Begun:
     text, value, _ = _stored_text(sdo)
     data = begin_block_download(sdo, text, None, len(value))
-    return Begun(text, BlockEnd(unused_in(data), crc16(data)), _kept(text, value))
+    return Begun(text, BlockEnd(unused_in(data), crc16(data)), value)
 
 
 def _block_upload(sdo: Dialogue) -> Begun:

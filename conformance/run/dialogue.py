@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
+from conformance.run.delivered import is_written_through
 from conformance.run.steps import Target, filled_up, mux_of, same_value, shown
 from conformance.run.storage_steps import StorageSteps
 from conformance.sdo.abort_codes import AbortCode, describe_code
@@ -24,7 +25,14 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType, same_data
-from conformance.sdo.rules import MULTIPLEXER, RESTART, SUBSTITUTE, Rule, Violation
+from conformance.sdo.rules import (
+    MULTIPLEXER,
+    PART_WRITTEN,
+    RESTART,
+    SUBSTITUTE,
+    Rule,
+    Violation,
+)
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
 # A bad end of a block download may be called no valid command; what was wrong says more.
@@ -253,12 +261,31 @@ class Dialogue(StorageSteps):
 
     @contextmanager
     def unchanged(self, known: KnownObject) -> Iterator[bytes]:
-        """Expect an object to keep its value; what a domain keeps of an aborted write is open."""
+        """Expect an object to keep its value; see ``expect_kept``."""
         before = self.upload(known)
+        self.delivered.forget(known.mux)
         yield before
         self.end_transfer()
-        if known.data_type is not DataType.DOMAIN:
+        self.expect_kept(known, before)
+
+    def expect_kept(self, known: KnownObject, before: bytes) -> None:
+        """Expect an object to read as before a download that was aborted.
+
+        Of a string what came before the abort may have been written, a domain may hold anything;
+        both count as a breach of a SHOULD.
+        """
+        if known.length is not None:
             self.expect_value(known, before)
+            return
+        found = self.upload(known)
+        if same_value(known, found, before):
+            return
+        due, actual = f"{known} reads {shown(before)}", f"{known} reads {shown(found)}"
+        parts = self.delivered.of(known.mux)
+        if known.data_type is DataType.DOMAIN or is_written_through(found, before, parts):
+            self.note(Violation(PART_WRITTEN, expected=due, actual=actual))
+        else:
+            raise self.breach(due, actual)
 
     def expect_clean(self, rule: Rule) -> None:
         """Expect that no response of this case broke a rule that does not stop a transfer."""

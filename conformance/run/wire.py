@@ -15,6 +15,7 @@ from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device, NotTestable
 from conformance.device.safety import written_by
 from conformance.run.causes import Causes
+from conformance.run.delivered import Delivered
 from conformance.run.early import INITIATES, EarlyAborts, is_early
 from conformance.run.odd_frames import check_shape, in_words, unasked, unsolicited
 from conformance.run.pauses import Pauses
@@ -67,6 +68,7 @@ class Wire:
         self.minor: list[Violation] = []
         self._noted: Counter[str] = Counter()
         self.tracker = TransferTracker()
+        self.delivered = Delivered()
         self._sub_blocks = SubBlocks()
         self.pauses = Pauses(device.server_timeout)
         self.latency = 0.0
@@ -139,6 +141,7 @@ class Wire:
         within = self.tracker.open is not None
         self._sub_blocks.request(data)
         decoded = self.tracker.request(data)
+        self.delivered.request(decoded)
         if len(data) < FRAME_LENGTH:
             # What a careless device may take it for decides on what it may write.
             decoded = decode_request(data.ljust(FRAME_LENGTH, b"\0"))
@@ -302,6 +305,7 @@ class Wire:
         if not refused and not self.fencing:
             self.early.received(data, self.tracker.open)
         self.tracker.response(data)
+        self.delivered.response(decode_response(data))
         self._unanswered = False
         response = decode_response(data)
         if not self.fencing:
@@ -474,7 +478,7 @@ class Wire:
         if mux is None:
             raise RuntimeError("no transfer is open")
         self._abort = Abort(mux, AbortCode.GENERAL_ERROR)
-        self.tracker.request(self._abort.encode())
+        self.delivered.request(self.tracker.request(self._abort.encode()))
         self.channel.send(self._abort)
         self.pauses.sent(within=True)
         return self._abort

@@ -16,6 +16,7 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.device.objects import KnownObject
 from conformance.faults.catalogue import build_node
 from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
@@ -23,13 +24,16 @@ from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
     DownloadInitiateResponse,
+    DownloadSegment,
     UploadInitiate,
     UploadSegment,
 )
 from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.objects import DataType
 from conformance.sdo.rules import (
     FILLER,
     MULTIPLEXER,
+    PART_WRITTEN,
     RESERVED,
     RESTART,
     SPECIFIER,
@@ -290,13 +294,46 @@ def test_unchanged_ends_the_transfer_that_is_left_open() -> None:
     assert server.writes == []
 
 
-def test_what_a_domain_keeps_of_an_aborted_write_is_open() -> None:
-    with discovered(build_node("domain-keeps-part-of-aborted-write", NODE_ID)) as bench:
+@pytest.mark.parametrize("known", [TEXT, DOMAIN], ids=["string", "domain"])
+def test_what_is_written_of_an_aborted_download_counts_as_a_should(known: KnownObject) -> None:
+    with discovered(build_node("string-keeps-part-of-aborted-write", NODE_ID)) as bench:
         sdo = bench.dialogue()
-        with sdo.unchanged(DOMAIN):
-            sdo.initiate_download(DOMAIN, 14)
+        with sdo.unchanged(known):
+            sdo.initiate_download(known, 14)
             sdo.download_segment(b"ABCDEFG", toggle=0)
-        assert sdo.upload(DOMAIN) == b"ABCDEFG"
+        assert sdo.upload(known) == b"ABCDEFG"
+    assert [found.rule for found in sdo.minor] == [PART_WRITTEN]
+    assert not sdo.own
+
+
+def test_what_came_behind_an_abort_is_never_written() -> None:
+    """A string may hold what came before it, at its place, and nothing else."""
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        before = sdo.upload(TEXT)
+        sdo.initiate_download(TEXT, 14)
+        sdo.download_segment(b"ABCDEFG", toggle=0)
+        sdo.end_transfer()
+        sdo.send(DownloadSegment.with_data(b"HIJKLMN", toggle=1, last=True))
+        sdo.fence()
+        server.entries[TEXT.mux].value = b"ABCDEFGHIJKLMN"
+        with pytest.raises(Violation, match="2010h:00 reads"):
+            sdo.expect_kept(TEXT, before)
+
+
+def test_of_a_number_no_part_is_written() -> None:
+    server = recording()
+    known = KnownObject(Multiplexer(0x2008), DataType.UNSIGNED64)
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        before = sdo.upload(known)
+        sdo.initiate_download(known, 8)
+        sdo.download_segment(b"ABCDEFG", toggle=0)
+        sdo.end_transfer()
+        server.entries[known.mux].value = b"ABCDEFG\x88"
+        with pytest.raises(Violation, match="2008h:00 reads"):
+            sdo.expect_kept(known, before)
 
 
 def test_a_case_that_fails_by_itself_keeps_its_failure() -> None:

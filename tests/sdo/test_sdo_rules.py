@@ -46,6 +46,7 @@ OF_THE_SUITE = {
     *(rule.id for rule in RULES if rule.id.startswith("communication.")),
     "object.constant",
     "server.no-reboot",
+    "server.part-written",
     "storage.load-defaults",
     "storage.save",
     "storage.signature",

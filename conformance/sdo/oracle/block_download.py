@@ -127,7 +127,8 @@ class SubBlock(_BlockDownload):
     ``broken``: a segment was lost, and what follows in this sub-block is discarded. After a break
     that was acknowledged at once, numbers above ``stale`` may belong to the sub-block before.
     ``highest`` is the highest number that came: one that is not above it is late, or repeated, and
-    the server may take that for ``disorder`` and abort.
+    the server may take that for ``disorder`` and abort. So it may where a sub-block behind a gap
+    begins with the ``old`` number, from 3 on: that with which the one before would have gone on.
 
     Why it aborts where nothing is to be answered, ``refusals`` says: to follow each segment both
     ways would be more than can be followed.
@@ -138,6 +139,7 @@ class SubBlock(_BlockDownload):
     stale: int | None = None
     highest: int = 0
     disorder: bool = False
+    old: int = 0
     name: ClassVar[str] = "block download"
     abort_row: ClassVar[str] = "B4"
 
@@ -160,6 +162,7 @@ class SubBlock(_BlockDownload):
         """Return the state that knows of a number."""
         number = request.sequence
         late = number <= self.highest or not 1 <= number <= self.block_size
+        late |= self.highest == 0 and number == self.old > 2
         return replace(self, highest=max(number, self.highest), disorder=self.disorder or late)
 
     def _on_segment(self, request: BlockSegment, memory: Memory) -> list[Branch]:
@@ -278,6 +281,7 @@ class SubBlock(_BlockDownload):
                     block_size=block_size,
                     highest=0,
                     disorder=False,
+                    old=self.expected,
                 )
                 rest = quiet(following, memory, row)
             chosen = Freedom("block size of a download", str(block_size))

@@ -51,8 +51,8 @@ class Facts:
 
     @property
     def keeps_on_abort(self) -> bool:
-        """Whether a download that is aborted leaves the value; a domain may keep a part of it."""
-        return self.data_type not in (None, DataType.DOMAIN)
+        """Whether a download that is aborted leaves the value: others may keep a part of it."""
+        return self.length is not None
 
     def same(self, found: bytes, due: bytes) -> bool:
         """Compare values: the 00h that ends a string is optional."""

@@ -4,6 +4,7 @@ from conformance.sdo.rules.aftermath import (
     CONSTANT,
     IDLE_AFTERWARDS,
     NO_REBOOT,
+    PART_WRITTEN,
     SUBSTITUTE,
 )
 from conformance.sdo.rules.block_details import BLOCK_ACK
@@ -47,6 +48,7 @@ __all__ = [
     "MULTIPLEXER",
     "NOT_REFUSED",
     "NO_REBOOT",
+    "PART_WRITTEN",
     "RESERVED",
     "RESTART",
     "RULES",

@@ -35,6 +35,13 @@ SUBSTITUTE = Rule(
     rows=("O28",),
     open="the general error is tolerated where the official test accepts it",
 )
+PART_WRITTEN = Rule(
+    "server.part-written",
+    ABORT,
+    SHOULD,
+    "Of a download that was aborted nothing is in a string or domain either.",
+    reaction="the object reads as before",
+)
 
 AFTERMATH_RULES = (
     IDLE_AFTERWARDS,
@@ -46,6 +53,7 @@ AFTERMATH_RULES = (
         rows=("3.1-next-request",),
         reaction="served",
     ),
+    PART_WRITTEN,
     Rule(
         "server.value-kept",
         ABORT,
@@ -53,7 +61,7 @@ AFTERMATH_RULES = (
         "A download that was aborted, by whichever side, leaves the object with its value.",
         rows=("3.11-value-kept",),
         reaction="the object reads as before",
-        open="what a domain holds",
+        open="what of a string or domain was written before the abort",
     ),
     Rule(
         "server.partial-domain",
