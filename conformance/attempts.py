@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from conformance.bus.errors import BenchError
+from conformance.bus.stop import RunStopped
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
 from conformance.run.conversations.search import Search
@@ -62,6 +63,8 @@ def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
             item.funcargs[name] = run.sdo
     try:
         item.runtest()
+    except RunStopped:
+        raise
     except (KeyboardInterrupt, pytest.exit.Exception):
         run.conclude(None)  # the values are put back all the same
         raise

@@ -5,11 +5,13 @@ and must not decide what a case of the suite is run on.
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import TypeVar
 
 import pytest
 
 from conformance.attempts import begin
+from conformance.bus.stop import RunStopped
 from conformance.device.device import Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.conversations.search import Plan, Search
@@ -56,8 +58,11 @@ class CaseFixtures:
         item, case = self._item, case_of(self._item)
         run = item.stash[CASE_RUN] = begin(_conformance_device_session, case)
         yield run.sdo
-        if RESULT not in item.stash:
-            run.conclude(None)  # another fixture failed: what was written is put back all the same
+        run = item.stash[CASE_RUN]
+        if RESULT not in item.stash and not run.is_over:
+            # Another fixture failed: what was written is put back all the same.
+            with suppress(RunStopped):
+                run.conclude(None)
 
     @pytest.fixture(name="_conformance_conversations")
     def conversations(

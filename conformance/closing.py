@@ -25,6 +25,9 @@ from conformance.running import ExitCode
 from conformance.state import RunState, uses_device
 from conformance.workers import Controller
 
+# How a run has ended that was not ended before.
+COMPLETE = "complete"
+
 
 class Closing:
     """The hooks of the process that reports: the only one, or the controller of workers."""
@@ -148,12 +151,22 @@ class Closing:
     def _settle(self, session: pytest.Session) -> None:
         """Settle the exit status."""
         findings = self._state.findings
+        if self._state.stop.requests and session.exitstatus == pytest.ExitCode.INTERRUPTED:
+            return
         if findings.bench_errors:
             session.exitstatus = _exit_code(findings.bench_errors)
         elif session.exitstatus == pytest.ExitCode.OK and (
             findings.unjudged or findings.beside or self._stale
         ):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def _how(self, session: pytest.Session) -> str:
+        """Say how the run has ended, if not by itself."""
+        if session.exitstatus == pytest.ExitCode.INTERRUPTED and self._state.stop.requests:
+            return self._state.stop.reason
+        unreached = self._state.findings.unreached
+        ended = str(session.shouldfail or session.shouldstop or "")
+        return ended or (unreached[0].actual if unreached else COMPLETE)
 
     def _about_end(self, session: pytest.Session) -> dict[str, Any]:
         """Return the last line of the record."""
@@ -165,7 +178,7 @@ class Closing:
             properties["stale-deviations"] = "; ".join(map(str, self._stale))
         troubles = [error for error in findings.bench_errors if not isinstance(error, DeviceLost)]
         return {
-            "how": str(session.shouldfail or session.shouldstop or "complete"),
+            "how": self._how(session),
             "exit_status": int(session.exitstatus),
             "properties": properties,
             "bench_errors": list(map(str, troubles)),

@@ -17,6 +17,7 @@ from conformance.parcels import Receiver, Sender
 from conformance.run.bench import RunSettings
 from conformance.running import Running
 from conformance.state import STATE, RunState, is_left_to
+from conformance.stopping import Stopping
 from conformance.workers import Controller, is_controller
 
 
@@ -36,6 +37,7 @@ def pytest_configure(config: pytest.Config) -> None:
     gc.unfreeze()  # what an earlier run in this process has left
     state = RunState(options)
     config.stash[STATE] = state
+    config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     controller = None
     if is_controller(config):
         controller = Controller(
@@ -43,6 +45,7 @@ def pytest_configure(config: pytest.Config) -> None:
             options.node_ids,
             state.report_dir,
             state.findings,
+            state.stop,
             divisible=options.self_test,
         )
         config.pluginmanager.register(controller, "conformance-controller")

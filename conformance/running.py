@@ -2,9 +2,9 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Generator, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from enum import IntEnum
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 
@@ -12,6 +12,7 @@ from conformance.about import about_device
 from conformance.attempts import begin, try_again
 from conformance.bus.errors import BenchError, BusOff, InterfaceLost, NotWritten, SuiteError
 from conformance.bus.link import Captured, Direction
+from conformance.bus.stop import RunStopped
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
 from conformance.device.known_deviations import unknown_case
@@ -119,6 +120,9 @@ class Running:
         except BenchError as error:
             self._state.findings.bench_errors.append(error)
             self._leave_out_all("the bus could not be opened")
+        except RunStopped as stopped:
+            self._leave_out_all(str(stopped))
+            session.shouldstop = str(stopped)
 
     def _open(self) -> None:
         state, options = self._state, self._state.options
@@ -160,7 +164,7 @@ class Running:
                 options.answer_delay,
                 server_timeout=run.server_timeout,
             )
-            return Bench(run, [], listener, folder, lambda settings: bus)
+            return Bench(run, [], listener, folder, lambda settings: bus, self._state.stop)
         hosts: list[AbstractContextManager[object]] = []
         if options.self_test and run.bus.channel is not None:
             hosts += [
@@ -173,7 +177,7 @@ class Running:
                 )
                 for node_id in run.node_ids
             ]
-        return Bench(run, hosts, listener, folder)
+        return Bench(run, hosts, listener, folder, stop=self._state.stop)
 
     # Cases
 
@@ -184,11 +188,18 @@ class Running:
         if self._state.log is not None:
             self._state.log.begin()
 
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> Generator[None, object, object]:
         """Skip the cases of a device that is out of the run, and those that would stop it again."""
         if not uses_device(item):
-            return
+            return (yield)
+        self._skip_what_is_out(item)
+        try:
+            return (yield)
+        except RunStopped:
+            self._end_stopped(item)
+
+    def _skip_what_is_out(self, item: pytest.Item) -> None:
         case = case_of(item)
         why = self._why_out(item)
         if why is not None:
@@ -215,16 +226,37 @@ class Running:
         run = item.stash.get(CASE_RUN, None)
         if run is None:
             return (yield)
-        error: BaseException | None = None
         outcome: object = None
+        error: BaseException | None = None
         try:
             outcome = yield
+        except RunStopped:
+            self._end_stopped(item)
         except (KeyboardInterrupt, pytest.exit.Exception):
             run.conclude(None)  # the values are put back all the same
             raise
         except BaseException as caught:
             # Also what derives from BaseException alone, as the outcomes of pytest do.
             error = caught
+        try:
+            self._judge(item, run, error)
+        except RunStopped:
+            self._end_stopped(item)
+        return outcome
+
+    def _end_stopped(self, item: pytest.Item) -> NoReturn:
+        """End a case that a request to stop has interrupted; the run ends with it."""
+        run = item.stash.get(CASE_RUN, None)
+        stop = self._state.stop
+        if run is not None and not stop.gives_up:
+            with suppress(RunStopped):
+                run.conclude(None)  # the values are put back all the same
+        item.session.shouldstop = stop.reason
+        item.stash[RESULT] = left_out(case_of(item), Verdict.NOT_RUN, f"{stop.reason} in it")
+        pytest.skip(f"{Verdict.NOT_RUN}: {stop.reason}")
+
+    def _judge(self, item: pytest.Item, run: CaseRun, error: BaseException | None) -> None:
+        """Judge a case that ended by ``error``, if by any, and raise what it is to pytest."""
         session = self._state.session(case_of(item).node_id)
         run, error = try_again(item, run, error, lambda: begin(session, case_of(item)))
         told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
@@ -240,7 +272,6 @@ class Running:
         if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, run.bench_error or error, strict=state.options.strict)
-        return outcome
 
     def _look_after(
         self, item: pytest.Item, session: DeviceSession, result: CaseResult, run: CaseRun
@@ -283,6 +314,9 @@ class Running:
                 left = item.stash[RESULT]
                 (attach_not_run if left.verdict is Verdict.NOT_RUN else attach)(item, left)
                 report.user_properties = list(item.user_properties)
+        elif call.when == "call" and _was_stopped(item):
+            attach_not_run(item, item.stash[RESULT])
+            report.user_properties = list(item.user_properties)
         elif call.when != "call" and report.failed:
             self._take_suite_error(item, report, error)
         if isinstance(error, BenchError):
@@ -348,6 +382,8 @@ class Running:
                 state.bench.close()
             except BenchError as error:
                 state.findings.bench_errors.append(error)
+            except RunStopped:
+                pass  # what is not back is listed
             for node_id, device in state.bench.sessions.items():
                 judged, known = state.judged_late_answers[node_id], state.options.deviations
                 state.findings.close(device, judged=judged, known=known)
@@ -355,3 +391,8 @@ class Running:
             state.findings.bench_errors.append(NotWritten(trouble))
         if state.options.share.worker:
             hand_back(self._config, state.findings)
+
+
+def _was_stopped(item: pytest.Item) -> bool:
+    """Say whether a case was interrupted by a request to end the run."""
+    return RESULT in item.stash and item.stash[RESULT].verdict is Verdict.NOT_RUN

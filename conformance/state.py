@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import BenchError
+from conformance.bus.stop import Stop
 from conformance.collection import DEVICE_SESSION, CaseFunction
 from conformance.findings import Findings
 from conformance.options import Options
@@ -24,7 +25,7 @@ class RunState:
     """One run: its bench while it is open, and what was found so far.
 
     ``judged_late_answers`` says how many answers a case has judged that came late from a device:
-    others may come while the next device is tested.
+    others may come while the next device is tested. ``stop`` is told of the signals that end a run.
     """
 
     options: Options
@@ -32,6 +33,7 @@ class RunState:
     log: BusLog | None = None
     results: list[CaseResult] = field(default_factory=list)
     findings: Findings = field(default_factory=Findings)
+    stop: Stop = field(default_factory=Stop)
     judged_late_answers: Counter[int] = field(default_factory=Counter)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 

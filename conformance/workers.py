@@ -9,18 +9,25 @@ In a self-test each worker has a server and a bus of its own. So workers that ou
 share one: each tests its own server for a part of the cases.
 """
 
+import os
+import signal
 from collections.abc import Generator
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Protocol
 
 import pytest
 
 from conformance.bus.errors import WorkerLost
 from conformance.bus.link import Captured, Direction
+from conformance.bus.stop import Stop
 from conformance.findings import Findings
 
 KEY = "conformance"
+# What ends a worker in good order. Some systems have no such signal.
+TELLS_WORKER: int | None = getattr(signal, "SIGUSR1", None)
 
 
 class Worker(Protocol):
@@ -33,7 +40,8 @@ class Worker(Protocol):
 class Share:
     """What a process has to do: which devices, and whether tests that need none as well.
 
-    Of the cases it is each ``parts``-th one, from ``part`` on, which counts from 0.
+    Of the cases it is each ``parts``-th one, from ``part`` on, which counts from 0. The ``mailbox``
+    is a folder in which a worker on the same machine leaves the number of its process.
     """
 
     node_ids: list[int]
@@ -42,6 +50,7 @@ class Share:
     plain_tests: bool = True
     worker: str = ""
     report_dir: Path | None = None
+    mailbox: str = ""
 
     def has_case(self, position: int) -> bool:
         """Say whether it is its turn to run a case, by the position among those of its devices."""
@@ -96,6 +105,19 @@ def hand_back(config: pytest.Config, findings: Findings) -> None:
     config.workeroutput[KEY] = findings.as_dict()  # type: ignore[attr-defined]
 
 
+def leave_number(share: Share) -> None:
+    """Tell the controller where a signal reaches this worker, if it is on the same machine."""
+    with suppress(OSError):
+        Path(share.mailbox, share.worker).write_text(str(os.getpid()), encoding="ascii")
+
+
+def forward(process: int) -> None:
+    """Tell a worker on this machine that it has to stop."""
+    if TELLS_WORKER is not None:
+        with suppress(ProcessLookupError):
+            os.kill(process, TELLS_WORKER)
+
+
 class Controller:
     """The hooks of the process that leaves the work to others."""
 
@@ -105,10 +127,13 @@ class Controller:
         node_ids: list[int],
         report_dir: Path,
         findings: Findings,
+        stop: Stop,
         *,
         divisible: bool,
     ) -> None:
         """Choose how the devices are dealt out; ``findings`` is where those of all workers go.
+
+        A request to ``stop`` goes on to the workers, and to those that are ready later.
 
         ``divisible`` says that several workers may test one device. ``finished`` names the workers
         that have ended.
@@ -116,6 +141,10 @@ class Controller:
         self._node_ids = node_ids
         self._report_dir = report_dir
         self._findings = findings
+        self._stop = stop
+        stop.when_requested(self._tell_all)
+        self._processes: dict[str, int] = {}
+        self._mailbox = TemporaryDirectory(prefix="conformance-")
         self._shares: list[Share] = []
         self._divisible = divisible
         self._configured = False
@@ -141,9 +170,30 @@ class Controller:
             self._shares.pop(0),
             plain_tests=not self._configured,
             worker=given["workerid"],
+            mailbox=self._mailbox.name,
         )
         given[KEY] = {**asdict(share), "report_dir": str(self._report_dir)}
         self._configured = True
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodeready(self, node: Worker) -> None:
+        """Take the process of a worker on this machine: a signal can reach it from now on."""
+        worker = node.workerinput["workerid"]
+        try:
+            process = int(Path(self._mailbox.name, worker).read_text(encoding="ascii"))
+        except (OSError, ValueError):
+            return
+        self._processes[worker] = process
+        if self._stop.requests:
+            forward(process)
+
+    def pytest_unconfigure(self) -> None:
+        """Take the mailbox away."""
+        self._mailbox.cleanup()
+
+    def _tell_all(self) -> None:
+        for process in self._processes.values():
+            forward(process)
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, ids: list[str]) -> None:
@@ -173,10 +223,13 @@ class Controller:
         if worker in self.finished:
             return
         self.finished.append(worker)
+        told = self._processes.pop(worker, None) is not None
         handed_back = getattr(node, "workeroutput", None) or {}
         if KEY in handed_back:
             self._findings.add(handed_back[KEY])
             return
+        if self._stop.requests and not told:
+            return  # it ended before it could have begun
         node_ids = ", ".join(map(str, node.workerinput[KEY]["node_ids"])) or "none"
         self._findings.bench_errors.append(
             WorkerLost(

@@ -22,6 +22,7 @@ from conformance.bus.errors import (
 )
 from conformance.bus.messages import to_frame, to_message
 from conformance.bus.patience import Patience
+from conformance.bus.stop import Stop
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 
@@ -48,9 +49,10 @@ class Captured(NamedTuple):
 class Link:
     """A bus in use. Listeners are handed every frame, in order, receivers what others sent."""
 
-    def __init__(self, bus: can.BusABC, name: str) -> None:
-        """``name`` is what error messages call the bus."""
+    def __init__(self, bus: can.BusABC, name: str, stop: Stop | None = None) -> None:
+        """``name`` is what error messages call the bus; ``stop`` is looked at between frames."""
         self.name = name
+        self.stop = stop or Stop()
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
         self._receivers: list[Callable[[CanFrame], None]] = []
@@ -81,8 +83,15 @@ class Link:
         self._receivers.remove(receiver)
 
     def send(self, frame: CanFrame) -> None:
-        """Send one frame; raises TransmitBufferFull or InterfaceLost."""
+        """Send one frame; raises TransmitBufferFull or InterfaceLost, or RunStopped instead."""
         message = to_message(frame)
+        self.stop.enter()
+        try:
+            self._send(message, frame)
+        finally:
+            self.stop.leave()
+
+    def _send(self, message: can.Message, frame: CanFrame) -> None:
         if self._unmarked is not None:
             self._unmarked.sent(frame)
         deadline: float | None = None
@@ -110,7 +119,7 @@ class Link:
     def receive(self, timeout: float) -> CanFrame | None:
         """Return the next frame of another node within ``timeout`` seconds, or None.
 
-        Raises InterfaceLost, BusOff or FramesDropped.
+        Raises InterfaceLost, BusOff or FramesDropped, or RunStopped instead.
         """
         return self.receive_with(Patience(timeout))
 
@@ -140,10 +149,13 @@ class Link:
         return None if message is None else self._passed_on(message)
 
     def _next(self, timeout: float) -> can.Message | None:
+        self.stop.enter()
         try:
             return self._bus.recv(timeout)
         except (can.CanError, OSError) as error:
             raise lost(self.name, error) from error
+        finally:
+            self.stop.leave()
 
     def _passed_on(self, message: can.Message) -> CanFrame | None:
         """Hand a frame of another node to all that want it, and return it."""

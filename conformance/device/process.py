@@ -9,10 +9,11 @@ import os
 import shlex
 import signal
 import subprocess
+import sys
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import BinaryIO, Self
 
 from conformance.bus.errors import ProcessFailed
 
@@ -23,6 +24,17 @@ START_LIMIT = 10.0
 MOST_ATTEMPTS = 3
 TAIL_LINES = 20
 _TAIL_BYTES = 8192
+# It waits for no group that has ended: to signal that fails, and so does the guard.
+_GUARD = """
+import os, signal, sys, time
+group, limit = int(sys.argv[1]), float(sys.argv[2])
+sys.stdin.buffer.read()
+os.killpg(group, signal.SIGTERM)
+for _ in range(int(limit / 0.05)):
+    time.sleep(0.05)
+    os.killpg(group, 0)
+os.killpg(group, signal.SIGKILL)
+"""
 NODE_ID = "{node_id}"
 
 
@@ -65,6 +77,7 @@ class DeviceProcess:
         self._settings = settings
         self._log = log
         self._process: subprocess.Popen[bytes] | None = None
+        self._guard: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -83,7 +96,7 @@ class DeviceProcess:
         if not command:
             return
         try:
-            with self._log.open("ab") as log:
+            with self._output() as log:
                 # Ctrl-C at the terminal ends the run; the device has to live until its values are
                 # put back.
                 self._process = subprocess.Popen(  # noqa: S603 - it is what the user named
@@ -94,6 +107,7 @@ class DeviceProcess:
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
                 )
+            self._guard = guard(self._process.pid)
         except OSError as error:
             raise ProcessFailed(
                 f"The device's program cannot be started: {shlex.join(command)}: {error.strerror}. "
@@ -105,6 +119,7 @@ class DeviceProcess:
         process, self._process = self._process, None
         if process is None:
             return
+        guard, self._guard = self._guard, None
         for how in (signal.SIGTERM, signal.SIGKILL):
             _signal_group(process, how)
             try:
@@ -112,13 +127,23 @@ class DeviceProcess:
                 break
             except subprocess.TimeoutExpired:
                 continue
+        if guard is not None:
+            guard.kill()
+            guard.communicate()
+
+    def _output(self) -> BinaryIO:
+        """Open the file that takes what is written; where that cannot be, nothing does."""
+        try:
+            return self._log.open("ab")
+        except OSError:
+            return Path(os.devnull).open("ab")
 
     def recover(self) -> None:
         """Run the command that brings a bench device back, if there is one."""
         if self._settings.recover is None:
             return
         try:
-            with self._log.open("ab") as log:
+            with self._output() as log:
                 subprocess.run(  # noqa: S603 - it is what the user named
                     shlex.split(self._settings.recover),
                     cwd=self._settings.recover_folder,
@@ -127,6 +152,7 @@ class DeviceProcess:
                     stderr=subprocess.STDOUT,
                     timeout=RECOVER_LIMIT,
                     check=True,
+                    start_new_session=True,  # Ctrl-C must not leave it half done
                 )
         except (OSError, ValueError, subprocess.SubprocessError) as error:
             raise ProcessFailed(
@@ -143,16 +169,35 @@ class DeviceProcess:
 
     def tail(self) -> list[str]:
         """Return the last lines that were written."""
-        if not self._log.is_file():
+        try:
+            with self._log.open("rb") as log:
+                log.seek(max(0, self._log.stat().st_size - _TAIL_BYTES))
+                return log.read().decode("utf-8", "replace").splitlines()[-TAIL_LINES:]
+        except OSError:
             return []
-        with self._log.open("rb") as log:
-            log.seek(max(0, self._log.stat().st_size - _TAIL_BYTES))
-            return log.read().decode("utf-8", "replace").splitlines()[-TAIL_LINES:]
 
     def last_words(self) -> str:
         """Return the last lines as the end of an error message."""
         lines = [f"    {line}" for line in self.tail()]
         return "\n".join([" Its output ends with:", *lines]) if lines else ""
+
+
+def guard(group: int) -> subprocess.Popen[bytes] | None:
+    """Start what ends a group of processes when this process is gone, however that has ended.
+
+    It reads from a pipe that nobody writes to: that ends with this process. None where no process
+    can be started; what it is for needs none then.
+    """
+    try:
+        return subprocess.Popen(  # noqa: S603 - it is our own
+            [sys.executable, "-I", "-S", "-c", _GUARD, str(group), str(END_LIMIT)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    except OSError:
+        return None
 
 
 def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

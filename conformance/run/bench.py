@@ -12,6 +12,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError, ProcessFailed, SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.bus.stop import Stop
 from conformance.device.device import STORAGE_TIME, Device
 from conformance.device.listing import Listing, mandatory_and
 from conformance.device.objects import by_multiplexer
@@ -83,11 +84,13 @@ class Bench:
         listener: Callable[[Captured], None],
         folder: Path,
         opener: Callable[[BusSettings], can.BusABC] = open_bus,
+        stop: Stop | None = None,
     ) -> None:
         """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame.
 
-        ``folder`` takes what the programs of devices write.
+        ``folder`` takes what the programs of devices write. ``stop`` may ask the run to end.
         """
+        self._stop = stop or Stop()
         self.sessions: dict[int, DeviceSession] = {}
         self.silent: dict[int, BenchError] = {}
         self._settings = settings
@@ -103,7 +106,7 @@ class Bench:
         A device that does not answer has no session and is listed in ``silent``.
         """
         settings = self._settings
-        link = Link(self._open_bus(settings.bus), str(settings.bus))
+        link = Link(self._open_bus(settings.bus), str(settings.bus), self._stop)
         self._stack.callback(link.close)
         link.watch(settings.node_ids, self._further_ids(), settings.neighbours)
         link.listen(self._listener)
@@ -167,10 +170,14 @@ class Bench:
         return Revival(settings, process, channel)
 
     def close(self) -> None:
-        """Take what came too late, put back what can be, stop the hosts and close the bus."""
+        """Take what came too late, put back what can be, stop the hosts and close the bus.
+
+        Raises RunStopped where somebody does not want to wait for the values.
+        """
         try:
-            for session in self.sessions.values():
-                session.collect_late()
-                session.restore_pending()
+            with self._stop.putting_back():
+                for session in self.sessions.values():
+                    session.collect_late()
+                    session.restore_pending()
         finally:
             self._stack.close()

@@ -43,6 +43,8 @@ class Revival:
                 why = str(error)
             else:
                 return ""
+            if self._channel.link.stop.requests:
+                break
         return why
 
     def _await(self) -> None:

@@ -115,7 +115,8 @@ class DeviceSession:
         try:
             survey(sdo)
         finally:
-            self.restorer.restore(sdo)
+            with self.channel.link.stop.putting_back():
+                self.restorer.restore(sdo)
 
     def begin(
         self,
@@ -172,15 +173,16 @@ class DeviceSession:
         """
         if self.revival is None:
             return "nothing brings it back: there is neither --process nor --recover"
-        why = self.revival.attempt()
-        if not why:
-            self.lost = False
-            self.restore_pending()
+        with self.channel.link.stop.putting_back():
+            why = self.revival.attempt()
+            if not why:
+                self.lost = False
+                self.restore_pending()
         return why
 
     def restore_pending(self) -> None:
         """Try once more to put back what could not be; what still cannot stays listed."""
-        if self.lost or not self.restorer.unrestored:
+        if self.lost or not self.restorer.unrestored or self.channel.link.stop.gives_up:
             return
         sdo = Dialogue(self.channel, self.device, _RESTORING, self._seed, self.causes)
         self.restorer.restore_pending(sdo)
@@ -252,14 +254,21 @@ class CaseRun:
         self.bench_error: BenchError | None = None
         self._minor: list[Violation] = []
         self._tidies = False
+        self.is_over = False
         self._begin = time.monotonic()
 
     def conclude(self, error: BaseException | None) -> CaseResult:
         """Judge what happened, leave the server idle and the values as they were.
 
         ``error`` is what ended the case. A bench error makes the verdict; nothing excuses it. One
-        that was met only here is kept as ``bench_error``.
+        that was met only here is kept as ``bench_error``. Raises RunStopped where nobody wants to
+        wait for that.
         """
+        self.is_over = True
+        with self._session.channel.link.stop.putting_back():
+            return self._conclude(error)
+
+    def _conclude(self, error: BaseException | None) -> CaseResult:
         result = self.result
         own_frames = self._session.frames_so_far()
         asked = self.sdo.last_sent

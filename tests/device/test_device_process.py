@@ -1,6 +1,7 @@
 """A device's program: started, ended whatever it does, its output kept."""
 
 import fcntl
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -115,3 +116,34 @@ def test_the_node_id_stands_where_it_should() -> None:
     assert settings.names_node_id
     assert settings.of(9) == ProcessSettings(["./server", "--node=9"], "./power 9")
     assert not ProcessSettings(["./server"]).names_node_id
+
+
+GUARDED = """
+import sys, time
+from pathlib import Path
+from conformance.device.process import DeviceProcess, ProcessSettings
+process = DeviceProcess(ProcessSettings([sys.executable, "-c", sys.argv[1]]), Path("log"))
+process.start()
+time.sleep(3600)
+"""
+
+
+def test_no_program_outlives_a_suite_that_is_killed(tmp_path: Path) -> None:
+    log, lock = tmp_path / "log", tmp_path / "lock"
+    program_of_device = WAITS.format(lock=str(lock))
+    with subprocess.Popen(  # noqa: S603 - it is our own
+        [sys.executable, "-c", GUARDED, program_of_device], cwd=tmp_path
+    ) as suite:
+        become(lambda: log.exists() and log.read_bytes() == b"ready\n")
+        assert not is_free(lock)
+        suite.kill()
+    become(lambda: is_free(lock))
+
+
+def test_a_log_that_cannot_be_written_stops_no_device(tmp_path: Path) -> None:
+    lock = tmp_path / "lock"
+    gone = tmp_path / "gone" / "log"
+    with DeviceProcess(program(WAITS.format(lock=str(lock))), gone) as process:
+        process.start()
+        become(lambda: not is_free(lock))
+        assert process.tail() == []

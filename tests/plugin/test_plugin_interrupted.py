@@ -1,16 +1,19 @@
-"""Ctrl-C in the middle of a case: what was written is put back, in workers as well."""
+"""A signal in the middle of a case: what was written is put back, in workers as well."""
 
 import os
 import signal
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 
 import pytest
-from plugin_runs import QUICK, hosted_on
+from plugin_runs import QUICK, hosted_on, self_test
 from socketcand_bus import socketcand
 
 from conformance.faults.dictionary import reference_device
+from conformance.reporting.recorded import read_run
+from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
@@ -56,8 +59,37 @@ class Watched(Node):
         return self.objects.find(WRITTEN).value
 
 
-@pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one-process", "workers"])
-def test_what_was_written_is_put_back(pytester: pytest.Pytester, workers: tuple[str, ...]) -> None:
+def to_all(process: subprocess.Popen[bytes]) -> None:
+    """Send what a terminal does at Ctrl-C."""
+    os.killpg(process.pid, signal.SIGINT)
+
+
+def to_one(process: subprocess.Popen[bytes]) -> None:
+    """Send what a cancelled job does: the processes that it has started hear nothing."""
+    process.send_signal(signal.SIGTERM)
+
+
+IGNORING = ("sh", "-c", "trap '' INT; exec \"$@\"", "sh")
+WORKERS = ("-n", "2")
+
+
+@pytest.mark.parametrize(
+    ("how", "workers", "started_by"),
+    [
+        (to_all, (), ()),
+        (to_all, (), IGNORING),
+        (to_all, WORKERS, IGNORING),
+        (to_one, (), ()),
+        (to_one, WORKERS, ()),
+    ],
+    ids=["ctrl-c", "ignored", "ignored-workers", "sigterm", "sigterm-workers"],
+)
+def test_what_was_written_is_put_back(
+    pytester: pytest.Pytester,
+    how: Callable[[subprocess.Popen[bytes]], None],
+    workers: tuple[str, ...],
+    started_by: tuple[str, ...],
+) -> None:
     pytester.makepyfile(test_mine=INTERRUPTED)
     nodes = [Watched(node_id) for node_id in NODES]
     before = nodes[0].value
@@ -65,7 +97,15 @@ def test_what_was_written_is_put_back(pytester: pytest.Pytester, workers: tuple[
         reports = "--report-dir=left behind"
         options = (*QUICK, PATIENT, reports, "--object=2004=unsigned32", *bus, *workers)
         process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-m", "pytest", "--node-id=5,9", *options, "test_mine.py"],
+            [
+                *started_by,
+                sys.executable,
+                "-m",
+                "pytest",
+                "--node-id=5,9",
+                *options,
+                "test_mine.py",
+            ],
             cwd=pytester.path,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -73,8 +113,42 @@ def test_what_was_written_is_put_back(pytester: pytest.Pytester, workers: tuple[
         )
         for node in nodes if workers else nodes[:1]:
             assert node.written.wait(HANGS)
-        os.killpg(process.pid, signal.SIGINT)  # as the terminal does
+        how(process)
         output, _ = process.communicate(timeout=HANGS)
         assert [node.value for node in nodes] == [before, before]
     assert process.returncode == pytest.ExitCode.INTERRUPTED, output.decode()
-    assert list((pytester.path / "left behind").glob("*/bus*.log")), output.decode()
+    (folder,) = (pytester.path / "left behind").iterdir()
+    assert (folder / "junit.xml").exists()
+    recorded = read_run(folder)
+    assert recorded.end is not None
+    assert recorded.end["how"].startswith("the run was stopped")
+    assert len(recorded.results) == 2
+    assert {result.verdict for result in recorded.results} == {Verdict.NOT_RUN}
+    assert list(folder.glob("bus*.log")), output.decode()
+
+
+THRICE = """
+    import os
+    import signal
+    from conformance.bus.stop import RunStopped
+
+    def test_stubborn(sdo):
+        for _ in range(5):
+            try:
+                os.kill(os.getpid(), signal.SIGTERM)
+            except RunStopped:
+                print("not yet")
+"""
+
+
+def test_the_third_signal_ends_at_once(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=THRICE)
+    result = pytester.runpytest_subprocess(*QUICK, "--self-test", "-s", "test_mine.py")
+    assert result.ret == -signal.SIGTERM
+    assert result.stdout.str().count("not yet") == 2
+
+
+def test_handlers_are_what_they_were(pytester: pytest.Pytester) -> None:
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    self_test(pytester, "-k", "abort.frame")
+    assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
