@@ -16,6 +16,7 @@ from conformance.run.risks import Risk
 
 _BESIDE = Path(__file__).parent / "cases"
 CASES = _BESIDE if _BESIDE.is_dir() else Path(__file__).parent.parent / "cases"
+CASE_FILES = "test_*.py"
 # What stands before the names of the fixtures that the suite's own cases get.
 OWN = "_conformance_"
 WHOLE_RUN = f"{OWN}whole_run"
@@ -111,12 +112,12 @@ class CaseFunction(pytest.Function):
 
 def case_files() -> list[Path]:
     """Return the files of the cases that come with the suite."""
-    return sorted(CASES.glob("test_*.py"))
+    return sorted(CASES.glob(CASE_FILES))
 
 
 def make_module(path: Path, parent: pytest.Collector) -> pytest.Module | None:
     """Return the collector for a file of the suite's own cases, None for any other file."""
-    if path.parent != CASES:
+    if path.parent != CASES or not path.match(CASE_FILES):
         return None
     return CaseModule.from_parent(parent, path=path, nodeid=f"cases/{path.name}")
 

@@ -9,7 +9,7 @@ from conformance import __version__
 from conformance.arguments import add_options
 from conformance.case_fixtures import CaseFixtures
 from conformance.closing import Closing
-from conformance.collection import SLOW, CaseFunction, case_files, make_items, make_module, ordered
+from conformance.collection import CASES, SLOW, CaseFunction, make_items, make_module, ordered
 from conformance.device.listing import Listing
 from conformance.fixtures import Fixtures
 from conformance.options import read_options
@@ -59,7 +59,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
-        config.args = [str(path) for path in case_files()]
+        config.args = [str(CASES)]
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

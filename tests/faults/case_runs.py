@@ -10,8 +10,11 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from conformance.collection import CaseFunction
 from conformance.run.verdict import CaseResult, Verdict
 
+# What is judged at the end of a run belongs to each.
+AT_THE_END = "run."
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 
 
@@ -42,6 +45,30 @@ class Run:
             self.rules[result.case_id] = result.broken_rule_id or result.verdict.value
             cause = getattr(result, "cause", None) or result.broken_rule_id
             self.causes[result.case_id] = str(cause)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A pytest plugin that chooses cases: the named ones, and each ``share``-th of the others."""
+
+    named: frozenset[str] = frozenset()
+    begins: tuple[str, ...] = ()
+    share: int = 1
+    turn: int = 0
+    left_out: frozenset[str] = frozenset()
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Leave out what is not wanted."""
+        items[:] = [item for number, item in enumerate(items) if self.wants(item, number)]
+
+    def wants(self, item: pytest.Item, number: int) -> bool:
+        """Say whether a case is to be run."""
+        if not isinstance(item, CaseFunction):
+            return False
+        if item.case_id in self.named or item.case_id.startswith((AT_THE_END, *self.begins)):
+            return True
+        return item.case_id not in self.left_out and number % self.share == self.turn % self.share
 
 
 class _Collector:

@@ -23,11 +23,10 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 
-import pytest
-from case_runs import Run, run_cases
+from case_runs import Choice, Run, run_cases
 from detection import files_of
 
-from conformance.collection import CASES, CaseFunction
+from conformance.collection import CASES
 from conformance.faults.catalogue import find_deviation
 
 PERVASIVE = (
@@ -93,33 +92,7 @@ SHARE, QUICK_SHARE = 6, 12
 QUICK_BEGIN = 22
 # So many of the cases that failed the pervasive fault alone meet a pair.
 OF_PERVASIVE = 60
-# What is judged at the end of a run belongs to each.
-AT_THE_END = "run."
 WHOLE_RUN = "test_whole_run.py"
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
-    """A pytest plugin that chooses cases: the named ones, and each ``share``-th of the others."""
-
-    named: frozenset[str] = frozenset()
-    begins: tuple[str, ...] = ()
-    share: int = 1
-    turn: int = 0
-    left_out: frozenset[str] = frozenset()
-
-    @pytest.hookimpl(trylast=True)
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Leave out what is not wanted."""
-        items[:] = [item for number, item in enumerate(items) if self.wants(item, number)]
-
-    def wants(self, item: pytest.Item, number: int) -> bool:
-        """Say whether a case is to be run."""
-        if not isinstance(item, CaseFunction):
-            return False
-        if item.case_id in self.named or item.case_id.startswith((AT_THE_END, *self.begins)):
-            return True
-        return item.case_id not in self.left_out and number % self.share == self.turn % self.share
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ OTHER = 9
 # Transfers of many segments show nothing more here, and cost most of the time.
 LARGE = ("409", "177", "88", "89", "672", "448", "490", "126", "127", "wraps")
 SHORT = " and ".join(
-    f"not {word}" for word in ("test_matrix", "test_random", "vanished", "sequence", *LARGE)
+    f"not {word}" for word in ("test_matrix", "test_random", "vanished", "sequence", "od.", *LARGE)
 )
 TRAFFIC = (
     CanFrame(0x080, b""),  # SYNC
@@ -101,7 +101,7 @@ def test_foreign_traffic(pytester: pytest.Pytester) -> None:
     quiet = verdicts(pytester, device(), chosen=SHORT)
     crowd = Crowd()
     assert verdicts(pytester, device(), crowd, chosen=SHORT) == quiet
-    assert len(quiet) > 400
+    assert len(quiet) > 300
     assert {verdict for verdict, _ in quiet.values()} <= {"pass", "info", "not testable"}
     assert crowd.sent > 10_000
 

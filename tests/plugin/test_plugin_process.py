@@ -58,7 +58,7 @@ def test_a_program_is_gone_afterwards(pytester: pytest.Pytester) -> None:
 def test_a_program_that_ends_at_once(pytester: pytest.Pytester) -> None:
     ends = started("-c", "print('no licence'); raise SystemExit(3)")
     with hosted() as bus:
-        result = run(pytester, NODE, *bus, ends)
+        result = run(pytester, NODE, *bus, ends, "-k", "abort.")
     assert result.ret == ExitCode.BENCH_ERROR
     result.stdout.fnmatch_lines(
         ["*= the bench =*", "*exit status 3 before it answered*", "    no licence"]
@@ -68,7 +68,7 @@ def test_a_program_that_ends_at_once(pytester: pytest.Pytester) -> None:
 
 def test_a_program_that_is_not_there(pytester: pytest.Pytester) -> None:
     with hosted() as bus:
-        result = run(pytester, NODE, *bus, "--process=./no-such-server vcan0")
+        result = run(pytester, NODE, *bus, "--process=./no-such-server vcan0", "-k", "abort.")
     assert result.ret == ExitCode.BENCH_ERROR
     result.stdout.fnmatch_lines(["The device's program cannot be started: ./no-such-server vcan0*"])
 

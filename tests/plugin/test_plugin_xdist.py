@@ -4,7 +4,7 @@ import re
 from collections import defaultdict
 
 import pytest
-from plugin_runs import QUICK, parsed, reports, self_test, the_report
+from plugin_runs import QUICK, other_files, parsed, reports, self_test, the_report
 
 from conformance.running import ExitCode
 from conformance.workers import shares_of
@@ -19,7 +19,7 @@ THREE = ("--self-test", "--node-id=5,9,12", WRONG, *CHOSEN)
 def run_workers(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     """Run the suite with workers, which are processes."""
     folder = f"--report-dir={reports(pytester)}"
-    return pytester.runpytest_subprocess(*QUICK, folder, *arguments)
+    return pytester.runpytest_subprocess(*QUICK, folder, *arguments, *other_files(arguments))
 
 
 def cases(pytester: pytest.Pytester) -> list[tuple[str, str, str]]:
@@ -194,15 +194,16 @@ HALTS = (
     *("--self-test", "--fault=unknown-specifier-halts", "--response-timeout=0.1"),
     *("-k", "specifier.unknown and FFh"),
 )
+FEW = ("-k", "abort.frame")
 BROKEN = {
     "late-answer": (("--self-test", "--fault=answers-late", "-k", "abort.not"), 1),
     "unknown-fault": (("--self-test", "--fault=answer-late"), pytest.ExitCode.USAGE_ERROR),
     "silent-node": (
-        ("--node-id=5", "--can-interface=virtual", "--response-timeout=0.1"),
+        ("--node-id=5", "--can-interface=virtual", "--response-timeout=0.1", *FEW),
         ExitCode.SILENT_NODE,
     ),
     "no-interface": (
-        ("--node-id=5", "--can-interface=socketcan", "--can-channel=no-such-can0"),
+        ("--node-id=5", "--can-interface=socketcan", "--can-channel=no-such-can0", *FEW),
         ExitCode.BENCH_ERROR,
     ),
     "lost-device": (HALTS, ExitCode.DEVICE_LOST),

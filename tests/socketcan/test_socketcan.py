@@ -36,16 +36,20 @@ FILES = [
     str(path)
     for path in case_files()
     if re.fullmatch(
-        r"test_(expedited|segmented|block_(down|up)load|abort|specifiers|frame|whole).*", path.stem
+        r"test_((expedited|segmented|abort|specifiers|frame|whole).*|block_(down|up)load)",
+        path.stem,
     )
-    and not path.stem.endswith("choices")
 ]
 FEW = (*FILES, "-k", "not (size or beyond-16) or 257 or block and 889")
 
 
-def only(stem: str) -> list[str]:
-    """Return the files of one service."""
-    return [file for file in FILES if stem in file]
+def only(*stems: str) -> list[str]:
+    """Return the files of some services."""
+    return [file for file in FILES if any(stem in file for stem in stems)]
+
+
+# What foreign servers do in block transfers is seen on the virtual bus.
+FOREIGN = only("test_expedited", "test_segmented", "test_abort")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +78,8 @@ class Plan:
 # No two of the node-IDs differ in one bit only: cases on identifiers ask those neighbours.
 PLANS = {
     "reference": Plan(3, REFERENCE, (*OBJECTS, *FEW)),
-    "canopen": Plan(5, (str(FLEET / "canopen_server.py"),), (*OBJECTS, *FEW)),
-    "durand": Plan(6, (str(FLEET / "durand_server.py"),), (*DURAND_OBJECTS, *FEW)),
+    "canopen": Plan(5, (str(FLEET / "canopen_server.py"),), (*OBJECTS, *FOREIGN)),
+    "durand": Plan(6, (str(FLEET / "durand_server.py"),), (*DURAND_OBJECTS, *FOREIGN)),
     "upload-toggle-ignored": Plan(
         9,
         (*REFERENCE, "--fault=upload-toggle-ignored"),
@@ -151,7 +155,7 @@ def test_a_foreign_server_has_its_findings(runs: dict[str, Future[Run]], server:
     assert set(run.failed()) - set().union(*known) == set()
     in_the_run = [cases for cases in known if not cases.isdisjoint(run.cases())]
     assert [cases for cases in in_the_run if cases.isdisjoint(run.told())] == []
-    assert len(in_the_run) > 10
+    assert len(in_the_run) > 5
 
 
 def test_a_silent_node_is_not_waited_for_long(runs: dict[str, Future[Run]]) -> None:

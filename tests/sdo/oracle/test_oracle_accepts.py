@@ -17,7 +17,7 @@ NODE_ID = 5
 ABORTS_NOW_AND_THEN = "seventh-transfer-aborted"
 VARIANTS = [name for name in of_the_protocol(unusual()) if not name.startswith(ABORTS_NOW_AND_THEN)]
 # Every so many of the generated conversations are held with each variant, and with the reference.
-STRIDE, REFERENCE_STRIDE = 120, 5
+STRIDE, REFERENCE_STRIDE = 360, 10
 
 
 def conversed(lockstep: Lockstep, script: list[Transfer]) -> list[Violation]:
