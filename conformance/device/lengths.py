@@ -9,7 +9,8 @@ class Lengths:
 
     ``taken`` are some that it has taken. ``most`` is the largest, None as long as nobody had to
     find out; a ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
-    words. Shorter values than ``filled`` bytes are filled up to as many.
+    words. Shorter values than ``filled`` bytes are filled up to as many. Between lengths that are
+    taken there may be ``refused`` ones.
     """
 
     taken: set[int] = field(default_factory=set)
@@ -17,6 +18,7 @@ class Lengths:
     fixed: bool = False
     refusal: str = ""
     filled: int = 0
+    refused: set[int] = field(default_factory=set)
 
     @property
     def surely(self) -> int | None:
@@ -29,6 +31,8 @@ class Lengths:
             return self.most
         if self.filled:
             return self.filled
+        if wanted in self.refused and self.taken:
+            return max((taken for taken in self.taken if taken < wanted), default=min(self.taken))
         if wanted in self.taken or wanted <= (self.surely or 0):
             return wanted
         return None if self.most is None else min(wanted, self.most)

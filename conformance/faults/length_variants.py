@@ -5,7 +5,7 @@ from conformance.faults.registry import variant
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import DataType, Entry, ObjectDictionary
+from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
 from conformance.sdo.server import Server
 
 STRING, DOMAIN = Multiplexer(0x2010), Multiplexer(0x2011)
@@ -133,6 +133,36 @@ class FixedLengthGeneric(_FixedLength):
         if code in (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_TOO_LOW):
             code = AbortCode.LENGTH_MISMATCH
         return super().refuse(request, code)
+
+
+@variant("lengths-in-steps-of-4")
+class LengthsInSteps(AlteredObjects):
+    """Takes OCTET_STRINGs and domains of 4, 8, 12 and so on bytes only: what takes 20 takes no 19.
+
+    How long a value is it may learn with its last byte only.
+    """
+
+    kinds = (DataType.OCTET_STRING, DataType.DOMAIN)
+
+    def alter(self, entry: Entry) -> None:
+        """Fill the value up once."""
+        if entry.data_type in self.kinds:
+            entry.value += bytes(-len(entry.value) % 4)
+
+    def check_announced_size(self, entry: Entry, size: int | None) -> None:
+        """Refuse an announced length that is none of these."""
+        super().check_announced_size(entry, size)
+        self.check_step(entry, size or 0)
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        """Refuse a value whose length is none of these."""
+        self.check_step(entry, len(data))
+        super().store(entry, data)
+
+    def check_step(self, entry: Entry, size: int) -> None:
+        """Refuse other lengths of what is neither a number nor a text."""
+        if entry.data_type in self.kinds and size % 4:
+            raise Refusal(AbortCode.LENGTH_MISMATCH)
 
 
 @variant("octet-strings-of-fixed-length")

@@ -13,7 +13,7 @@ from conformance.run.storing import WAYS
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
-from conformance.sdo.objects import DataType
+from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
 MUCH_ROOM = 4096
@@ -71,6 +71,7 @@ class RoomSteps(Steps):
                 raise refused
             self._store_by_any_way(known, data, refused)
             return
+        self.device.lengths[known.mux].refused.add(len(data))
         if len(data) <= MOST_MEASURED and self.device.lengths[known.mux].most is None:
             self._measure(known, len(data), abort)
             self._check_length(known, len(data))
@@ -161,9 +162,13 @@ class RoomSteps(Steps):
         self.device.lengths[known.mux].taken.add(len(value))
 
     def has_room(self, known: KnownObject, size: int) -> bool:
-        """Say whether an object surely takes ``size`` bytes, by what it has taken in this run."""
+        """Say whether an object surely takes ``size`` bytes, by what it has taken in this run.
+
+        A text is commonly shorter than it might be; others may take one length and not the next.
+        """
         lengths = self.device.lengths[known.mux]
-        return size in lengths.taken or size <= (lengths.surely or 0)
+        is_text = known.data_type in TEXT_TYPES
+        return size in lengths.taken or (is_text and size <= (lengths.surely or 0))
 
     def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of so many bytes means: too small an object, or a breach."""
@@ -258,7 +263,8 @@ class RoomSteps(Steps):
         ``least``.
         """
         lengths = self.device.lengths[known.mux]
-        if lengths.fit(wanted) is None:
+        untried = lengths.fit(wanted) == wanted and not self.has_room(known, wanted)
+        if lengths.fit(wanted) is None or untried:
             self._try(known, self.payload(wanted))
         size = lengths.fit(wanted) or 0
         if size < least:

@@ -60,6 +60,10 @@ _LENGTHS = {
 }
 
 
+# What is commonly shorter than it might be; other strings and domains may have fixed lengths.
+TEXT_TYPES = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
+
+
 def same_data(data_type: DataType | None, found: bytes, due: bytes, filled: int = 0) -> bool:
     """Compare values; the 00h that ends a string is optional. None is a type that is not known.
 

@@ -69,3 +69,16 @@ def test_one_length_proves_nothing_of_shorter_ones() -> None:
     assert (lengths.surely, lengths.fit(20), lengths.fit(4096)) == (None, None, 4096)
     lengths.taken.add(4)
     assert (lengths.surely, lengths.fit(20)) == (4096, 20)
+
+
+def test_a_length_between_others_may_be_refused() -> None:
+    """What takes n + 1 bytes need not take n: the nearest one that it takes will do."""
+    with discovered(build_node("lengths-in-steps-of-4", NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        assert sdo.fit(DOMAIN, 20) == 20
+        assert sdo.fit(DOMAIN, 24) == 24
+        assert sdo.fit(DOMAIN, 22) == 20
+        assert sdo.has_room(DOMAIN, 20)
+        assert not sdo.has_room(DOMAIN, 19)
+        with pytest.raises(NotTestable, match="takes no value of 19 bytes"):
+            sdo.need_room(DOMAIN, 19)

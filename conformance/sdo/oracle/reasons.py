@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType, Entry
+from conformance.sdo.objects import TEXT_TYPES, Access, DataType, Entry
 from conformance.sdo.oracle.answers import GENERAL, Codes, Refusal
 from conformance.sdo.oracle.knowledge import Facts, Presence
 
@@ -131,6 +131,9 @@ def _variable_reasons(facts: Facts, size: int, *, block: bool) -> Reasons:
         reasons.append(Reason("I26", ANY_LENGTH, binding=False, late=True))
     elif size > facts.capacity:
         reasons.append(Reason("I26", NO_ROOM, binding=False, late=True))
+    elif facts.data_type not in TEXT_TYPES:
+        # What takes n + 1 bytes need not take n.
+        reasons.append(Reason("I26", LENGTHS, binding=False, late=True))
     if facts.data_type is DataType.UNICODE_STRING and size % 2:
         reasons.append(Reason("6-unicode", LENGTHS, binding=False, late=True))
     return tuple(reasons)

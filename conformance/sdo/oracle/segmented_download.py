@@ -15,6 +15,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import TEXT_TYPES
 from conformance.sdo.oracle.answers import Refusal, answered
 from conformance.sdo.oracle.branch import Branch, Freedom, State, quiet
 from conformance.sdo.oracle.knowledge import Memory
@@ -61,7 +62,7 @@ def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
     reasons = (*write_reasons(facts), *_length_reasons(request, facts.length))
     if facts.length in (None, len(data)):
         reasons += value_reasons(facts, data)
-    if facts.varies and facts.capacity is None:
+    if facts.varies and (facts.capacity is None or facts.data_type not in TEXT_TYPES):
         reasons += (Reason("I26", ANY_LENGTH, binding=False),)
     branches = refused(IDLE, mux, reasons, memory)
     if not must_refuse(reasons):
