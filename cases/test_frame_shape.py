@@ -182,11 +182,14 @@ def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None
     with sdo.unchanged(text):
         sdo.initiate_block_download(text, size, crc=False)
         sdo.send((b"\x81" + sdo.payload(7))[:dlc])
-        sdo.send(BlockEnd(0))
+        end = BlockEnd(0)
+        sdo.send(end)
         sdo.end_transfer()
         for answer in sdo.fence():
             if isinstance(decode_response(answer), BlockEndResponse):
-                raise sdo.breach("an abort of the end, or no answer", describe_response(answer))
+                served = sdo.breach("an abort of the end, or no answer", describe_response(answer))
+                served.request = end
+                raise served
 
 
 @may("frame.short-abort", "3.9-abort", risk=of_length(4))

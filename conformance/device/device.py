@@ -53,7 +53,8 @@ class Device:
     ``without_defaults`` says why they could not be. ``to_store`` is what the device had stored
     and a case has changed: it is stored again. ``room`` has for strings and domains a number of
     bytes that they have taken. ``nowhere`` names entries that the device was seen to lack, as
-    their sub-indices 00h, and whose multiplexers are text.
+    their sub-indices 00h, and whose multiplexers are text. ``astray`` are objects that a case has
+    written and that could not be put back: what they hold is not known.
     """
 
     node_id: int
@@ -77,6 +78,7 @@ class Device:
     to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
     room: dict[Multiplexer, int] = field(default_factory=dict)
     nowhere: tuple[Multiplexer, ...] = ()
+    astray: set[Multiplexer] = field(default_factory=set)
     lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
 
     @property

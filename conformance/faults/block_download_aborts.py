@@ -161,3 +161,21 @@ class InsideForeign(_LongSubBlock):
     def spoilt(self, abort: Abort) -> Abort:
         """Replace the object."""
         return replace(abort, mux=Multiplexer(0x1018, 1))
+
+
+@fault("block-download-deaf-when-aborted", ABORT, "block-download.client-abort")
+class DeafWhenAborted(Server):
+    """Knows nothing but the segment that is due within a sub-block, not even an abort."""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        """Wait for the segment."""
+        if isinstance(self.transfer, BlockDownload) and not self.transfer.ended:
+            return []
+        return super().on_abort(request)
+
+    def on_block_segment(self, request: BlockSegment) -> list[Response]:
+        """Wait for the number that is due."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockDownload) and request.sequence != transfer.due:
+            return []
+        return super().on_block_segment(request)

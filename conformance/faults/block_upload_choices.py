@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from conformance.faults.registry import DefectClass, fault
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -217,3 +218,20 @@ class RefusedOfNothing(_OnInitiate):
         """Return the abort among the responses."""
         (abort,) = (response for response in responses if isinstance(response, Abort))
         return abort
+
+
+@fault("block-upload-all-at-once", DefectClass.BLOCK_SIZE, "block-upload.block-size")
+class AllAtOnce(Server):
+    """Sends all segments at once, however few are asked for, and takes no part of them as read."""
+
+    def sub_block(self, transfer: BlockUpload) -> list[Response]:
+        """Have no sub-blocks."""
+        transfer.offset, transfer.block_size = 0, LARGEST_BLOCK
+        return super().sub_block(transfer)
+
+    def on_block_ack(self, request: BlockAck) -> list[Response]:
+        """Wait for the number of the last segment."""
+        transfer = self.transfer
+        if isinstance(transfer, BlockUpload) and request.sequence != transfer.sent:
+            raise Refusal(AbortCode.COMMAND_NOT_VALID)
+        return super().on_block_ack(request)

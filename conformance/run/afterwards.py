@@ -22,6 +22,8 @@ from conformance.sdo.storage import COMMANDS, SAVE_ALL
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
 MOST_TRIES = 2
+# A device that was silent twice was busy perhaps: behind so many other cases it is tried again.
+MOST_SILENCES = 5
 
 
 @dataclass(slots=True)
@@ -112,6 +114,7 @@ class Restorer:
     unrestored: dict[Multiplexer, str] = field(default_factory=dict)
     late: list[Violation] = field(default_factory=list)
     _tries: Counter[Multiplexer] = field(default_factory=Counter)
+    _silences: Counter[Multiplexer] = field(default_factory=Counter)
 
     def expect(self, sdo: Dialogue) -> None:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
@@ -120,6 +123,7 @@ class Restorer:
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
         self._put_back(sdo, {mux for mux in sdo.written if self._tries[mux] < MOST_TRIES})
+        self.device.astray = self.unrestored.keys() & self.device.values.keys()
         if self.late or (sdo.causes.noisy and sdo.written):
             _take_the_rest(sdo)
 
@@ -129,6 +133,7 @@ class Restorer:
         sdo.channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
         sdo.drain()
         self._put_back(sdo, set(self.unrestored))
+        self.device.astray = self.unrestored.keys() & self.device.values.keys()
 
     def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
         """Return the values that have to be back: a read-only object has kept its own."""
@@ -232,9 +237,11 @@ class Restorer:
             try:
                 stray = sdo.fence()
                 self._download(sdo, known, due)
-            except Violation:
+            except Violation as again:
                 self.unrestored[known.mux] += f" ({violation.actual})"
-                self._tries[known.mux] = MOST_TRIES
+                self._silences[known.mux] += again.rule is ANSWERED
+                refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
+                self._tries[known.mux] = MOST_TRIES if refused else 0
                 return
             if stray or violation.rule is not NOT_REFUSED:
                 self.late.append(

@@ -8,6 +8,7 @@ from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
 from conformance.run.dialogue import Dialogue
 from conformance.run.risks import LOST_SEGMENT, Risk
+from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
     BlockAck,
@@ -131,18 +132,22 @@ def send_again(sdo: Dialogue, known: KnownObject, gap: Gap) -> None:
 def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
     """Start an upload in sub-blocks of two segments, and take none, the first, or all of them.
 
-    After the first the server waits for its acknowledgement, after all it has sent the end.
+    After the first the server waits for its acknowledgement, after all it has sent the end. Of a
+    server that sends more segments than it is asked for, all are taken at once.
     """
     known, _ = sdo.long_object(segments=3)
-    sdo.initiate_block_upload(known, block_size=BLOCK_SIZE)
+    to_the_end = sub_blocks > 1
+    at_once = to_the_end and sdo.causes.sub_blocks_are_exceeded
+    block_size = LARGEST_BLOCK if at_once else BLOCK_SIZE
+    sdo.initiate_block_upload(known, block_size=block_size)
     if sub_blocks == 0:
         return known
-    segments = sdo.start_block_upload(known, BLOCK_SIZE)
-    if sub_blocks == 1:
+    segments = sdo.start_block_upload(known, block_size)
+    if not to_the_end:
         return known
     while not segments[-1].last:
-        segments = sdo.sub_block(known, BlockAck(BLOCK_SIZE, BLOCK_SIZE), BLOCK_SIZE)
-    sdo.send(BlockAck(len(segments), BLOCK_SIZE))
+        segments = sdo.sub_block(known, BlockAck(len(segments), block_size), block_size)
+    sdo.send(BlockAck(len(segments), block_size))
     sdo.checks.block_end(sdo.receive(), known.mux)
     return known
 

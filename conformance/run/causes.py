@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 
+from conformance.run.one_defect import NO_ANSWER, told_once
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe
@@ -38,20 +39,11 @@ GENERAL = {
     **dict.fromkeys((ANSWERED.id, SPECIFIER.id, NOT_REFUSED.id, UNSOLICITED.id), "to"),
     **dict.fromkeys((IDLE_AFTERWARDS.id, NO_REBOOT.id), "behind"),
 }
-# What does not belong to a block upload is taken for what is due: in each of its states a rule.
-FOREIGN = frozenset(
-    rule_of(rule_id).id
-    for rule_id in (
-        "block-upload.not-started",
-        "block-upload.foreign-before-start",
-        "block-upload.foreign",
-        "block-upload.over",
-    )
-)
+# Within a sub-block a frame is a segment, but for an abort: a server that overlooks that is gone.
+DEAF = (IDLE_AFTERWARDS.id, "deaf behind a block download that was aborted")
 TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
-NO_ANSWER = "no answer"
 # Rules about time-outs themselves.
 OF_TIME = "time-out."
 MOST_WORDS = 60
@@ -134,8 +126,6 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     behind_abort = isinstance(request, Abort) and answer != NO_ANSWER and rule.id != NO_REBOOT.id
     if behind_abort or rule.id == ABORT_ANSWERED.id:
         return Cause(ABORT_ANSWERED.id, "an answer")
-    if rule.id in FOREIGN and answer != NO_ANSWER and not answer.startswith("abort "):
-        return Cause("block-upload.foreign", "served")
     if rule.id in WHATEVER_CODE and answer.startswith("abort "):
         answer = "abort"
     if rule.id in GENERAL:
@@ -143,7 +133,7 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
         answer = f"{answer} {GENERAL[rule.id]} {asked}"
     elif rule.id == FRAME_SHAPE.id:
         answer = answer.replace("DLC …", "another length than 8")
-    return Cause(rule.id, answer)
+    return Cause(*told_once(rule.id, answer))
 
 
 @dataclass(slots=True)

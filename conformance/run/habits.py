@@ -37,16 +37,27 @@ FIRST_SEEN = "the beginning of the run"
 SHORT_VALUES = (7, 15)
 
 
-def survey(sdo: Dialogue) -> None:
-    """Provoke what would hide all else, and add what is found to the causes, aside of any case."""
-    for probe in (_abort_while_idle, *_aborts_of_transfers(sdo.device), *_downloads(sdo.device)):
+def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
+    """Provoke what would hide all else, and add what is found to the causes, aside of any case.
+
+    ``brings_back`` does that with a device that is lost; without it, what might lose it is left to
+    the cases.
+    """
+    for probe in _probes(sdo.device, all_of_them=brings_back is not None):
         try:
             probe(sdo)
             sdo.end_transfer()
             sdo.calm()
-        except (Violation, ServerAborted):
+        except (Violation, ServerAborted) as error:
             # That the device does not serve this is for the cases to find.
             sdo.recover()
+            if sdo.tracker.abandoned and isinstance(error, Violation):
+                sdo.explain(error)
+                sdo.note(error)
+                if brings_back is not None and brings_back():
+                    break
+                keep_aside(sdo)
+                return
     for known in {one.mux: one for one in _used(sdo.device)}.values():
         try:
             _find_filled(sdo, known)
@@ -69,18 +80,26 @@ def _abort_while_idle(sdo: Dialogue) -> None:
     sdo.send(Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR))
 
 
+def _probes(device: Device, *, all_of_them: bool) -> list[Probe]:
+    """Return what is tried; last, if at all, what a device may not answer any more behind."""
+    probes = [_abort_while_idle, *_aborts_of_transfers(device), *_downloads(device)]
+    if not all_of_them:
+        return probes
+    return probes + [
+        _beginning(BlockDownloadInitiate.with_size(known.mux, len(device.values[known.mux])))
+        for known in _written(device)
+    ]
+
+
 def _aborts_of_transfers(device: Device) -> list[Probe]:
-    """Return what begins a transfer of each kind, to be aborted."""
+    """Return what begins a transfer of each kind but a block download, to be aborted."""
     begun: list[Message] = []
     long = max(device.values, key=lambda mux: len(device.values[mux]), default=None)
     if long is not None and len(device.values[long]) > 4:
         begun += [UploadInitiate(long), BlockUploadInitiate(long, LARGEST_BLOCK)]
     for known in _written(device):
         size = len(device.values[known.mux])
-        begun += [
-            DownloadInitiate.with_size(known.mux, size),
-            BlockDownloadInitiate.with_size(known.mux, size),
-        ]
+        begun.append(DownloadInitiate.with_size(known.mux, size))
     probes = [_beginning(request) for request in begun]
     if long is not None and len(device.values[long]) > FIRST_SEGMENT:
         probes.append(_sub_block_of_one(long))

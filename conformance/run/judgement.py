@@ -68,8 +68,12 @@ class Point:
     generated: bool = False
 
     def is_own(self, rule: Rule) -> bool:
-        """Say whether a breach of a rule is what the case is about."""
-        return rule.id == self.rule.id or any(rule.id == cited.id for cited in self.cites)
+        """Say whether a breach of a rule is what the case is about, wherever it was met.
+
+        A generated case cites what holds for every answer: of those, one is its point.
+        """
+        cited = not self.generated and any(rule.id == each.id for each in self.cites)
+        return rule.id == self.rule.id or cited
 
     def registered(self, rule: Rule) -> Rule:
         """Return a rule as the registry has it: the case's own is one that it cites."""

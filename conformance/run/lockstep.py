@@ -6,20 +6,28 @@ from contextlib import contextmanager
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.run.causes import kind_of_answer
-from conformance.run.dialogue import Dialogue
+from conformance.run.dialogue import GOES_ON, Dialogue
+from conformance.run.early import INITIATES
 from conformance.run.sub_blocks import SubBlocks
 from conformance.run.verdict import INCIDENTAL
 from conformance.run.wire import MOST_STRAY
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.rules import Level, Violation
+from conformance.sdo.rules import Level, Violation, rule_of
 
 GIVEN_UP = (
     "what a server may do here was too much to follow: not every answer of this case was judged"
+)
+
+# A segment behind an abort of the server breaks them because what it ended goes on.
+WITHOUT_TRANSFER = frozenset(
+    rule_of(rule_id).id
+    for rule_id in ("segmented-download.without-initiate", "segmented-upload.without-initiate")
 )
 
 
@@ -37,7 +45,7 @@ def knowledge_of(
                 Presence.PRESENT,
                 known.access,
                 known.data_type,
-                device.values.get(mux),
+                None if mux in device.astray else device.values.get(mux),
                 steady=known.is_steady and mux in device.values,
                 capacity=capacity.get(mux),
                 filled=known.filled,
@@ -59,6 +67,8 @@ class Lockstep:
         self._sub_blocks = SubBlocks()
         self._held: list[Captured] = []
         self._point: Request | None = None
+        # The server has aborted, and no transfer was asked for since.
+        self._aborted = False
 
     @contextmanager
     def following(self) -> Iterator[None]:
@@ -99,17 +109,22 @@ class Lockstep:
         if captured.direction is Direction.SENT:
             self._sub_blocks.request(captured.frame.data)
             self.oracle.observe(captured.frame)
+            if isinstance(decode_request(captured.frame.data), INITIATES):
+                self._aborted = False
         elif captured.frame.can_id == self._sdo.channel.response_id:
             exceeded = self._sdo.causes.sub_blocks_are_exceeded
             if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
                 return  # it was noted, and is no answer
             self._find(self.oracle.response(captured.frame))
+            self._aborted |= isinstance(self._sdo.read_as(captured.frame.data), Abort)
             if self.oracle.ended is not None:
                 self._sdo.early.note(self.oracle.ended.abort)
 
     def _find(self, findings: Iterable[Violation]) -> None:
         for found in findings:
             found.request = self._sdo.last_sent
+            if self._aborted and found.rule.id in WITHOUT_TRANSFER:
+                found.habit = GOES_ON
             settling = isinstance(found.request, Abort) and self._point != found.request
             if self._point is not None and settling and not self._sdo.causes.aborts_are_answered:
                 # What answers no abort has answered what went before.
@@ -137,7 +152,7 @@ class Lockstep:
             answers += self._answer()
         if answers and isinstance(self._sdo.read_as(answers[-1]), Abort) and not self.oracle.lost:
             # The abort may be that of a superseded transfer, with the answer behind it.
-            while self.oracle.awaited is Awaited.MAYBE:
+            while self.oracle.awaited is Awaited.MAYBE and not self.oracle.lost:
                 answers += self._answer()
         return answers
 

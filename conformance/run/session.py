@@ -113,10 +113,16 @@ class DeviceSession:
         """Find out, before the first case, what is wrong with every answer of the device."""
         sdo = Dialogue(self.channel, self.device, SURVEY, self._seed, self.causes)
         try:
-            survey(sdo)
+            survey(sdo, None if self.revival is None else self._brought_back)
         finally:
-            with self.channel.link.stop.putting_back():
-                self.restorer.restore(sdo)
+            if not self.lost:
+                with self.channel.link.stop.putting_back():
+                    self.restorer.restore(sdo)
+
+    def _brought_back(self) -> bool:
+        """Take that the device is lost; say whether it could be brought back."""
+        self.lost = True
+        return not self.revive()
 
     def begin(
         self,
@@ -366,6 +372,8 @@ class CaseRun:
         misshapen = sdo.misshapen
         if misshapen is not None and isinstance(error, Violation | ServerAborted):
             error = misshapen  # what it holds is no answer either
+        if isinstance(error, Violation):
+            sdo.explain(error)
         judgement.ended(error, asked, own=error in sdo.own)
         for violation in self._minor:
             if violation.rule not in INCIDENTAL:
@@ -393,6 +401,7 @@ class CaseRun:
                 found.append(leaving.violation)
         lost = leaving.afterwards is Afterwards.LOST
         for violation in found:
+            sdo.explain(violation)
             if violation.rule not in INCIDENTAL:
                 self._judgement.breach(violation, asked, own=lost)
         if session.device.boot_ups - self._boot_ups > sdo.expected_boot_ups:

@@ -14,10 +14,11 @@ from conformance.bus.errors import DeviceLost
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device, NotTestable
 from conformance.device.safety import written_by
-from conformance.run.causes import Causes
+from conformance.run.causes import DEAF, Causes, kind_of_answer
 from conformance.run.delivered import Delivered
 from conformance.run.early import INITIATES, EarlyAborts, is_early
 from conformance.run.odd_frames import check_shape, in_words, unasked, unsolicited
+from conformance.run.one_defect import NO_ANSWER
 from conformance.run.pauses import Pauses
 from conformance.run.sub_blocks import SubBlocks
 from conformance.run.tracker import TransferTracker
@@ -497,6 +498,11 @@ class Wire:
         while (frame := self.channel.receive(0)) is not None:
             found.append(frame)
         return found
+
+    def explain(self, violation: Violation) -> None:
+        """Say of a silence that no answer has broken since what has brought it about."""
+        if self.tracker.abandoned and kind_of_answer(violation.actual) == NO_ANSWER:
+            violation.habit = DEAF
 
     def lost(self) -> DeviceLost:
         """Describe a device that stopped answering."""

@@ -45,8 +45,11 @@ def stand_in(folder: Path) -> Iterator[Bus]:
     library, hub = folder / "fakecan.so", folder / "hub"
     shared = ("-shared", "-fPIC", "-ldl")
     for source, target, options in (("fakecan.c", library, shared), ("hub.c", hub, ())):
-        command = ["cc", "-O2", "-o", str(target), str(STAND_IN / source), *options]
+        # Another run may be using what stands there.
+        built = target.with_name(f"{target.name}.{os.getpid()}")
+        command = ["cc", "-O2", "-o", str(built), str(STAND_IN / source), *options]
         subprocess.run(command, check=True)  # noqa: S603 - it is our own
+        built.replace(target)
     # The name of a socket may not be long, so it is not in the folder.
     with tempfile.TemporaryDirectory() as short:
         socket = Path(short, "bus")

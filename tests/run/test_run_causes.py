@@ -4,7 +4,6 @@ import pytest
 
 from conformance.run.causes import (
     MOST_WORDS,
-    NO_ANSWER,
     TIMED_OUT,
     Cause,
     Causes,
@@ -12,6 +11,7 @@ from conformance.run.causes import (
     kind_of_answer,
     kind_of_request,
 )
+from conformance.run.one_defect import NO_ANSWER
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
@@ -345,3 +345,41 @@ def test_a_state_of_the_matrix_tells_a_kind_of_answer_once() -> None:
     assert causes.told_as(other, UploadSegment(), "a.state", generated=True) == known
     assert causes.told_as(other, UploadSegment(), "another.state", generated=True) == other
     assert causes.told_as(other, UploadSegment(), "a.state", generated=False) == other
+
+
+# Rules that one defect breaks together
+
+
+@pytest.mark.parametrize(
+    ("rule_id", "frame", "cause"),
+    [
+        (
+            "segmented-download.number-too-short",
+            "80 01 20 00 12 00 07 06",
+            "download.too-short: abort 06070012h",
+        ),
+        (
+            "segmented-download.number-too-short",
+            "20 00 00 00 00 00 00 00",
+            "segmented-download.number-too-short: download segment response",
+        ),
+        (
+            "dictionary.structure",
+            "80 00 10 FF 00 00 02 06",
+            "object.sub-index-missing: abort 06020000h",
+        ),
+        ("frame.short-segment", "20 00 00 00 00 00 00 00", "frame.short: served"),
+        ("frame.short-download", "60 02 20 00 00 00 00 00", "frame.short: served"),
+        ("block-upload.not-started", "01 41 42 43 44 45 46 47", "block-upload.foreign: served"),
+    ],
+)
+def test_what_one_defect_breaks_in_several_places_is_one_cause(
+    rule_id: str, frame: str, cause: str
+) -> None:
+    rule = rule_of(rule_id)
+    assert str(cause_of(violation(rule, from_hex(frame)), rule, READ)) == cause
+
+
+def test_silence_is_told_by_the_rule_that_it_breaks() -> None:
+    rule = rule_of("frame.short-segment")
+    assert cause_of(violation(rule, "no answer"), rule, READ) == Cause(rule.id, NO_ANSWER)

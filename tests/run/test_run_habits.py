@@ -6,6 +6,7 @@ import pytest
 from run_bench import (
     BASELINE,
     DOMAIN,
+    HASTY,
     NODE_ID,
     NUMBER,
     READ,
@@ -19,9 +20,10 @@ from run_bench import (
 )
 
 from conformance.device.objects import KnownObject
+from conformance.faults.block_download_aborts import DeafWhenAborted
 from conformance.faults.catalogue import build_node
 from conformance.findings import Findings
-from conformance.run.habits import FIRST_SEEN
+from conformance.run.habits import FIRST_SEEN, survey
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.objects import DataType, Entry
@@ -171,3 +173,49 @@ def test_an_answer_of_another_shape_is_what_a_case_fails_for() -> None:
         result = run.conclude(caught.value)
     assert result.broken_rule_id == FRAME_SHAPE.id
     assert result.cause == "response.frame: another length than 8"
+
+
+class _Coming:
+    """What brings a deaf server back; counts how often."""
+
+    def __init__(self, server: Recording) -> None:
+        self.server = server
+        self.count = 0
+
+    def __call__(self) -> bool:
+        self.count += 1
+        self.server.transfer = None
+        return True
+
+
+class _Deaf(DeafWhenAborted, Recording):
+    """Keeps what it was sent."""
+
+
+def test_a_device_that_is_deaf_behind_an_aborted_block_download_is_told_once() -> None:
+    server = recording(_Deaf)
+    with discovered(server, timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        coming = _Coming(server)
+        survey(sdo, coming)
+    assert coming.count == 1
+    assert [str(cause) for cause, _ in sdo.causes.aside()] == [
+        "server.idle-afterwards: deaf behind a block download that was aborted"
+    ]
+
+
+def test_what_nothing_brings_back_is_not_made_deaf() -> None:
+    server = recording(_Deaf)
+    with discovered(server, timeout=HASTY) as bench:
+        session = bench.session()
+        session.survey()
+        assert (list(session.causes), session.lost) == ([], False)
+
+
+def test_a_case_that_leaves_a_device_deaf_fails_for_that() -> None:
+    server = recording(_Deaf)
+    with discovered(server, timeout=HASTY) as bench:
+        run = bench.session().begin("a.case", "a service", RULE)
+        run.sdo.initiate_block_download(TEXT, 14)
+        result = run.conclude(None)
+    assert result.cause == "server.idle-afterwards: deaf behind a block download that was aborted"

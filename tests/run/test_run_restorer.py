@@ -17,6 +17,7 @@ from conformance.device.safety import WritePolicy
 from conformance.faults.device import reference_entries
 from conformance.faults.variants import ShortFramesServed
 from conformance.run.afterwards import Restorer
+from conformance.run.lockstep import knowledge_of
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.communication import communication_entries
@@ -177,6 +178,35 @@ def test_a_late_answer_in_the_way(seen: bool) -> None:
         assert session.restorer.unrestored == {}
         assert [late.case_id for late in session.whole_run.late] == ["a.case"]
         assert bench.channel.receive(0) is None
+
+
+class _Silent(Recording):
+    """Does not answer so many downloads of the number as it is told."""
+
+    downloads = 0
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        if self.downloads and frame.startswith(b"\x23\x04\x20"):
+            self.downloads -= 1
+            return []
+        return super().receive(frame)
+
+
+def test_what_a_silence_kept_from_being_put_back_is_written_behind_the_next_case() -> None:
+    server = _Silent(reference_entries(NODE_ID))
+    begin = server.values()
+    with discovered(server) as bench:
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        sdo.download(NUMBER, b"\1\2\3\4")
+        server.downloads = 2
+        restorer.restore(sdo)
+        assert bench.device.astray == {NUMBER.mux}
+        unknown = knowledge_of(bench.device, {}).of(NUMBER.mux)
+        restorer.restore(sdo)
+    assert (restorer.unrestored, bench.device.astray) == ({}, set())
+    assert server.values() == begin
+    assert unknown.value is None, "nobody knows what it holds"
 
 
 def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:

@@ -11,6 +11,7 @@ from conformance.device.device import THREE_SEGMENTS, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
 from conformance.run.dialogue import Dialogue
+from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.frames import BlockAck
 
 SIZE = 20
@@ -108,18 +109,28 @@ def block_upload_between(sdo: Dialogue, known: KnownObject, size: int) -> None:
 
 def block_upload_sent(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the last sub-block waits for its acknowledgement."""
-    block_upload_between(sdo, known, size)
-    block_size = blocks_of(size)
-    for _ in range(block_size, len(segments_of(bytes(size))), block_size):
-        sdo.sub_block(known, BlockAck(block_size, block_size), block_size)
+    _last_sub_block(sdo, known, size)
 
 
 def block_upload_end(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the end of a block upload waits for its confirmation."""
-    block_upload_sent(sdo, known, size)
-    block_size = blocks_of(size)
-    left = (len(segments_of(bytes(size))) - 1) % block_size + 1
-    sdo.end_of_block_upload(known, BlockAck(left, block_size))
+    sdo.end_of_block_upload(known, _last_sub_block(sdo, known, size))
+
+
+def _last_sub_block(sdo: Dialogue, known: KnownObject, size: int) -> BlockAck:
+    """Take a block upload to its last sub-block, and return what acknowledges that.
+
+    Of a server that sends more segments than it is asked for, all are taken at once.
+    """
+    count, block_size = len(segments_of(bytes(size))), blocks_of(size)
+    if sdo.causes.sub_blocks_are_exceeded and count <= LARGEST_BLOCK:
+        block_size = LARGEST_BLOCK
+    idle(sdo, known, size)
+    sdo.initiate_block_upload(known, block_size=block_size)
+    sdo.start_block_upload(known, block_size)
+    for _ in range(block_size, count, block_size):
+        sdo.sub_block(known, BlockAck(block_size, block_size), block_size)
+    return BlockAck((count - 1) % block_size + 1, block_size)
 
 
 STATES: dict[str, Reach] = {

@@ -155,15 +155,15 @@ class Oracle:
         elif unfit:
             broken = self._unfit(fits, misfits, data)
         else:
-            broken = self._keep_best([*fits, *self._ended_for_a_reason(data)])
+            end = ending(self._branches, data, self._sent) if data[0] == ABORT_COMMAND else None
+            reasonable = end is not None and end.due and not end.wrong
+            broken = self._keep_best([*fits, *(end.branches if end and reasonable else ())])
+            if broken and end is not None and not end.wrong:
+                # It may as well have ended what ran before it got what fits so badly.
+                self._go_to([*self._branches, *end.branches])
         self._asked = self._other_asked = False
         self._sent.clear()
         return findings + broken
-
-    def _ended_for_a_reason(self, data: bytes) -> list[Branch]:
-        """Return what is behind an abort that fits elsewhere, and better what may be running."""
-        end = ending(self._branches, data, self._sent) if data[0] == ABORT_COMMAND else None
-        return end.branches if end is not None and end.due and not end.wrong else []
 
     def _unfit(self, fits: list[Branch], misfits: list[Misfit], data: bytes) -> list[Violation]:
         """Take a response that is not allowed, unless it is the abort that always is."""

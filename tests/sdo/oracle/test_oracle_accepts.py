@@ -79,3 +79,15 @@ def test_what_the_oracle_says_of_values_is_true(script: list[Transfer]) -> None:
     for mux, values in lockstep.oracle.values.items():
         held = lockstep.node.server.objects.find(mux).value
         assert values is None or held in values, f"{mux}: {held!r}"
+
+
+def test_a_short_frame_may_cross_with_the_abort_of_a_sub_block() -> None:
+    """The server is idle when it gets it, and may refuse it as a request."""
+    oracle = Oracle(None, 5)
+    oracle.request(bytes.fromhex("C610200014000000"))
+    assert oracle.response(bytes.fromhex("A41020007F000000")) == []
+    oracle.request(bytes.fromhex("D610200000000000"))
+    oracle.request(b"")
+    ended = oracle.response(bytes.fromhex("8010200003000405"))
+    assert [found.level.value for found in ended] == ["SHOULD"]
+    assert oracle.response(bytes.fromhex("8000000000000008")) == []

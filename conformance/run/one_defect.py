@@ -1,0 +1,79 @@
+"""Rules that one and the same defect of a server breaks, so that it is told as one cause.
+
+CiA 301 asks for the same thing of each kind of transfer, and the registry has a rule for each of
+these places. A server that gets it wrong in one place of its code gets it wrong in all of them.
+"""
+
+from dataclasses import dataclass
+
+from conformance.sdo.rules import rule_of
+
+ABORT = "abort "
+NO_ANSWER = "no answer"
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """Rules, by their ids, that are broken together; ``told_as`` is the one that names the cause.
+
+    ``refused``: by an abort with the wrong code, which stays in the cause. Otherwise by a positive
+    answer of any kind, and ``answer`` says how.
+    """
+
+    told_as: str
+    rules: frozenset[str]
+    answer: str = ""
+
+    @property
+    def refused(self) -> bool:
+        """Whether these are rules on the code of a refusal."""
+        return not self.answer
+
+    def name(self, rule_id: str, answer: str) -> tuple[str, str] | None:
+        """Return rule and kind of answer by which a cause of this family is told, if it is one."""
+        if rule_id not in self.rules or answer == NO_ANSWER:
+            return None
+        if answer.startswith(ABORT):
+            return (self.told_as, answer) if self.refused else None
+        return None if self.refused else (self.told_as, self.answer)
+
+
+def _family(told_as: str, *others: str, answer: str = "") -> Family:
+    names = (told_as, *others)
+    return Family(rule_of(told_as).id, frozenset(rule_of(name).id for name in names), answer)
+
+
+FAMILIES = (
+    # What does not belong to a block upload is taken for what is due: in each state a rule.
+    _family(
+        "block-upload.foreign",
+        "block-upload.not-started",
+        "block-upload.foreign-before-start",
+        "block-upload.over",
+        answer="served",
+    ),
+    _family(
+        "download.too-short",
+        "segmented-download.number-too-short",
+        "segmented-download.number-empty",
+    ),
+    _family("download.too-long", "segmented-download.number-too-long"),
+    # Sub-index FFh is one that an object may lack.
+    _family("object.sub-index-missing", "dictionary.structure"),
+    # Zeros, or what an earlier frame has left, stand for bytes that were not sent.
+    _family(
+        "frame.short",
+        "frame.short-download",
+        "frame.short-segment",
+        "frame.short-block-segment",
+        answer="served",
+    ),
+)
+
+
+def told_once(rule_id: str, answer: str) -> tuple[str, str]:
+    """Return the rule and the kind of answer by which a breach is told."""
+    for family in FAMILIES:
+        if named := family.name(rule_id, answer):
+            return named
+    return rule_id, answer
