@@ -37,7 +37,6 @@ def pytest_configure(config: pytest.Config) -> None:
     gc.unfreeze()  # what an earlier run in this process has left
     state = RunState(options)
     config.stash[STATE] = state
-    config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     controller = None
     if is_controller(config):
         controller = Controller(
@@ -58,6 +57,8 @@ def pytest_configure(config: pytest.Config) -> None:
         )
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")
+    # The last one is the innermost: what it raises is met by those before.
+    config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         config.args = [str(CASES)]
 

@@ -188,13 +188,15 @@ class Running:
         if self._state.log is not None:
             self._state.log.begin()
 
-    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    # Within the wrappers of pytest, which would not be ready to tear down what they did not set up.
+    @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> Generator[None, object, object]:
         """Skip the cases of a device that is out of the run, and those that would stop it again."""
         if not uses_device(item):
             return (yield)
-        self._skip_what_is_out(item)
         try:
+            self._state.stop.check()
+            self._skip_what_is_out(item)
             return (yield)
         except RunStopped:
             self._end_stopped(item)
