@@ -5,7 +5,7 @@ from collections.abc import Callable
 from conformance.device.objects import KnownObject
 from conformance.run.case import must
 from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value
+from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort
 
@@ -38,7 +38,7 @@ def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str])
         due = data[:3] if kind == "expedited" else data
         found = READ[read](sdo, variable)
         if not same_value(variable, found, due):
-            raise sdo.breach(f"{variable} reads {due!r}", f"{found!r}")
+            raise sdo.breach(f"{variable} reads {shown(due)}", shown(found))
 
 
 @must("block-sequence.abandoned-download", "3.11-nothing-afterwards")
@@ -66,4 +66,4 @@ def test_abandoned_upload(sdo: Dialogue, variable: KnownObject) -> None:
     for read in READ.values():
         found = read(sdo, variable)
         if not same_value(variable, found, data):
-            raise sdo.breach(f"{variable} reads {data!r}", f"{found!r}")
+            raise sdo.breach(f"{variable} reads {shown(data)}", shown(found))

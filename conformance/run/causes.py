@@ -17,6 +17,7 @@ from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, BlockDownloadInitiate, DownloadInitiate, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
+    ABORT_CODE,
     ANSWERED,
     BLOCK_SIZE,
     FRAME_SHAPE,
@@ -44,6 +45,7 @@ DEAF = (IDLE_AFTERWARDS.id, "deaf behind a block download that was aborted")
 TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
+OTHER_DATA = "other data"
 # Rules about time-outs themselves.
 OF_TIME = "time-out."
 MOST_WORDS = 60
@@ -74,6 +76,11 @@ class Cause:
         return f"{self.rule_id}: {self.answer}"
 
 
+# A sub-index that an object lacks is served, FFh among others.
+SERVED = Cause("object.sub-index-missing", "served")
+STRUCTURE = Cause("dictionary.structure", OTHER_DATA)
+
+
 def kind_of_answer(actual: str) -> str:
     """Return what kind of answer a breach describes: no numbers, no objects, no data.
 
@@ -88,7 +95,7 @@ def kind_of_answer(actual: str) -> str:
     if message := _MESSAGE.match(first):
         return message[0]
     if _DATA.search(first):
-        return "other data"
+        return OTHER_DATA
     if odd := _ODD_FRAME.match(first):
         first = odd[1]
     return _NUMBER.sub("…", _MULTIPLEXER.sub("", first).lstrip()).splitlines()[0][:MOST_WORDS]
@@ -106,7 +113,8 @@ def kind_of_request(request: Request) -> str:
         return "download initiate, size not indicated"
     name, *details = _MULTIPLEXER.sub("", describe(request)).split(", ")
     kind = ", ".join([name, *(sort for sort in _SORTS if sort in details)])
-    return _NUMBER.sub("…", kind.partition(":")[0])
+    # Reserved bits and bytes, and those of the data, make no other request of it.
+    return _NUMBER.sub("…", kind.partition(";")[0].partition(":")[0])
 
 
 def _without_request(cause: Cause) -> str:
@@ -128,7 +136,11 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
         return Cause(ABORT_ANSWERED.id, "an answer")
     if rule.id in WHATEVER_CODE and answer.startswith("abort "):
         answer = "abort"
-    if rule.id in GENERAL:
+    if rule.id == ABORT_CODE.id and answer.startswith("abort "):
+        answer = "abort with a code that is none"
+    if rule.id in GENERAL and answer == OTHER_DATA:
+        pass  # wrong data are that, whatever was asked last
+    elif rule.id in GENERAL:
         asked = violation.asked or kind_of_request(request)
         answer = f"{answer} {GENERAL[rule.id]} {asked}"
     elif rule.id == FRAME_SHAPE.id:
@@ -180,6 +192,8 @@ class Causes:
         """
         if cause in self._standing:
             return cause
+        if cause == STRUCTURE and SERVED in self._standing:
+            return SERVED  # FFh is but one of those that are served
         refused = Cause(NOT_REFUSED.id, f"{cause.answer} to {kind_of_request(request)}")
         if cause.answer.startswith("abort ") and refused in self._standing:
             return refused

@@ -157,11 +157,16 @@ class Dialogue(StorageSteps):
         if not same_value(known, found, due):
             raise self.breach(f"{known} reads {shown(due)}", shown(found))
 
-    def expect_download_or_abort(self, known: KnownObject, *codes: AbortCode) -> None:
-        """Expect the download initiate that was sent to be confirmed, or refused."""
+    def expect_download_or_abort(
+        self, known: KnownObject, *codes: AbortCode, tolerated: tuple[AbortCode, ...] = ()
+    ) -> None:
+        """Expect the download initiate that was sent to be confirmed, or refused.
+
+        A refusal with a code that is only tolerated counts as a breach of a SHOULD.
+        """
         frame = self.receive()
         if isinstance(self.read_as(frame), Abort):
-            self.take_abort(frame, codes, None)
+            self.take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *tolerated))
         else:
             self.checks.download_initiate(frame, known.mux)
 

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
-from conformance.run.causes import kind_of_answer
+from conformance.run.causes import OTHER_DATA, kind_of_answer
 from conformance.run.dialogue import GOES_ON, Dialogue
 from conformance.run.early import INITIATES
 from conformance.run.sub_blocks import SubBlocks
@@ -24,6 +24,8 @@ GIVEN_UP = (
     "what a server may do here was too much to follow: not every answer of this case was judged"
 )
 
+# What the oracle expects where data of an upload are not those that are due.
+READS_WRONG = " to read as "
 # A segment behind an abort of the server breaks them because what it ended goes on.
 WITHOUT_TRANSFER = frozenset(
     rule_of(rule_id).id
@@ -125,6 +127,8 @@ class Lockstep:
             found.request = self._sdo.last_sent
             if self._aborted and found.rule.id in WITHOUT_TRANSFER:
                 found.habit = GOES_ON
+            if READS_WRONG in found.expected:
+                found.habit = (found.rule.id, OTHER_DATA)
             settling = isinstance(found.request, Abort) and self._point != found.request
             if self._point is not None and settling and not self._sdo.causes.aborts_are_answered:
                 # What answers no abort has answered what went before.

@@ -58,6 +58,22 @@ FAMILIES = (
         "segmented-download.number-empty",
     ),
     _family("download.too-long", "segmented-download.number-too-long"),
+    _family("download.too-long", "segmented-download.number-too-long", answer="taken"),
+    _family("object.sub-index-missing", answer="served"),
+    # A frame of another service is served in the middle of a transfer.
+    _family(
+        "segmented-download.upload-segment",
+        "segmented-download.block-frames",
+        "segmented-download.unknown-specifier",
+        answer="served",
+    ),
+    _family(
+        "segmented-upload.download-segment",
+        "segmented-upload.block-frames",
+        "segmented-upload.unknown-specifier",
+        answer="served",
+    ),
+    _family("block-download.foreign-at-end", answer="served"),
     # Sub-index FFh is one that an object may lack.
     _family("object.sub-index-missing", "dictionary.structure"),
     # Zeros, or what an earlier frame has left, stand for bytes that were not sent.

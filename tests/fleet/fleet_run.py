@@ -91,7 +91,9 @@ def run_suite(server: ForeignServer, built: Path, bus: Bus, options: Sequence[st
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
     large = "" if LARGE in server.without else f'large = "{LARGE}"\n'
-    (folder / "device.toml").write_text(DEVICE + large)
+    seconds = server.server_timeout
+    timing = "" if seconds is None else f"[timing]\nserver-timeout = {seconds}\n"
+    (folder / "device.toml").write_text(DEVICE + large + timing)
     # Keeps pytest from taking the configuration of this project for that of the run.
     (folder / "pytest.ini").write_text("[pytest]\n")
     program = [str(built / word) if (built / word).exists() else word for word in server.start]

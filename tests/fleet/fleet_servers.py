@@ -5,6 +5,7 @@ Each has a folder in ``servers`` with a small program around it and a ``server.t
 - ``title`` names package and version, ``needs`` the programs that building and running take;
 - ``build`` lists commands and ``start`` is one; they run in a folder outside the tracked files,
   and ``start`` is given the name of a CAN interface;
+- ``server-timeout`` are the seconds after which it gives up a transfer, where it does that;
 - the device has the objects of ``device.eds`` but for ``eds-without``, and with the texts of
   ``eds-replaced`` changed;
 - ``causes`` are the defects that the suite finds, each judged by hand: ``cause`` as the run prints
@@ -63,6 +64,7 @@ class ForeignServer:
     without: tuple[str, ...]
     replaced: Mapping[str, str]
     causes: tuple[ExpectedCause, ...]
+    server_timeout: float | None = None
 
     def missing(self) -> list[str]:
         """Return the programs that this machine lacks."""
@@ -143,4 +145,5 @@ def _read(path: Path) -> ForeignServer:
             )
             for entry in table.get("causes", ())
         ),
+        server_timeout=table.get("server-timeout"),
     )

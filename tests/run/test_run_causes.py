@@ -370,6 +370,27 @@ def test_a_state_of_the_matrix_tells_a_kind_of_answer_once() -> None:
         ),
         ("frame.short-segment", "20 00 00 00 00 00 00 00", "frame.short: served"),
         ("frame.short-download", "60 02 20 00 00 00 00 00", "frame.short: served"),
+        (
+            "segmented-download.block-frames",
+            "A4 00 00 00 7F 00 00 00",
+            "segmented-download.upload-segment: served",
+        ),
+        (
+            "segmented-upload.block-frames",
+            "20 00 00 00 00 00 00 00",
+            "segmented-upload.download-segment: served",
+        ),
+        ("download.too-long", "60 00 20 00 00 00 00 00", "download.too-long: taken"),
+        (
+            "object.sub-index-missing",
+            "43 00 10 01 92 01 00 00",
+            "object.sub-index-missing: served",
+        ),
+        (
+            "abort.code",
+            "80 00 10 00 FF 00 00 00",
+            "abort.code: abort with a code that is none",
+        ),
         ("block-upload.not-started", "01 41 42 43 44 45 46 47", "block-upload.foreign: served"),
     ],
 )
@@ -383,3 +404,23 @@ def test_what_one_defect_breaks_in_several_places_is_one_cause(
 def test_silence_is_told_by_the_rule_that_it_breaks() -> None:
     rule = rule_of("frame.short-segment")
     assert cause_of(violation(rule, "no answer"), rule, READ) == Cause(rule.id, NO_ANSWER)
+
+
+def test_wrong_data_are_one_cause_whatever_was_asked_last() -> None:
+    wrong = violation(IDLE_AFTERWARDS, "4 bytes: 01 02 03 04")
+    causes = {cause_of(wrong, IDLE_AFTERWARDS, request) for request in (READ, UploadSegment(0))}
+    assert causes == {Cause(IDLE_AFTERWARDS.id, "other data")}
+
+
+def test_reserved_bits_make_no_other_request() -> None:
+    assert kind_of_request(UploadInitiate(MUX, reserved_bits=1)) == "upload initiate"
+    assert kind_of_request(BlockAck(1, 2, reserved=b"\1\2\3\4\5")) == "block acknowledgement"
+
+
+def test_a_served_sub_index_ffh_is_one_of_those_that_are_served() -> None:
+    structure = Cause("dictionary.structure", "other data")
+    causes = Causes()
+    assert causes.told_as(structure, READ, "a.case", generated=False) == structure
+    served = Cause("object.sub-index-missing", "served")
+    causes.add(served, "a.case", violation(NOT_REFUSED, "served"), aside=False)
+    assert causes.told_as(structure, READ, "a.case", generated=False) == served
