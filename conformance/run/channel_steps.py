@@ -186,6 +186,7 @@ class ChannelSteps(NetworkSteps):
     def on_channel(self, ids: ChannelIds) -> Iterator[Self]:
         """Talk on a channel that was configured; its server has to be idle in the end."""
         with self.listen_on(ids) as other:
+            other.calms_down = True
             try:
                 yield other
             finally:

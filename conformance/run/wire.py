@@ -398,7 +398,9 @@ class Wire:
 
     def _calm_before(self, data: bytes) -> None:
         begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
-        if begins and self.calms_down:
+        # What comes right behind an abort would be answered second.
+        behind_abort = self.has_aborted and data[:1] != _ABORTS and self.causes.aborts_are_answered
+        if (begins or behind_abort) and self.calms_down:
             self.calm()
 
     def calm(self) -> None:
@@ -449,9 +451,11 @@ class Wire:
             self.receive()  # it has ended the transfer itself
         if self.tracker.open is None:
             return
-        self._sent_before, self._last_sent = self._last_sent, self._abort_open()
         # What answers a request before the abort is no noise: the case will look at it.
-        if self.causes.noisy and self.calms_down and not self._unanswered:
+        segment = isinstance(self._last_sent, BlockSegment) and not self._last_sent.last
+        owed = self._unanswered and not segment
+        self._sent_before, self._last_sent = self._last_sent, self._abort_open()
+        if self.causes.noisy and self.calms_down and not owed:
             self.calm()
 
     @property
