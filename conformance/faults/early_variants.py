@@ -71,6 +71,15 @@ class SeventhAborted(_LeavesSeventh):
     """Aborts every seventh transfer, instead of the answer to its first segment."""
 
 
+@variant("seventh-transfer-aborted-unasked")
+class SeventhAbortedUnasked(_LeavesSeventh):
+    """Aborts every seventh transfer between its first two requests, unasked."""
+
+    def behind_initiate(self, transfer: Transfer) -> list[Response]:
+        """End it at once."""
+        return [self.leave(transfer)]
+
+
 @variant("seventh-transfer-aborted-in-blocks")
 class SeventhAbortedInBlocks(_LeavesSeventh):
     """Aborts every seventh transfer in the middle of a sub-block, or instead of its end."""

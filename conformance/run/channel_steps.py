@@ -4,8 +4,8 @@ A channel is configured as CiA 301 has it (7.5.2.33): it is disabled first, then
 COB-IDs, and then it is enabled. The values of before are put back after the case.
 """
 
-from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from typing import Self
 
 from conformance.bus.channel import Channel
@@ -246,8 +246,21 @@ def interleave(*running: Running) -> list[object]:
     """Run transfers at the same time, each on its own channel; return their results.
 
     In each round all send their requests before the answer to any of them is taken. A transfer
-    that the server aborts has the abort for its result.
+    that the server aborts has the abort for its result. A breach by one ends all of them.
     """
+    try:
+        return _interleaved(running)
+    except Violation as violation:
+        for sdo, _ in running:
+            # What it owes on this channel would be a stray answer to whatever comes next.
+            with suppress(Violation, ServerAborted):
+                violation.request = violation.request or sdo.last_sent
+                sdo.end_transfer()
+                sdo.fence()
+        raise
+
+
+def _interleaved(running: Sequence[Running]) -> list[object]:
     results: list[object] = [None] * len(running)
     due: dict[int, Step] = {number: next(transfer) for number, (_, transfer) in enumerate(running)}
     while due:

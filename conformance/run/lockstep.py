@@ -78,9 +78,11 @@ class Lockstep:
         link = self._sdo.channel.link
         link.listen(self._take)
         self._sdo.after_fence = self._take_held
+        self._sdo.looks_for_aborts = False
         try:
             yield
         finally:
+            self._sdo.looks_for_aborts = True
             link.ignore(self._take)
             self._sdo.after_fence = lambda: None
 

@@ -58,7 +58,7 @@ class Wire:
     after which an answer came that a case had given up to wait for, None if there is none.
     While it is ``fencing``, what comes may have been asked for by what went before;
     ``after_fence`` is called then. It ``calms_down`` a noisy device only where that is sure to
-    answer.
+    answer. It ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes.
     """
 
     def __init__(self, channel: Channel, device: Device, causes: Causes | None = None) -> None:
@@ -89,6 +89,7 @@ class Wire:
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.calms_down = True
+        self.looks_for_aborts = True
         self._unanswered = False
         self._unanswered_at: float | None = None
         self.answered_after: float | None = None
@@ -107,8 +108,8 @@ class Wire:
             self._let_pass()
         data = request if isinstance(request, bytes) else request.encode()
         self.misshapen = None
-        if data[:1] != _ABORTS:  # to end what has ended already asks for nothing
-            self._look_for_abort(within_burst=True)
+        # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
+        self._look_for_abort(within_burst=data[:1] != _ABORTS)
         if self.causes.noisy and self.tracker.open is None and not self._unanswered:
             self._calm_before(data)
         self._transmit(data)
@@ -120,17 +121,18 @@ class Wire:
         To an idle server that request would be another one.
         """
         if self._leaves_unasked(within_burst=within_burst):
-            raise Violation(
-                NOT_REFUSED,
-                expected="the transfer to go on",
-                actual=describe_response(self.receive()),
-            )
+            actual = describe_response(self.receive())
+            found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=actual)
+            found.request = self._last_sent
+            raise found
 
     def _leaves_unasked(self, *, within_burst: bool = False) -> bool:
         """Say whether the server has ended the transfer though it owes no answer.
 
         ``within_burst`` leaves segments of a block to ``has_left``.
         """
+        if not self.looks_for_aborts:
+            return False
         running = self.tracker.open
         owed = self._unanswered and (within_burst or not self._segments)
         if running is None or owed or self.fencing:

@@ -7,9 +7,13 @@ from conformance.run.verdict import Verdict
 
 VARIANTS = (
     "seventh-transfer-aborted",
+    "seventh-transfer-aborted-unasked",
     "seventh-transfer-aborted-in-blocks",
 )
-CASES = "segmented-upload.size or block-upload.size"
+CASES = (
+    "segmented-upload.size or block-upload.size or block-download.client-abort"
+    " or block-download.restart or independence.interleaved"
+)
 
 
 @pytest.mark.parametrize("name", VARIANTS)

@@ -1,5 +1,7 @@
 """Cases on several channels and with NMT: what they configure is undone however they end."""
 
+from collections.abc import Generator
+
 import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
@@ -12,6 +14,7 @@ from conformance.run.channel_steps import TEST_CHANNELS, interleave
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import Unimplemented, Verdict
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.block_client import Step
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.layout import Multiplexer
@@ -160,6 +163,23 @@ def test_a_refused_transfer_does_not_stop_the_others(node: Node) -> None:
     assert isinstance(refused, Abort)
     assert refused.code == 0x06020000
     assert getattr(served, "data", None) == bench.device.values[Multiplexer(0x1008)]
+
+
+def test_a_breach_on_one_channel_leaves_nothing_of_the_others_behind(node: Node) -> None:
+    """What they were asked is answered before anything else is sent."""
+
+    def breach() -> Generator[Step, bytes, None]:
+        yield UploadInitiate(NUMBER.mux)
+        raise violation()
+
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        with sdo.further() as other:
+            with pytest.raises(Violation):
+                interleave((other, breach()), (sdo, sdo.client.upload(TEXT.mux)))
+            assert not sdo.drain()
+            assert sdo.upload(NUMBER) == bench.device.values[NUMBER.mux]
 
 
 def test_what_is_left_on_a_channel_fails_the_case(node: Node) -> None:
