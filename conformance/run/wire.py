@@ -458,7 +458,17 @@ class Wire:
         owed = self._unanswered and not segment
         self._sent_before, self._last_sent = self._last_sent, self._abort_open()
         if self.causes.noisy and self.calms_down and not owed:
+            self._calm_afterwards()
+
+    def _calm_afterwards(self) -> None:
+        """Calm the device down where a transfer was ended; whoever asks next will meet its silence.
+
+        It is ended in the middle of tidying as well, where nothing may be raised.
+        """
+        try:
             self.calm()
+        except Violation:
+            self.drain()
 
     @property
     def server_aborted(self) -> bool:

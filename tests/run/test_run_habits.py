@@ -23,11 +23,12 @@ from conformance.device.objects import KnownObject
 from conformance.faults.block_download_aborts import DeafWhenAborted
 from conformance.faults.catalogue import build_node
 from conformance.findings import Findings
+from conformance.run.causes import Cause
 from conformance.run.habits import FIRST_SEEN, survey
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.objects import DataType, Entry
-from conformance.sdo.rules import FRAME_SHAPE, Level, Rule, Violation, rule_of
+from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Level, Rule, Violation, rule_of
 
 ANSWERED = "abort.not-answered: an answer"
 
@@ -218,4 +219,18 @@ def test_a_case_that_leaves_a_device_deaf_fails_for_that() -> None:
         run = bench.session().begin("a.case", "a service", RULE)
         run.sdo.initiate_block_download(TEXT, 14)
         result = run.conclude(None)
+    assert result.cause == "server.idle-afterwards: deaf behind a block download that was aborted"
+
+
+def test_a_noisy_device_that_is_deaf_as_well_is_judged_in_good_order() -> None:
+    server = recording(_Deaf)
+    with discovered(server, timeout=HASTY) as bench:
+        session = bench.session()
+        unasked = Violation(UNSOLICITED, expected="nothing", actual="abort")
+        session.causes.add(Cause(UNSOLICITED.id, "abort"), "before", unasked, aside=True)
+        assert session.causes.noisy
+        run = session.begin("a.case", "a service", RULE)
+        run.sdo.initiate_block_download(TEXT, 14)
+        result = run.conclude(None)
+    assert result.verdict is Verdict.FAIL
     assert result.cause == "server.idle-afterwards: deaf behind a block download that was aborted"
