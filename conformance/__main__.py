@@ -15,18 +15,21 @@ import can
 
 from conformance import __version__
 from conformance.arguments import named_value
+from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
+from conformance.bus.link import Link
 from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.judging import Finding, LogJudge, Seen
+from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_report
 from conformance.reporting.summary import verdict_counts
 from conformance.rule_listing import rule_lines
-from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE
+from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE, ChannelIds
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import UnknownRule
@@ -66,12 +69,7 @@ def _parser() -> argparse.ArgumentParser:
 
     serve = commands.add_parser("serve", help="run the reference server on a bus until stopped")
     serve.add_argument("--node-id", type=int, required=True, metavar="N")
-    serve.add_argument("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
-    serve.add_argument("--can-channel", metavar="NAME", help="channel of the interface (can0)")
-    serve.add_argument("--can-bitrate", type=int, metavar="BIT/S")
-    serve.add_argument(
-        "--can-option", metavar="NAME=VALUE", type=named_value, action="append", default=[]
-    )
+    _add_bus_options(serve, "socketcan, can0")
     serve.add_argument("--eds", metavar="FILE", help="a device with the objects of an EDS or DCF")
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
     serve.add_argument("--answer-delay", metavar="SECONDS", type=float, default=0.0)
@@ -110,7 +108,58 @@ def _parser() -> argparse.ArgumentParser:
     )
     report.add_argument("folder", type=Path, help="the report folder, which has a results.jsonl")
     report.set_defaults(command=_report)
+
+    restore = commands.add_parser(
+        "restore", help="put back what a run has left changed, as its report folder tells"
+    )
+    restore.add_argument("folder", type=Path, help="the report folder of the run")
+    _add_bus_options(restore, "that of the run")
+    restore.add_argument("--response-timeout", metavar="SECONDS", type=float, default=1.0)
+    restore.set_defaults(command=_restore)
     return parser
+
+
+def _add_bus_options(parser: argparse.ArgumentParser, default: str) -> None:
+    interface = f"python-can interface, else {default}"
+    parser.add_argument("--can-interface", metavar="NAME", help=interface)
+    parser.add_argument("--can-channel", metavar="NAME", help="channel of the interface")
+    parser.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+    parser.add_argument(
+        "--can-option", metavar="NAME=VALUE", type=named_value, action="append", default=[]
+    )
+
+
+def _bus(options: argparse.Namespace, default: BusSettings) -> BusSettings:
+    return BusSettings(
+        options.can_interface or default.interface,
+        options.can_channel or default.channel,
+        options.can_bitrate or default.bitrate,
+        tuple((dict(default.options) | dict(options.can_option)).items()),
+    ).resolve()
+
+
+def _restore(options: argparse.Namespace) -> int:
+    paths = journals(options.folder)
+    pending = 0
+    for path in paths:
+        about, left = read_journal(path)
+        if about["self_test"]:
+            print(f"{path}: a self-test has left nothing, its server is gone")
+            continue
+        settings = _bus(options, bus_of(about))
+        link = Link(open_bus(settings), str(settings))
+        try:
+            for each in left:
+                ids = ChannelIds.parse(each.channel)
+                channel = Channel(link, each.node_id, options.response_timeout, ids)
+                for line in put_back_left(channel, each):
+                    print(line)
+                pending += not each.is_all_back
+        finally:
+            link.close()
+    if not paths:
+        print(f"{options.folder} names nothing that is to be put back")
+    return BROKEN_BENCH if pending else DONE
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -122,9 +171,7 @@ def _serve(options: argparse.Namespace) -> int:
     node = build_node(
         options.fault, options.node_id, listing, server_timeout=options.server_timeout
     )
-    settings = BusSettings(
-        options.can_interface, options.can_channel, options.can_bitrate, tuple(options.can_option)
-    ).resolve()
+    settings = _bus(options, BusSettings())
     host = NodeHost(open_bus(settings), node, options.answer_delay)
 
     def stop(number: int, frame: FrameType | None) -> None:

@@ -155,6 +155,11 @@ def add_options(parser: pytest.Parser) -> None:
         help="where each run leaves a folder with its reports (%(default)s)",
     )
     group.addoption(
+        "--restore",
+        action="store_true",
+        help="put back first what an earlier run that was killed has left changed on the device",
+    )
+    group.addoption(
         "--seed",
         metavar="N",
         type=int,

@@ -155,6 +155,8 @@ class Closing:
             return
         if findings.bench_errors:
             session.exitstatus = _exit_code(findings.bench_errors)
+        elif session.exitstatus == pytest.ExitCode.OK and findings.unrestored:
+            session.exitstatus = ExitCode.BENCH_ERROR
         elif session.exitstatus == pytest.ExitCode.OK and (
             findings.unjudged or findings.beside or self._stale
         ):
@@ -222,8 +224,15 @@ class Closing:
                 "its entry from the known deviations",
                 red=True,
             )
+        for restored in findings.restored:
+            write(restored)
         for unrestored in findings.unrestored:
             write(f"not restored: {unrestored}")
+        if findings.unrestored:
+            write(
+                f"the values are whole in {self._state.report_dir}: 'conformance restore "
+                f"{self._state.report_dir}' writes them back"
+            )
         if findings.bench_errors:
             terminalreporter.section("the bench", red=True)
             for error in dict.fromkeys(map(str, findings.bench_errors)):

@@ -7,6 +7,7 @@ from typing import Any
 from conformance.bus.errors import BenchError, error_named
 from conformance.device.known_deviations import Deviation
 from conformance.run.session import DeviceSession
+from conformance.run.steps import shown
 from conformance.run.verdict import CaseResult
 
 
@@ -16,7 +17,8 @@ class Findings:
 
     ``unjudged`` are late answers that no selected case has judged, ``beside`` what else was wrong
     beside the cases and none has failed for, ``unrestored`` lines that say what to write back by
-    hand; ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
+    hand, ``restored`` those on what an earlier run had left;
+    ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
     run did not come to, because it was ended before; ``stopped`` says what has stopped a device
     that was brought back; ``partly`` names known deviations for several cases of which some were
     not selected, ``broken_beside`` the rules that were broken beside the cases, known or not;
@@ -28,6 +30,7 @@ class Findings:
     unjudged: list[str] = field(default_factory=list)
     beside: list[str] = field(default_factory=list)
     unrestored: list[str] = field(default_factory=list)
+    restored: list[str] = field(default_factory=list)
     out: dict[int, str] = field(default_factory=dict)
     unreached: list[CaseResult] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
@@ -55,9 +58,11 @@ class Findings:
             for cause, standing in aside
             if cause.rule_id not in excused
         ]
+        changed = session.device.changes.outstanding
+        pending = {mux: shown(value) for mux, value in changed.items()}
         self.unrestored += [
             f"write {value} to {mux} of node {session.device.node_id}"
-            for mux, value in session.restorer.unrestored.items()
+            for mux, value in (pending | session.restorer.unrestored).items()
         ]
 
     def as_dict(self) -> dict[str, Any]:
@@ -68,6 +73,7 @@ class Findings:
             "unjudged": self.unjudged,
             "beside": self.beside,
             "unrestored": self.unrestored,
+            "restored": self.restored,
             "out": self.out,
             "unreached": [result.as_dict() for result in self.unreached],
             "stopped": self.stopped,
@@ -83,6 +89,7 @@ class Findings:
         self.unjudged += values["unjudged"]
         self.beside += values["beside"]
         self.unrestored += values["unrestored"]
+        self.restored += values["restored"]
         self.out |= values["out"]
         self.unreached += map(CaseResult.from_dict, values["unreached"])
         self.stopped += values["stopped"]

@@ -33,7 +33,8 @@ class Options:
     """What the command line said.
 
     ``node_ids`` are all devices of the run, ``run.node_ids`` those that this process tests.
-    ``answer_delay`` is in seconds. ``draft`` is where the known deviations are drafted.
+    ``answer_delay`` is in seconds. It ``restores`` what earlier runs have left.
+    ``draft`` is where the known deviations are drafted.
     """
 
     run: RunSettings
@@ -49,6 +50,7 @@ class Options:
     draft: Path | None = None
     examples: int = DEFAULT_EXAMPLES
     eds: Path | None = None
+    restores: bool = False
 
 
 def read_options(config: pytest.Config) -> Options | None:
@@ -103,6 +105,7 @@ def read_options(config: pytest.Config) -> Options | None:
         _path(config, "write_deviations"),
         config.getoption("examples"),
         _eds(config, description),
+        config.getoption("restore"),
     )
 
 

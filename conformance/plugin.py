@@ -18,6 +18,7 @@ from conformance.run.bench import RunSettings
 from conformance.running import Running
 from conformance.state import STATE, RunState, is_left_to
 from conformance.stopping import Stopping
+from conformance.values import left_lines
 from conformance.workers import Controller, is_controller
 
 
@@ -78,6 +79,7 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
         f"conformance: bit rate: {rate}, response time-out: {run.response_timeout * 1000:g} ms, "
         f"seed: {run.seed}, strict: {'yes' if state.options.strict else 'no'}",
         f"conformance: objects: {_objects(run)}",
+        *left_lines(state.options),
     ]
 
 

@@ -6,12 +6,14 @@ from contextlib import AbstractContextManager, suppress
 from enum import IntEnum
 from typing import Any, NoReturn
 
+import can
 import pytest
 
 from conformance.about import about_device
 from conformance.attempts import begin, try_again
 from conformance.bus.errors import BenchError, BusOff, InterfaceLost, NotWritten, SuiteError
 from conformance.bus.link import Captured, Direction
+from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import RunStopped
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
@@ -40,6 +42,7 @@ from conformance.suite_errors import (
     suite_error,
     traceback_of,
 )
+from conformance.values import Values
 from conformance.workers import belongs_here, hand_back
 
 # The case that judges what came too late; where it was not selected, the run itself does.
@@ -67,6 +70,7 @@ class Running:
         self._scope: Scope | None = None
         # What was discovered of the devices: it goes with the first report.
         self._discovered: list[dict[str, Any]] = []
+        self._values: Values | None = None
 
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
@@ -156,7 +160,7 @@ class Running:
 
     def _bench(self, listener: Callable[[Captured], None]) -> Bench:
         options = self._state.options
-        run, folder = options.run, self._state.report_dir
+        run = options.run
         if options.simulated:
             bus = simulated_bus(
                 run.node_ids,
@@ -164,7 +168,7 @@ class Running:
                 options.answer_delay,
                 server_timeout=run.server_timeout,
             )
-            return Bench(run, [], listener, folder, lambda settings: bus, self._state.stop)
+            return self._bench_with(listener, [], lambda settings: bus)
         hosts: list[AbstractContextManager[object]] = []
         if options.self_test and run.bus.channel is not None:
             hosts += [
@@ -177,7 +181,26 @@ class Running:
                 )
                 for node_id in run.node_ids
             ]
-        return Bench(run, hosts, listener, folder, stop=self._state.stop)
+        return self._bench_with(listener, hosts, open_bus)
+
+    def _bench_with(
+        self,
+        listener: Callable[[Captured], None],
+        hosts: list[AbstractContextManager[object]],
+        opener: Callable[[BusSettings], can.BusABC],
+    ) -> Bench:
+        state = self._state
+        self._values = Values(state.options, state.journal)
+        return Bench(
+            state.options.run,
+            hosts,
+            listener,
+            state.report_dir,
+            opener,
+            state.stop,
+            self._values.remember,
+            self._values.before,
+        )
 
     # Cases
 
@@ -389,6 +412,8 @@ class Running:
             for node_id, device in state.bench.sessions.items():
                 judged, known = state.judged_late_answers[node_id], state.options.deviations
                 state.findings.close(device, judged=judged, known=known)
+        if self._values is not None:
+            self._values.close(state.findings)
         if state.log is not None and (trouble := state.log.close()):
             state.findings.bench_errors.append(NotWritten(trouble))
         if state.options.share.worker:

@@ -13,6 +13,7 @@ from conformance.collection import DEVICE_SESSION, CaseFunction
 from conformance.findings import Findings
 from conformance.options import Options
 from conformance.reporting.bus_log import BusLog
+from conformance.reporting.journal import NAME
 from conformance.run.bench import Bench
 from conformance.run.risks import Risk
 from conformance.run.session import CaseRun, DeviceSession
@@ -54,6 +55,12 @@ class RunState:
     def bus_log_of(self, worker: str) -> Path:
         """Where a worker writes its frames; without a name, the one log of a run."""
         return self.report_dir / (f"bus-{worker}.log" if worker else "bus.log")
+
+    @property
+    def journal(self) -> Path:
+        """Where this process writes what it changes."""
+        worker = self.options.share.worker
+        return self.report_dir / (f"{NAME}-{worker}.jsonl" if worker else f"{NAME}.jsonl")
 
     def session(self, node_id: int) -> DeviceSession:
         """Return the session of a device; the bench is open by then."""

@@ -5,6 +5,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from math import inf
 
+from conformance.device.changes import Changes
 from conformance.device.deny import group_of
 from conformance.device.lengths import Lengths
 from conformance.device.listing import Listing
@@ -79,6 +80,7 @@ class Device:
     room: dict[Multiplexer, int] = field(default_factory=dict)
     nowhere: tuple[Multiplexer, ...] = ()
     astray: set[Multiplexer] = field(default_factory=set)
+    changes: Changes = field(default_factory=Changes)
     lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
 
     @property
@@ -223,6 +225,23 @@ class Device:
     def may_put_back(self, mux: Multiplexer) -> bool:
         """Say whether an entry may be written with the value that it had before the run."""
         return self.policy.permits(mux) and mux not in self.permits.never
+
+    def kept(self, mux: Multiplexer) -> bytes | None:
+        """Return the value that an entry has to have again; a read-only object has kept its own."""
+        known = self.known.get(mux)
+        keeps = (
+            known is not None and known.access.writable and mux.index not in (ERROR_LIST, *COMMANDS)
+        )
+        if keeps and mux in self.values:
+            return self.values[mux]
+        return self.parameters.get(mux)
+
+    def will_change(self, mux: Multiplexer) -> None:
+        """Note, before it is done, that an entry may be changed."""
+        value = self.kept(mux)
+        if value is not None:
+            known = self.known.get(mux)
+            self.changes.changes(mux, value, None if known is None else known.data_type)
 
     def is_constant(self, mux: Multiplexer) -> bool:
         """Whether an entry that was read must read the same for ever."""

@@ -14,10 +14,9 @@ from conformance.run.steps import same_value, shown
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.errors import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
-from conformance.sdo.storage import COMMANDS, SAVE_ALL
+from conformance.sdo.storage import SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
@@ -136,20 +135,9 @@ class Restorer:
         self.device.astray = self.unrestored.keys() & self.device.values.keys()
 
     def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
-        """Return the values that have to be back: a read-only object has kept its own."""
-        device, due = self.device, {}
-        for mux in sorted(written):
-            known = device.known.get(mux)
-            kept = (
-                known is not None
-                and known.access.writable
-                and mux.index not in (ERROR_LIST, *COMMANDS)
-            )
-            if kept and mux in device.values:
-                due[mux] = device.values[mux]
-            elif mux in device.parameters:
-                due[mux] = device.parameters[mux]
-        return due
+        """Return the values that have to be back."""
+        due = ((mux, self.device.kept(mux)) for mux in sorted(written))
+        return {mux: value for mux, value in due if value is not None}
 
     def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
         for mux, value in due.items():
@@ -180,6 +168,7 @@ class Restorer:
             sdo.end_transfer()
         else:
             del self.unrestored[SAVE_ALL]
+            self.device.changes.is_stored_again()
         self.device.to_store = {}
 
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
@@ -188,13 +177,14 @@ class Restorer:
             self._tries[mux] += 1
             self.unrestored[mux] = shown(value)
             if self._reads(sdo, self._known(mux), value):
-                self._is_back(mux)
+                self._is_back(mux, value)
             elif self.device.may_put_back(mux):
                 pending[mux] = value
         for mux in sorted(needed_for(pending) - pending.keys()):
             kept = due.get(mux) or self._present(sdo, mux)
             if kept and self.device.may_put_back(mux):
                 pending[mux], self.unrestored[mux] = kept, shown(kept)
+                self.device.changes.changes(mux, kept, self._known(mux).data_type)
         for mux in pending:
             if is_cob_id(mux):
                 self._disable(sdo, mux)  # it may only be moved while it is not in use
@@ -248,9 +238,10 @@ class Restorer:
                     Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
                 )
         if self._reads(sdo, known, due):
-            self._is_back(known.mux)
+            self._is_back(known.mux, due)
 
-    def _is_back(self, mux: Multiplexer) -> None:
+    def _is_back(self, mux: Multiplexer, value: bytes) -> None:
+        self.device.changes.is_back(mux, value)
         del self.unrestored[mux]
         self._tries.pop(mux, None)
 

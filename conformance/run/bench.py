@@ -4,7 +4,9 @@ import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import can
 
@@ -13,6 +15,7 @@ from conformance.bus.errors import BenchError, ProcessFailed, SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import Stop
+from conformance.device.changes import Changes
 from conformance.device.device import STORAGE_TIME, Device
 from conformance.device.listing import Listing, mandatory_and
 from conformance.device.objects import by_multiplexer
@@ -28,6 +31,10 @@ from conformance.sdo.cob_id import ChannelIds
 
 DEFAULT_RESPONSE_TIMEOUT = 1.0
 DEFAULT_SEED = 1
+
+
+# Takes a device, its channel, and a record of what is about to be changed or is back.
+Remember = Callable[[Device, ChannelIds, dict[str, Any]], None]
 
 
 @dataclass(slots=True)
@@ -85,11 +92,17 @@ class Bench:
         folder: Path,
         opener: Callable[[BusSettings], can.BusABC] = open_bus,
         stop: Stop | None = None,
+        remember: Remember | None = None,
+        before: Callable[[Channel], None] | None = None,
     ) -> None:
         """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame.
 
-        ``folder`` takes what the programs of devices write. ``stop`` may ask the run to end.
+        ``folder`` takes what the programs of devices write. ``stop`` may ask the run to end. What
+        is about to be changed of a device is handed to ``remember``; ``before`` a device is
+        discovered, its channel.
         """
+        self._remember = remember
+        self._before = before
         self._stop = stop or Stop()
         self.sessions: dict[int, DeviceSession] = {}
         self.silent: dict[int, BenchError] = {}
@@ -145,9 +158,13 @@ class Bench:
             storage_time=settings.storage_time,
             neighbours=settings.neighbours,
         )
+        if self._remember is not None:
+            device.changes = Changes(partial(self._remember, device, channel.ids))
         revival = self._revival(channel)
         if revival is not None:
             revival.start()
+        if self._before is not None:
+            self._before(channel)
         causes = Causes()
         discover(channel, device, causes)
         session = DeviceSession(

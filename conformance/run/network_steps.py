@@ -100,11 +100,14 @@ class NetworkSteps(BlockSteps):
     def _expect_reset(self, command: NmtCommand) -> None:
         """Count as written what a reset may change: it is put back after the case."""
         everything = command is NmtCommand.RESET_NODE
-        self.written |= {
+        reset = {
             known.mux
             for known in self.device.resettable()
             if everything or known.mux.index in COMMUNICATION_AREA
         }
+        for mux in reset:
+            self.device.will_change(mux)
+        self.written |= reset
 
     def expect_boot_up(self) -> None:
         """Expect the boot-up message that follows a reset; a wrong one is noted, if it is all."""

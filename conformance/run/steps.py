@@ -95,6 +95,7 @@ class Steps(Wire):
             self.seen.clear()
         target = written_by(request)
         if target is not None:
+            self.device.will_change(target)
             self.written.add(target)
 
     def payload(self, size: int) -> bytes:

@@ -91,6 +91,7 @@ class StorageSteps(ChannelSteps):
         defaults = self._present()
         if device.to_store.items() <= defaults.items():
             device.to_store = {}  # they were stored, or never changed: nothing was lost
+            device.changes.is_stored_again()
         return defaults
 
     def prepare_loading(self) -> None:
@@ -107,6 +108,7 @@ class StorageSteps(ChannelSteps):
         self._check_put_back(device.values)
         self.reset(NmtCommand.RESET_NODE)
         device.to_store = self._stored()
+        device.changes.stores(device.to_store)
 
     def _require_for_defaults(self, permission: str) -> None:
         try:

@@ -1,0 +1,67 @@
+"""Puts back what an earlier run has left changed: what its journal names, and nothing else."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from conformance.bus.channel import Channel
+from conformance.bus.errors import BenchError
+from conformance.device.changes import BACK, STORED_AGAIN, LeftBehind
+from conformance.device.deny import PERMISSIONS
+from conformance.device.device import IDENTITY_NAMES, Device
+from conformance.device.objects import KnownObject, by_multiplexer
+from conformance.device.permits import Permits
+from conformance.device.safety import WritePolicy
+from conformance.run.afterwards import Restorer
+from conformance.run.dialogue import Dialogue
+from conformance.run.discovery import record_baseline
+from conformance.run.steps import shown
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Level, Rule, Violation
+from conformance.sdo.storage import SAVE_ALL
+
+_RULE = Rule("run.restoring", "", Level.MAY, "What puts values back that an earlier run has left.")
+
+
+def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], dict[str, str]]:
+    """Write what is not back yet, and read it back.
+
+    Returns records of what is back, for the journal, and what is not, with the reason. Raises
+    BenchError for a silent device, and for one that is not the one that was tested.
+    """
+    named = [*left.values, *left.stored]
+    device = Device(
+        left.node_id,
+        by_multiplexer([KnownObject(mux, left.types.get(mux)) for mux in dict.fromkeys(named)]),
+        dict(left.values),
+        # The run that wrote them had leave to; to put them back is what the user has asked for.
+        policy=WritePolicy([*named, SAVE_ALL], PERMISSIONS),
+        permits=Permits(permissions=PERMISSIONS),
+        to_store=dict(left.stored),
+    )
+    record_baseline(channel, device)
+    sdo = Dialogue(channel, device, _RULE, 0)
+    _check_identity(sdo, left.identity)
+    restorer = Restorer(device)
+    restorer.unrestored = {mux: shown(value) for mux, value in left.values.items()}
+    restorer.restore_pending(sdo)
+    pending = restorer.unrestored
+    back = [{"record": BACK, "object": str(mux)} for mux in list(left.values) if mux not in pending]
+    if left.stored and SAVE_ALL not in pending:
+        back.append({"record": STORED_AGAIN})
+    return back, {str(mux): why for mux, why in pending.items()}
+
+
+def _check_identity(sdo: Dialogue, due: Mapping[str, str]) -> None:
+    for sub_index, name in IDENTITY_NAMES.items():
+        try:
+            value = sdo.read(Multiplexer(0x1018, sub_index))
+        except (ServerAborted, Violation):
+            sdo.recover()
+            continue
+        found = f"0x{int.from_bytes(value, 'little'):08X}"
+        if due.get(name, found) != found:
+            raise BenchError(
+                f"Node {sdo.device.node_id} is not the device whose values were left: its {name} "
+                f"is {found}, not {due[name]}. Nothing was written to it."
+            )

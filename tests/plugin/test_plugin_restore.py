@@ -1,0 +1,139 @@
+"""What a killed run has left changed: whole in its report folder, told by the next, put back."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from plugin_runs import NODE_ID, QUICK, hosted_on, reports, run
+from socketcand_bus import socketcand
+
+from conformance.__main__ import BROKEN_BENCH, DONE, main
+from conformance.faults.dictionary import reference_device
+from conformance.reporting.journal import journals, read_journal
+from conformance.running import ExitCode
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import DownloadInitiate, Response
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.node import Node
+from conformance.sdo.objects import ObjectDictionary, Refusal
+from conformance.sdo.server import Server
+
+pytest_plugins = ["pytester"]
+
+TEXT, NUMBER = Multiplexer(0x2010), Multiplexer(0x2004)
+LONG = bytes(range(0x20, 0x7F)) * 3
+NAMED = ("--object=2004=unsigned32", "--object=2010=visible_string", "--response-timeout=30")
+KILLED = """
+    import os
+    import signal
+    from conformance.sdo.layout import Multiplexer
+
+    def test_written(sdo):
+        sdo.download(Multiplexer(0x2004), b"new!")
+        sdo.download(Multiplexer(0x2010), b"new")
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+PASSES = """
+    def test_nothing(sdo):
+        sdo.fence()
+"""
+
+
+@contextmanager
+def killed(pytester: pytest.Pytester) -> Iterator[tuple[ObjectDictionary, tuple[str, ...]]]:
+    """Run on a device until the run is killed; yields the device and the options of its bus."""
+    objects = reference_device(NODE_ID)
+    objects.find(TEXT).value = LONG
+    with socketcand() as bus, hosted_on(bus, Node(NODE_ID, Server(objects))):
+        pytester.makepyfile(test_mine=KILLED)
+        folder = f"--report-dir={reports(pytester)}"
+        options = (*QUICK, folder, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
+        assert pytester.runpytest_subprocess(*options).ret == -signal.SIGKILL
+        assert objects.find(TEXT).value == b"new"
+        pytester.makepyfile(test_mine=PASSES)
+        yield objects, bus
+
+
+def left(pytester: pytest.Pytester) -> list[Path]:
+    return [path for folder in reports(pytester).iterdir() for path in journals(folder)]
+
+
+def test_the_next_run_says_so(pytester: pytest.Pytester) -> None:
+    with killed(pytester) as (objects, bus):
+        (journal,) = left(pytester)
+        assert read_journal(journal)[1][0].values[TEXT] == LONG
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
+        assert result.ret == 0
+        result.stdout.fnmatch_lines(
+            ["conformance: an earlier run has left node 5 changed (2004h:00, 2010h:00; *--restore*"]
+        )
+        assert objects.find(TEXT).value == b"new"
+        assert left(pytester) == [journal]
+
+
+def test_the_next_run_puts_it_back_first(pytester: pytest.Pytester) -> None:
+    with killed(pytester) as (objects, bus):
+        number = read_journal(left(pytester)[0])[1][0].values[NUMBER]
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "--restore", "test_mine.py")
+        assert result.ret == 0
+        result.stdout.fnmatch_lines(["put back: 2004h:00, 2010h:00 of node 5*"])
+        assert (objects.find(TEXT).value, objects.find(NUMBER).value) == (LONG, number)
+        assert left(pytester) == []
+
+
+def test_a_command_puts_it_back(
+    pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """On the bus of the run, which the journal names."""
+    with killed(pytester) as (objects, _):
+        (journal,) = left(pytester)
+        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == DONE
+        assert "put back: 2004h:00, 2010h:00 of node 5" in capsys.readouterr().out
+        assert objects.find(TEXT).value == LONG
+        assert left(pytester) == []
+        assert main(["restore", str(journal.parent)]) == DONE
+        assert "names nothing" in capsys.readouterr().out
+
+
+def test_another_device_is_not_written_to(
+    pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with killed(pytester) as (objects, _):
+        (journal,) = left(pytester)
+        objects.find(Multiplexer(0x1018, 4)).value = bytes(4)
+        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == BROKEN_BENCH
+        assert "is not the device" in capsys.readouterr().err
+        assert objects.find(TEXT).value == b"new"
+        assert left(pytester) == [journal]
+
+
+REFUSES = """
+    from conformance.sdo.layout import Multiplexer
+
+    def test_written(sdo):
+        sdo.download(Multiplexer(0x2004), b"new!")
+        open("refuse", "w").close()
+"""
+
+
+class Refusing(Server):
+    """Takes nothing more when a file is there."""
+
+    def on_download_initiate(self, request: DownloadInitiate) -> list[Response]:
+        if Path("refuse").exists():
+            raise Refusal(AbortCode.LOCAL_CONTROL)
+        return super().on_download_initiate(request)
+
+
+def test_a_run_that_leaves_a_value_does_not_exit_0(pytester: pytest.Pytester) -> None:
+    """What it names is whole in its journal, which stays."""
+    pytester.makepyfile(test_mine=REFUSES)
+    with socketcand() as bus, hosted_on(bus, Node(NODE_ID, Refusing(reference_device(NODE_ID)))):
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
+    result.assert_outcomes(passed=1)
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.stdout.fnmatch_lines(["not restored: write 4 bytes: * to 2004h:00 of node 5"])
+    result.stdout.fnmatch_lines(["*'conformance restore *' writes them back"])
+    assert len(left(pytester)) == 1
