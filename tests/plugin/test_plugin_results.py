@@ -1,12 +1,14 @@
 """results.jsonl of a run: written case by case, kept when that is killed, reported from again."""
 
 import signal
+import sys
 from pathlib import Path
 
 import pytest
 from plugin_runs import QUICK, parsed, reports, run, self_test, the_report
 
 from conformance.__main__ import DONE, WRONG_USE, main
+from conformance.collection import CASES
 from conformance.reporting.recorded import RecordedRun, read_run
 from conformance.run.verdict import Verdict
 from conformance.running import ExitCode
@@ -109,6 +111,18 @@ def test_a_bus_that_cannot_be_opened_is_an_error_in_junit_xml(pytester: pytest.P
     errors = list(parsed(the_report(pytester) / "junit.xml").iter("error"))
     assert len(errors) == 1
     assert "no-such-can0 cannot be opened" in errors[0].attrib["message"]
+
+
+def test_a_full_disk(pytester: pytest.Pytester) -> None:
+    """No file may grow beyond 2 KiB: no case fails, and each result that has room is there."""
+    cases = [str(CASES / "test_abort.py"), str(CASES / "test_expedited_download.py")]
+    folder = f"--report-dir={reports(pytester)}"
+    run = [sys.executable, "-m", "pytest", *QUICK, folder, "--self-test", "--simulated", *cases]
+    result = pytester.run("sh", "-c", 'ulimit -f 4; exec "$@"', "sh", *run)
+    assert result.ret == ExitCode.BENCH_ERROR
+    assert not {"failed", "errors"} & set(result.parseoutcomes())
+    result.stdout.fnmatch_lines(["*bus.log could not be written: *File too large*"])
+    assert (the_report(pytester) / "results.jsonl").read_bytes().startswith(b'{"record": "run"')
 
 
 GOES_AWAY = """

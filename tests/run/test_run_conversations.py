@@ -168,3 +168,23 @@ def test_what_cannot_be_read_is_no_conversation(tmp_path: Path, text: str) -> No
     assert store.load() is None
     store.path.write_text(text)
     assert store.load() is None
+
+
+def test_no_link_is_followed(tmp_path: Path) -> None:
+    """Its name can be foreseen: whoever may write there could lead it elsewhere."""
+    precious = tmp_path / "precious"
+    precious.mkdir()
+    (tmp_path / "failing").mkdir()
+    (tmp_path / "failing" / "node-5").symlink_to(precious)
+    store = FailingStore.of(tmp_path / "failing", NODE_ID, "random.any")
+    with pytest.raises(OSError, match="link"):
+        store.save(())
+    assert list(precious.iterdir()) == []
+    kept = tmp_path / "kept"
+    kept.write_text("kept", encoding="utf-8")
+    store = FailingStore.of(tmp_path / "other", NODE_ID, "random.any")
+    store.path.parent.mkdir(parents=True)
+    store.path.symlink_to(kept)
+    with pytest.raises(OSError, match="link"):
+        store.save(())
+    assert kept.read_text(encoding="utf-8") == "kept"

@@ -80,14 +80,21 @@ class Search:
             f"{hunt.done} of {self._plan.examples} examples in {time.monotonic() - begin:.1f} s"
         )
         if failure is not None:
-            self._store.save(failure.conversation)
-            sdo.info(f"the next run tries it first; it is kept in {self._store.path}")
+            sdo.info(self._kept(failure.conversation))
             self._session.show(failure.frames)
             raise failure.violation
         if trials.bench_error is not None:
             raise trials.bench_error
         if hunt.done < self._plan.examples:
             sdo.info(f"{result.progress}, which is as long as it may take")
+
+    def _kept(self, conversation: Conversation) -> str:
+        """Keep what has failed for the next run; say where, or why that cannot be."""
+        try:
+            self._store.save(conversation)
+        except OSError as error:
+            return f"it could not be kept for the next run: {error}"
+        return f"the next run tries it first; it is kept in {self._store.path}"
 
     def _failed_before(self, trials: Trials) -> Failure | None:
         conversation = self._store.load()

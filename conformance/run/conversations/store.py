@@ -1,5 +1,8 @@
 """Conversations that failed a device: kept from one run to the next, and tried first."""
 
+import errno
+import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,10 +30,19 @@ class FailingStore:
             return None
 
     def save(self, conversation: Conversation) -> None:
-        """Keep a conversation instead of the one before."""
+        """Keep a conversation instead of the one before; raises OSError.
+
+        Whoever may write beside it knows the name: no link is followed.
+        """
+        for folder in (self.path.parent.parent, self.path.parent):
+            if folder.is_symlink():
+                raise OSError(errno.ELOOP, "it is a link", str(folder))
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        self.path.write_text("\n".join(to_lines(conversation)) + "\n", encoding="utf-8")
+        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_NOFOLLOW", 0)
+        with open(os.open(self.path, flags, 0o666), "w", encoding="utf-8") as file:
+            file.write("\n".join(to_lines(conversation)) + "\n")
 
     def remove(self) -> None:
         """Forget the conversation: it passes."""
-        self.path.unlink(missing_ok=True)
+        with suppress(OSError):  # then the next run tries it once more
+            self.path.unlink(missing_ok=True)
