@@ -158,6 +158,16 @@ class SubBlock(_BlockDownload):
         found = [reason.refusal(self.mux) for reason in self.reasons]
         return [*found, Refusal("O14", IMPOSSIBLE, (self.mux,))] if self.disorder else found
 
+    def behind(self, frames: Iterable[bytes]) -> Self:
+        """Return the state that knows of the numbers that have come since, up to an abort."""
+        state = self
+        for frame in frames:
+            request = self.decode(frame)
+            if not isinstance(request, BlockSegment):
+                break
+            state = state._heard(request)
+        return state
+
     def _heard(self, request: BlockSegment) -> Self:
         """Return the state that knows of a number."""
         number = request.sequence

@@ -62,8 +62,12 @@ def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> E
     if is_segment(frame) and all(state.name == BLOCK_UPLOAD for _, state in running):
         return None
     own = [(branch, state) for branch, state in running if state.mux == abort.mux] or running
+    # What is still to be acknowledged may have been refused for a segment behind it.
     reasons = [
-        refusal for _, state in own if isinstance(state, SubBlock) for refusal in state.refusals()
+        refusal
+        for branch, state in own
+        if isinstance(state, SubBlock)
+        for refusal in state.behind(branch.backlog).refusals()
     ]
     wrong = list(shape(abort, frame))
     due = own[0][1].mux

@@ -12,7 +12,14 @@ from sdo_strategies import UNHURRIED
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import Abort, UploadInitiate
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockDownloadInitiateResponse,
+    BlockSegment,
+    UploadInitiate,
+)
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 
@@ -55,6 +62,22 @@ def test_answers_to_bursts_are_accepted(bursts: list[tuple[list[bytes], bool]]) 
         found += pipeline.oracle.settled() if pause else []
     note("\n".join(pipeline.log))
     assert found == []
+
+
+def test_an_abort_for_a_late_segment_may_come_behind_that_of_the_client() -> None:
+    """The segments 2, 1, 2 of a sub-block may end in 05040003h, the last one for itself."""
+    oracle = Oracle(known_entries(), NODE_ID)
+    oracle.request(BlockDownloadInitiate.with_size(TEXT, 15).encode())
+    assert oracle.response(BlockDownloadInitiateResponse(TEXT, 127).encode()) == []
+    for number in (2, 1, 2):
+        oracle.request(BlockSegment(number, b"segment").encode())
+    oracle.request(ABORT)
+    late = Abort(TEXT, AbortCode.INVALID_SEQUENCE_NUMBER).encode()
+    assert oracle.response(late) == []
+    assert oracle.ended is None, "there is a reason for it"
+    idle = Abort(Multiplexer(0), AbortCode.COMMAND_NOT_VALID).encode()
+    assert oracle.response(idle) == []
+    assert oracle.settled() == []
 
 
 def test_many_ambiguous_requests_are_more_than_can_be_followed() -> None:
