@@ -14,7 +14,13 @@ from conformance.run.one_defect import NO_ANSWER, told_once
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe
-from conformance.sdo.frames import Abort, BlockDownloadInitiate, DownloadInitiate, Request
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    Request,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
     ABORT_CODE,
@@ -76,6 +82,18 @@ class Cause:
         return f"{self.rule_id}: {self.answer}"
 
 
+# A block upload is answered with an ordinary one, where its client has not allowed that.
+SWITCHED = Cause("block-upload.no-switch", "upload initiate response")
+SWITCHES = frozenset(
+    (rule_of(rule_id).id, SWITCHED.answer)
+    for rule_id in (
+        "block-upload.no-switch",
+        "block-upload.above-threshold",
+        "block-upload.invalid-block-size",
+        "block.unsupported",
+        NOT_REFUSED.id,
+    )
+)
 # A sub-index that an object lacks is served, FFh among others.
 SERVED = Cause("object.sub-index-missing", "served")
 STRUCTURE = Cause("dictionary.structure", OTHER_DATA)
@@ -138,6 +156,8 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
         answer = "abort"
     if rule.id == ABORT_CODE.id and answer.startswith("abort "):
         answer = "abort with a code that is none"
+    if isinstance(request, BlockUploadInitiate) and (rule.id, answer) in SWITCHES:
+        return SWITCHED
     if rule.id in GENERAL and answer == OTHER_DATA:
         pass  # wrong data are that, whatever was asked last
     elif rule.id in GENERAL:

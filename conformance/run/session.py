@@ -373,7 +373,8 @@ class CaseRun:
         if misshapen is not None and isinstance(error, Violation | ServerAborted):
             error = misshapen  # what it holds is no answer either
         if isinstance(error, Violation):
-            sdo.explain(error)
+            lost = leaving is not None and leaving.afterwards is Afterwards.LOST
+            sdo.explain(error, lost=lost)
         judgement.ended(error, asked, own=error in sdo.own)
         for violation in self._minor:
             if violation.rule not in INCIDENTAL:
@@ -401,7 +402,7 @@ class CaseRun:
                 found.append(leaving.violation)
         lost = leaving.afterwards is Afterwards.LOST
         for violation in found:
-            sdo.explain(violation)
+            sdo.explain(violation, lost=lost)
             if violation.rule not in INCIDENTAL:
                 self._judgement.breach(violation, asked, own=lost)
         if session.device.boot_ups - self._boot_ups > sdo.expected_boot_ups:

@@ -29,7 +29,7 @@ class TransferTracker:
     ``open`` is the object of the running transfer or None, ``latest`` that of the last one.
     ``segments`` are the frames of the server that were segments of a block; ``in_blocks`` says that
     a block upload has begun. A block download is ``abandoned`` when the client has aborted it and
-    the server has not sent anything since it asked for segments.
+    the server has not sent anything since: what it sent last ``asks_for_segments``.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class TransferTracker:
         self.segments: set[bytes] = set()
         self.in_blocks = False
         self.abandoned = False
-        self._asks_for_segments = False
+        self.asks_for_segments = False
         self._request: Request | None = None
         self._decoder = Decoder()
 
@@ -47,7 +47,7 @@ class TransferTracker:
         """Take what the client sends; return which request it is."""
         request = self._decoder.request(frame)
         self._request = request
-        self.abandoned |= self._asks_for_segments and isinstance(request, Abort)
+        self.abandoned |= self.asks_for_segments and isinstance(request, Abort)
         if isinstance(request, Abort | BlockEndResponse):
             self.open = None
         return request
@@ -61,7 +61,7 @@ class TransferTracker:
             self.segments.discard(frame)
         self.in_blocks |= isinstance(response, BlockUploadInitiateResponse)
         self.abandoned = False
-        self._asks_for_segments = isinstance(response, BlockDownloadInitiateResponse | BlockAck)
+        self.asks_for_segments = isinstance(response, BlockDownloadInitiateResponse | BlockAck)
         self._follow(response, self._request)
         if self.open is not None:
             self.latest = self.open

@@ -515,9 +515,13 @@ class Wire:
             found.append(frame)
         return found
 
-    def explain(self, violation: Violation) -> None:
-        """Say of a silence that no answer has broken since what has brought it about."""
-        if self.tracker.abandoned and kind_of_answer(violation.actual) == NO_ANSWER:
+    def explain(self, violation: Violation, *, lost: bool = False) -> None:
+        """Say of a silence that no answer has broken since what has brought it about.
+
+        ``lost``: the device was told to end whatever it thinks is running.
+        """
+        abandoned = self.tracker.abandoned or (lost and self.tracker.asks_for_segments)
+        if abandoned and kind_of_answer(violation.actual) == NO_ANSWER:
             violation.habit = DEAF
 
     def lost(self) -> DeviceLost:

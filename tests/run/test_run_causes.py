@@ -424,3 +424,10 @@ def test_a_served_sub_index_ffh_is_one_of_those_that_are_served() -> None:
     served = Cause("object.sub-index-missing", "served")
     causes.add(served, "a.case", violation(NOT_REFUSED, "served"), aside=False)
     assert causes.told_as(structure, READ, "a.case", generated=False) == served
+
+
+@pytest.mark.parametrize("rule_id", ["block-upload.above-threshold", "block.unsupported"])
+def test_an_ordinary_upload_for_a_block_upload_is_one_cause(rule_id: str) -> None:
+    ordinary = violation(rule_of(rule_id), from_hex("43 00 10 00 92 01 00 00"))
+    cause = cause_of(ordinary, ordinary.rule, BlockUploadInitiate(MUX, 127))
+    assert cause == Cause("block-upload.no-switch", "upload initiate response")
