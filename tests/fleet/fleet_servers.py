@@ -38,8 +38,9 @@ class Unavailable(Exception):
 class ExpectedCause:
     """A defect of a server that the suite finds, judged by hand.
 
-    ``lacking``: it is a service that the server does not have, so that the cases which need it
-    cannot reach their point.
+    ``lacking``: it is a service that CiA 301 leaves to the server and that this one does not have,
+    so that the cases which need it cannot reach their point. A service that is there and refuses
+    what it has to take is no such thing.
     """
 
     cause: str
