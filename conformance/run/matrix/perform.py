@@ -42,7 +42,11 @@ def perform(
         lockstep.check()
         lockstep.send(stimulus(targets), point=True)
         # A server may mind only an abort of the object of its latest transfer.
-        lockstep.settle(sdo.tracker.open or known.mux)
+        try:
+            lockstep.settle(sdo.tracker.open or known.mux)
+        except Violation as behind:
+            sdo.own.add(behind)  # the frame was answered; what follows comes of it
+            raise
         sdo.upload(known)
         lockstep.check()
 
