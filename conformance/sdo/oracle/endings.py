@@ -96,8 +96,10 @@ def _best(reasons: Iterable[Refusal], abort: Abort, frame: bytes) -> list[Violat
 def _after(branch: Branch, sent: Sequence[bytes]) -> Iterable[Branch]:
     """Yield where a server may be that has ended a transfer while ``sent`` was on its way."""
     memory = branch.memory
-    if len(sent) > 1:
-        owed = sum(most_answers(frame) for frame in sent)
+    # Where the answer before this one came late as well, more is on its way than was sent since.
+    on_its_way = max(sent, branch.backlog, key=len)
+    if len(on_its_way) > 1:
+        owed = sum(most_answers(frame) for frame in on_its_way)
         yield quiet(Lost(owed), memory.in_doubt(), "I10")
         return
     rest = quiet(IDLE, memory, "I10").choosing(*branch.freedoms)

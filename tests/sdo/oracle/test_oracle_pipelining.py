@@ -14,6 +14,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
     BlockDownloadInitiate,
     BlockDownloadInitiateResponse,
     BlockSegment,
@@ -77,6 +78,21 @@ def test_an_abort_for_a_late_segment_may_come_behind_that_of_the_client() -> Non
     assert oracle.ended is None, "there is a reason for it"
     idle = Abort(Multiplexer(0), AbortCode.COMMAND_NOT_VALID).encode()
     assert oracle.response(idle) == []
+    assert oracle.settled() == []
+
+
+def test_segments_behind_a_late_acknowledgement_may_be_refused_one_by_one() -> None:
+    """What follows an abort inside a sub-block has met an idle server, however late it is heard."""
+    oracle = Oracle(known_entries(), NODE_ID)
+    oracle.request(BlockDownloadInitiate.with_size(TEXT, None).encode())
+    assert oracle.response(BlockDownloadInitiateResponse(TEXT, 127).encode()) == []
+    oracle.request(BlockSegment(68, b"segment", last=True).encode())
+    for number in (2, 1, 3):
+        oracle.request(BlockSegment(number, b"segment").encode())
+    oracle.request(ABORT)
+    assert oracle.response(BlockAck(0, 127).encode()) == []
+    assert oracle.response(Abort(TEXT, AbortCode.INVALID_SEQUENCE_NUMBER).encode()) == []
+    assert oracle.response(Abort(Multiplexer(0), AbortCode.COMMAND_NOT_VALID).encode()) == []
     assert oracle.settled() == []
 
 
