@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 
 import pytest
-from plugin_runs import QUICK, hosted_on, self_test
+from plugin_runs import QUICK, hosted_on, self_test, the_report
 from socketcand_bus import socketcand
 
 from conformance.faults.dictionary import reference_device
@@ -146,6 +146,37 @@ def test_the_third_signal_ends_at_once(pytester: pytest.Pytester) -> None:
     result = pytester.runpytest_subprocess(*QUICK, "--self-test", "-s", "test_mine.py")
     assert result.ret == -signal.SIGTERM
     assert result.stdout.str().count("not yet") == 2
+
+
+TWICE = """
+    import os
+    import signal
+    from conformance.sdo.layout import Multiplexer
+
+    def test_twice(sdo):
+        sdo.download(Multiplexer(0x2004), b"new!")
+        link = sdo.channel.link
+        send = link.send
+
+        def again(frame):
+            if link.stop.requests == 1:
+                os.kill(os.getpid(), signal.SIGTERM)
+            send(frame)
+
+        link.send = again
+        os.kill(os.getpid(), signal.SIGTERM)
+"""
+
+
+def test_the_second_signal_lists_what_is_not_back(pytester: pytest.Pytester) -> None:
+    """It comes while the value is put back."""
+    pytester.makepyfile(test_mine=TWICE)
+    result = self_test(pytester, "test_mine.py")
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+    result.stdout.fnmatch_lines(
+        ["not restored: write 4 bytes: * to 2004h:00 of node 5", "*'conformance restore *"]
+    )
+    assert list(the_report(pytester).glob("not-restored.jsonl"))
 
 
 def test_handlers_are_what_they_were(pytester: pytest.Pytester) -> None:
