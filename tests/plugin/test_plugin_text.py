@@ -9,7 +9,7 @@ FAILURE = """\
 download.too-long[2-into-1]: FAIL (MUST, CiA 301 clause 7.2.4.3.17, node 5)
   requirement: More bytes than the type has are refused for their length, and nothing is written.
   broken rule: download.too-long
-  cause: download.too-long: download initiate response
+  cause: download.too-long: taken
   expected: abort with 06070012h (length too high) or 06070010h (data type or length does not match)
   actual: download initiate response 2001h:00 [60 01 20 00 00 00 00 00]
   afterwards: idle
