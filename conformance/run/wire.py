@@ -75,6 +75,7 @@ class Wire:
         self.latency = 0.0
         self.waited = 0.0
         self.channels = [channel.ids]
+        self._sent = b""
         self._last_sent: Request = Unknown(b"")
         # Segments that were sent and not acknowledged; those that an abort may have crossed.
         self._segments = 0
@@ -113,6 +114,7 @@ class Wire:
         if self.causes.noisy and self.tracker.open is None and not self._unanswered:
             self._calm_before(data)
         self._transmit(data)
+        self._sent = data
         self._unanswered = not self.has_aborted
 
     def _look_for_abort(self, *, within_burst: bool) -> None:
@@ -400,8 +402,9 @@ class Wire:
 
     def _calm_before(self, data: bytes) -> None:
         begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
-        # What comes right behind an abort would be answered second.
-        behind_abort = self.has_aborted and data[:1] != _ABORTS and self.causes.aborts_are_answered
+        # What comes right behind an abort would be answered second. (81h to 9Fh may be a segment.)
+        aborted = self._sent[:1] == _ABORTS and self.has_aborted
+        behind_abort = aborted and data[:1] != _ABORTS and self.causes.aborts_are_answered
         if (begins or behind_abort) and self.calms_down:
             self.calm()
 

@@ -13,13 +13,19 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SecondClient, WriteNotPermitted
+from conformance.run.causes import ABORT_ANSWERED, Cause
 from conformance.run.odd_frames import check_shape
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.frames import (
+    Abort,
     BlockDownloadInitiate,
+    BlockEnd,
+    BlockSegment,
     DownloadInitiate,
     UploadInitiate,
+    UploadSegment,
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, Violation
@@ -176,3 +182,33 @@ def test_a_lost_device_is_described() -> None:
         error = bench.dialogue().lost()
     assert str(error).startswith("Node 5 answered before and does not any more")
     assert "power-cycle" in str(error)
+
+
+REFUSED = Abort(Multiplexer(0), AbortCode.COMMAND_NOT_VALID).encode()
+ABORT = Abort(Multiplexer(0x2010), AbortCode.TIMED_OUT)
+SECOND_AND_LAST = BlockSegment.with_data(2, b"1234567", last=True)  # 82h: an abort to look at
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "sent"),
+    [
+        (ABORT, UploadSegment(0), [ABORT.encode(), READ, UploadSegment(0).encode()]),
+        (ABORT, ABORT, [ABORT.encode()] * 2),
+        (SECOND_AND_LAST, BlockEnd(0, 0), [SECOND_AND_LAST.encode(), BlockEnd(0, 0).encode()]),
+    ],
+    ids=["abort", "abort-again", "segment"],
+)
+def test_the_answer_to_an_abort_is_taken_away_before_the_next_request(
+    first: Message, second: Message, sent: list[bytes]
+) -> None:
+    """Of a device that is known to answer aborts; a segment of a block only looks like one."""
+    node = Scripted(lambda data: [BASELINE] if data == READ else [REFUSED])
+    with undiscovered(node) as bench:
+        sdo = bench.dialogue()
+        answered = Violation(ABORT_ANSWERED, expected="no answer", actual="an answer")
+        sdo.causes.add(Cause(ABORT_ANSWERED.id, "an answer"), "before", answered, aside=True)
+        sdo.send(first)
+        sdo.send(second)
+        while sdo.channel.receive(HASTY) is not None:
+            pass
+    assert node.requests == sent
