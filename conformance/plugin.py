@@ -54,7 +54,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(Sender(config), "conformance-sender")
     if not options.share.worker:
         config.pluginmanager.register(
-            Closing(state, controller, shows_all=config.getoption("verbose") > 0), "conformance-closing"
+            Closing(state, controller, shows_all=config.getoption("verbose") > 0),
+            "conformance-closing",
         )
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")

@@ -50,7 +50,9 @@ class RoomSteps(Steps):
         if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
             return
         try:
-            abort = self._try_often(known, data, segmented=segmented, sized=sized)
+            # What matters exactly is what went before as well: it is the case that is repeated.
+            write = self.try_download if exactly else self._try_often
+            abort = write(known, data, segmented=segmented, sized=sized)
             asked = self.last_sent
         except Violation as broken:
             if exactly:
