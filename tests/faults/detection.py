@@ -6,7 +6,7 @@ Fails when a fault is not caught by a case whose id says why, when an unusual se
 when a case fails against no faulty server at all: a case like that proves nothing.
 
 With ``--quick`` a fault meets only the cases whose ids say why, unless these are random ones, and
-an unusual server each third of the scripts that are about the like; the others take turns from
+an unusual server each eighth of the scripts that are about the like; the others take turns from
 server to server. Without it an unusual server meets all cases,
 the matrix and the random ones as well. A faulty one meets them too, until a script, the matrix and
 a random conversation have each caught it; from then on only cases that no server has failed yet.
@@ -34,7 +34,7 @@ EXAMPLES_OF_FAULTS = 400
 # So many servers are begun before the first of them is done, lest a slow one holds up the others.
 AHEAD = 4
 # With --quick an unusual server meets each so manieth script.
-QUICK_SHARE = 3
+QUICK_SHARE = 8
 # What is judged at the end of a run needs cases before it.
 AGAINST_ALL = ("answers-twice", "download-not-stored", "upload-drops-last-byte", "answers-late")
 FILES = {
