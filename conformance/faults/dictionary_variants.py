@@ -18,6 +18,8 @@ from conformance.sdo.server import Server
 STRUCTURE = 0xFF
 _RECORDS = {0x1018: 0x23, 0x1200: 0x22, 0x1280: 0x22}
 
+ERROR_REGISTER = Multiplexer(0x1001)
+
 
 @variant("structure-entry-implemented")
 class StructureImplemented(Server):
@@ -51,8 +53,9 @@ class ValuesFloat(Server):
     count = 0
 
     def value_to_read(self, entry: Entry) -> bytes:
-        """Count instead."""
-        if entry.access is not Access.RO:
+        """Count instead; neither its EDS nor its errors are measured."""
+        fixed = entry.data_type is DataType.DOMAIN or entry is self.objects.find(ERROR_REGISTER)
+        if entry.access is not Access.RO or fixed:
             return entry.value
         self.count = (self.count + 1) % 100
         return bytes([self.count]) * len(entry.value)
