@@ -49,7 +49,7 @@ def only(*stems: str) -> list[str]:
 
 
 # What foreign servers do in block transfers is seen on the virtual bus.
-FOREIGN = only("test_expedited", "test_segmented", "test_abort")
+FOREIGN = only("test_segmented_download")
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +155,7 @@ def test_a_foreign_server_has_its_findings(runs: dict[str, Future[Run]], server:
     assert set(run.failed()) - set().union(*known) == set()
     in_the_run = [cases for cases in known if not cases.isdisjoint(run.cases())]
     assert [cases for cases in in_the_run if cases.isdisjoint(run.told())] == []
-    assert len(in_the_run) > 5
+    assert len(in_the_run) > 4
 
 
 def test_a_silent_node_is_not_waited_for_long(runs: dict[str, Future[Run]]) -> None:
