@@ -110,7 +110,7 @@ class LogJudge:
         last = channel.last
         if last is not None and seen.time - last.time >= PATIENCE:
             yield from self._late(node_id, channel, last)
-        elif channel.oracle.awaited is Awaited.NOTHING:
+        elif channel.oracle.awaited is Awaited.NOTHING and not channel.oracle.in_sub_block:
             channel.oracle.settled()
         channel.oracle.request(seen.frame)
         channel.requests += 1

@@ -98,7 +98,9 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
         for result in results
         if result.verdict is Verdict.NOT_TESTABLE and not result.cause
     )
-    lines += [f"not testable ({counted(cases)}): {reason}" for reason, cases in missing.items()]
+    lines += [
+        f"not testable ({counted(cases)}): {reason}" for reason, cases in missing.most_common()
+    ]
     waited = sum(result.waited for result in results)
     if waited > 0:
         lines.append(f"waited {waited:.1f} s in all for answers that did not come")

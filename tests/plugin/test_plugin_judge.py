@@ -58,6 +58,22 @@ def test_abort_of_a_running_transfer_is_not_blamed(
     assert judged(log, capsys)[0] == NOT_ALLOWED
 
 
+def test_segments_that_cross_with_an_abort_may_be_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Twelve are sent; the server aborts at the fourth, and takes the others for requests."""
+    begun = ("0.000 605#8008100000000408", "0.001 605#C61020000E000000",
+             "0.002 585#A41020007F000000")  # fmt: skip
+    segments = [f"0.00{3 + n // 5}{2 * (n % 5)} 605#{n:02X}5A56742B7C3F57" for n in range(1, 12)]
+    refusals = [f"0.009{n} 585#8000000001000405" for n in range(8)]
+    late = ("0.007 605#8C5550787A4B7639", "0.008 585#8010200012000706",
+            "0.0085 605#4000100000000000", *refusals, "0.010 585#4300100091010F00")  # fmt: skip
+    log = written(tmp_path, *begun, *segments, *late)
+    assert judged(log, capsys)[0] == DONE
+    log = written(tmp_path, *begun, *late)
+    assert judged(log, capsys)[0] == NOT_ALLOWED
+
+
 def test_line_and_time_are_those_of_the_response(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

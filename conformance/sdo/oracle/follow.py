@@ -93,6 +93,11 @@ class Oracle:
         return any(isinstance(branch.state, Lost) for branch in self._branches)
 
     @property
+    def in_sub_block(self) -> bool:
+        """Whether segments may follow one another unanswered, and an answer cross with them."""
+        return any(isinstance(branch.state, SubBlock) for branch in self._branches)
+
+    @property
     def states(self) -> frozenset[str]:
         """The names of the states that the server may be in."""
         return frozenset(branch.state.name for branch in self._branches)
