@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import takewhile
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
@@ -96,13 +97,13 @@ class Lockstep:
         """Show the oracle a fence: what is no answer to its read came for what went before."""
         held, self._held = self._held, []
         due = [answer for _, answer in self._sdo.device.baseline]
-        stray = [
+        received = [
             captured
             for captured in held
             if captured.direction is Direction.RECEIVED
             and captured.frame.can_id == self._sdo.channel.response_id
-            and captured.frame.data not in due
         ]
+        stray = list(takewhile(lambda captured: captured.frame.data not in due, received))
         for captured in stray:
             self._show(captured)
         for captured in held:

@@ -25,6 +25,9 @@ from conformance.sdo.rules import ANSWERED, UNSOLICITED, Violation
 
 ABORT = Abort(Multiplexer(0x1018, 1), AbortCode.GENERAL_ERROR).encode()
 PROBE = b"\x80" + bytes(7)
+ERRORS = bytes.fromhex("4001100000000000")
+NO_ERRORS = bytes.fromhex("4F01100000000000")
+SEGMENT = b"\x60" + bytes(7)
 
 
 def after_probe(*answers: bytes) -> Scripted:
@@ -94,8 +97,32 @@ def test_a_request_lost_behind_another_is_repeated_once() -> None:
         sdo = bench.dialogue()
         sdo.send(PROBE)
         assert sdo.fence() == []
-    assert node.requests == [PROBE, READ, READ]
+    assert node.requests == [PROBE, READ, READ, ERRORS]
     assert sdo.waited >= 0.5
+
+
+def test_both_answers_of_a_device_that_was_busy_are_taken() -> None:
+    """The second would be taken for the answer to the next request."""
+    late = [READ]
+
+    def answers(data: bytes) -> list[bytes]:
+        if data == READ:
+            return [] if late and late.pop() else [BASELINE, BASELINE]
+        return [NO_ERRORS] if data == ERRORS else [ABORT]
+
+    with undiscovered(Scripted(answers), timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        assert sdo.fence() == []
+        sdo.send(PROBE)
+        assert sdo.receive() == ABORT
+
+
+def test_both_answers_in_segments() -> None:
+    first, second = BASELINE.replace(b"\x43", b"\x41", 1), b"\x09\x91\x01\x0f\0\0\0\0"
+    answers = iter([[], [first, first], [NO_ERRORS], [first], [second]])
+    with undiscovered(Scripted(lambda data: next(answers)), timeout=HASTY) as bench:
+        bench.device.baseline = [(READ, first), (SEGMENT, second)]
+        assert bench.dialogue().fence() == []
 
 
 def test_a_silent_device_is_asked_twice() -> None:
@@ -104,6 +131,7 @@ def test_a_silent_device_is_asked_twice() -> None:
         bench.dialogue().fence()
     assert raised.value.rule is ANSWERED
     assert raised.value.actual == "no answer"
+    assert raised.value.request == UploadInitiate(Multiplexer(0x1000))  # nothing else was sent
     assert node.requests == [READ, READ]
 
 
