@@ -7,6 +7,7 @@ from math import inf
 
 from conformance.device.changes import Changes
 from conformance.device.deny import group_of
+from conformance.device.extents import Extents
 from conformance.device.lengths import Lengths
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
@@ -82,6 +83,7 @@ class Device:
     astray: set[Multiplexer] = field(default_factory=set)
     changes: Changes = field(default_factory=Changes)
     lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
+    extents: Extents = field(default_factory=Extents)
 
     @property
     def objects(self) -> Collection[KnownObject]:
@@ -242,6 +244,10 @@ class Device:
         if value is not None:
             known = self.known.get(mux)
             self.changes.changes(mux, value, None if known is None else known.data_type)
+
+    def longest(self, mux: Multiplexer) -> int:
+        """Return how many bytes an upload of an entry may bring before it has no end."""
+        return self.extents.longest(self.known.get(mux), self.values.get(mux))
 
     def is_constant(self, mux: Multiplexer) -> bool:
         """Whether an entry that was read must read the same for ever."""

@@ -34,7 +34,15 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import same_data
-from conformance.sdo.rules import CONSTANT, MISSING_REFUSED, NOT_REFUSED, Rule, Violation, rule_of
+from conformance.sdo.rules import (
+    CONSTANT,
+    MISSING_REFUSED,
+    NOT_REFUSED,
+    UPLOAD_ENDS,
+    Rule,
+    Violation,
+    rule_of,
+)
 from conformance.sdo.stepping import Ended, Result, advance
 
 VARIABLE_LENGTH = rule_of("data.variable-length")
@@ -85,12 +93,13 @@ class Steps(Wire):
         # What objects read since anything was sent that might have changed one.
         self.seen: dict[Multiplexer, bytes] = {}
         self.checks = ResponseChecks(self.note)
-        self.client = BlockClient(self.checks)
+        self.client = BlockClient(self.checks, device.longest)
         self._random = random.Random(f"{seed}/{rule.id}")
 
     def about_to_send(self, request: Request) -> None:
         """Remember what a request writes to, before an interruption could come in between."""
         super().about_to_send(request)
+        self.device.extents.request(request)
         if not isinstance(request, UploadInitiate | UploadSegment):
             self.seen.clear()
         target = written_by(request)
@@ -331,9 +340,13 @@ class Steps(Wire):
     def _go_on(
         self, transfer: Generator[Step, bytes, Result], step: Step | Ended[Result]
     ) -> Result:
-        while not isinstance(step, Ended):
-            awaited = self.ask(step)
-            step = advance(transfer, self.receive() if awaited else None)
+        try:
+            while not isinstance(step, Ended):
+                awaited = self.ask(step)
+                step = advance(transfer, self.receive() if awaited else None)
+        except Violation as breach:
+            self.device.extents.endless += breach.rule is UPLOAD_ENDS
+            raise
         return step.result
 
     def ask(self, step: Step) -> bool:

@@ -7,10 +7,10 @@ response: a Burst is several requests, or none, and one response or none.
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
-from conformance.sdo.client import MOST_UPLOADED, Client, Uploaded
+from conformance.sdo.client import Client, Uploaded
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import describe, describe_response
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -28,6 +28,8 @@ from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, 
 SEGMENT_LENGTH = 7
 LARGEST_BLOCK = 127
 MOST_REPETITIONS = 64
+# A server that takes but a part of each sub-block may have each segment sent again so often.
+MOST_REPEATED = 16
 
 Mangle = Callable[[list[BlockSegment]], Sequence[BlockSegment]]
 
@@ -100,6 +102,13 @@ class BlockClient(Client):
                     expected="segments that were sent again to be taken at last",
                     actual=f"{stalled} times none; last {describe_response(frame)}",
                 )
+            if repeated > MOST_REPEATED * (segments + LARGEST_BLOCK):
+                raise Violation(
+                    BLOCK_PROGRESS,
+                    expected="segments that were sent again to be taken at last",
+                    actual=f"{repeated} were sent again to bring {done} of {segments}; "
+                    f"last {describe_response(frame)}",
+                )
         use_crc = crc and response.crc_supported
         unused = segments * SEGMENT_LENGTH - len(data)
         frame = yield BlockEnd(unused, crc16(data) if use_crc else 0)
@@ -128,7 +137,7 @@ class BlockClient(Client):
                 return Uploaded(ordinary.data, counted=ordinary.sized)
             return (yield from self.upload_segments(mux, ordinary.size))
         response = self.checks.block_upload_initiate(frame, mux)
-        data, segments = bytearray(), 0
+        data, segments, limit = bytearray(), 0, self.longest(mux)
         request: Request = BlockUploadStart()
         complete, sub_block = False, list[BlockSegment]()
         while not complete:
@@ -140,12 +149,8 @@ class BlockClient(Client):
             complete = taken == len(sub_block) and sub_block[-1].last
             block_size = next_block_size(block_size) if next_block_size else block_size
             request = BlockAck(taken, block_size)
-            if len(data) > MOST_UPLOADED:
-                raise Violation(
-                    UPLOAD_ENDS,
-                    expected=f"a last segment within {MOST_UPLOADED} bytes",
-                    actual=f"{len(data)} bytes and none marked as last",
-                )
+            if not complete:
+                self._check_unfinished(len(data), response.size, limit, sub_block[-1])
         frame = yield request
         end = self.checks.block_end(frame, mux, bytes(data[-SEGMENT_LENGTH:]))
         del data[len(data) - end.unused :]
@@ -165,6 +170,26 @@ class BlockClient(Client):
             frame = yield NEXT_FRAME
             segments.append(self.checks.block_segment(frame, mux, len(segments) + 1))
         return segments
+
+    def _check_unfinished(
+        self, size: int, announced: int | None, limit: int, latest: BlockSegment
+    ) -> None:
+        """Hold what has come to what may come: behind the last byte there is less than a segment.
+
+        That is done between two sub-blocks, when nothing more is on its way.
+        """
+        if announced is not None and size >= announced + SEGMENT_LENGTH:
+            raise Violation(
+                SIZE,
+                expected=f"{announced} bytes, as announced",
+                actual=f"{size} bytes by {describe(latest)}",
+            )
+        if size > limit:
+            raise Violation(
+                UPLOAD_ENDS,
+                expected=f"a last segment within {limit} bytes",
+                actual=f"{size} bytes and none marked as last",
+            )
 
     def _check_uploaded(self, data: bytes, announced: int | None, frame: bytes) -> None:
         if announced is not None and len(data) != announced:

@@ -11,7 +11,7 @@ Every response is held to ``checks``; a breach is raised as Violation, a refusal
 ServerAborted. After either the caller decides whether an abort is due to the server.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 
 from conformance.sdo.checks import ResponseChecks
@@ -28,8 +28,10 @@ from conformance.sdo.rules import SIZE, UPLOAD_ENDS, Violation
 
 EXPEDITED_LENGTH = 4
 SEGMENT_LENGTH = 7
-# The most bytes that an upload may bring: what is longer is taken for endless.
+# The most bytes that an upload may bring of which nothing is known: what is longer is endless.
 MOST_UPLOADED = (1 << 20) + (1 << 16)
+# As many as those take in full segments; there may be bytes in each segment but few.
+MOST_SEGMENTS = MOST_UPLOADED // SEGMENT_LENGTH
 MOST_EMPTY_SEGMENTS = 16
 
 
@@ -47,11 +49,21 @@ class Uploaded:
     segments: int = 0
 
 
+def unknown_length(mux: Multiplexer) -> int:
+    """Return the most bytes that an upload of any object may bring."""
+    del mux
+    return MOST_UPLOADED
+
+
 @dataclass(frozen=True, slots=True)
 class Client:
-    """One SDO client; what it minds is in ``checks``."""
+    """One SDO client; what it minds is in ``checks``.
+
+    ``longest`` says how many bytes an upload of an object may bring before it is endless.
+    """
 
     checks: ResponseChecks = field(default_factory=ResponseChecks)
+    longest: Callable[[Multiplexer], int] = unknown_length
 
     def upload(self, mux: Multiplexer) -> Generator[Request, bytes, Uploaded]:
         """Read an object, expedited or in segments as the server decides."""
@@ -66,7 +78,7 @@ class Client:
     ) -> Generator[Request, bytes, Uploaded]:
         """Read all segments of an upload that was initiated."""
         data = bytearray()
-        limit = MOST_UPLOADED if announced is None else min(announced, MOST_UPLOADED)
+        limit = self.longest(mux) if announced is None else min(announced, self.longest(mux))
         toggle = segments = empty = 0
         last = False
         while not last:
@@ -83,7 +95,8 @@ class Client:
                     expected=f"{announced} bytes, as announced",
                     actual=f"{len(data)} bytes, the last in {describe_response(frame)}",
                 )
-            if not last and (len(data) > limit or empty > MOST_EMPTY_SEGMENTS):
+            too_many = segments > MOST_SEGMENTS or empty > MOST_EMPTY_SEGMENTS
+            if not last and (len(data) > limit or too_many):
                 raise Violation(
                     UPLOAD_ENDS,
                     expected=f"a last segment within {limit} bytes",

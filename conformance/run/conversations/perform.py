@@ -69,7 +69,7 @@ class _Client:
         self._lockstep = lockstep
         self._ground = ground
         self._doubtful = 0
-        self._client = BlockClient(ResponseChecks(lambda violation: None))
+        self._client = BlockClient(ResponseChecks(lambda violation: None), ground.device.longest)
 
     def perform(self, transfer: Transfer) -> None:
         """Perform one transfer as far as it goes; write first what an upload is to read."""

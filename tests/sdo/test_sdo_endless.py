@@ -1,0 +1,83 @@
+"""Transfers that a server does not let come to an end: the client ends them."""
+
+from collections.abc import Generator, Iterable
+from itertools import count, repeat
+
+import pytest
+
+from conformance.sdo.block_client import BlockClient, Step
+from conformance.sdo.frames import (
+    BlockAck,
+    BlockDownloadInitiateResponse,
+    BlockSegment,
+    BlockUploadInitiateResponse,
+    UploadInitiateResponse,
+    UploadSegmentResponse,
+)
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.rules import Violation
+
+MUX = Multiplexer(0x2010)
+BLOCK = 16
+
+
+def limited(longest: int) -> BlockClient:
+    return BlockClient(longest=lambda mux: longest)
+
+
+def ended(
+    transfer: Generator[Step, bytes, object], initiated: Message, rest: Iterable[Message]
+) -> tuple[str, str, int]:
+    """Return the rule by which a transfer is ended, what came, and behind how many responses."""
+    next(transfer)
+    transfer.send(initiated.encode())
+    for number, response in enumerate(rest, 1):
+        try:
+            transfer.send(response.encode())
+        except Violation as breach:
+            return breach.rule.id, breach.actual, number
+    raise AssertionError("it was not ended")
+
+
+def segments(data: bytes) -> Iterable[Message]:
+    return (UploadSegmentResponse.with_data(data, toggle=number % 2) for number in range(200_000))
+
+
+@pytest.mark.parametrize(
+    ("size", "rule", "behind"),
+    [(None, "upload.ends", 144), (100, "upload.size", 16), (112, "upload.size", 32)],
+)
+def test_a_block_upload_ends_behind_what_is_due(size: int | None, rule: str, behind: int) -> None:
+    transfer = limited(1000).block_upload(MUX, block_size=BLOCK)
+    initiated = BlockUploadInitiateResponse.with_size(MUX, size, crc_supported=True)
+    blocks = (BlockSegment(number % BLOCK + 1, bytes(7)) for number in count())
+    found, _, after = ended(transfer, initiated, blocks)
+    assert (found, after) == (rule, behind)
+
+
+def test_an_upload_ends_behind_what_the_object_can_hold() -> None:
+    initiated = UploadInitiateResponse.with_size(MUX, 0xFFFF_FFFF)
+    found = ended(limited(1000).upload(MUX), initiated, segments(bytes(7)))
+    assert found == ("upload.ends", "143 segments with 1001 bytes and none marked as last", 143)
+
+
+def test_an_upload_of_a_byte_a_segment_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conformance.sdo.client.MOST_SEGMENTS", 20)
+    initiated = UploadInitiateResponse.with_size(MUX, None)
+    found = ended(BlockClient().upload(MUX), initiated, segments(b"a"))
+    assert found == ("upload.ends", "21 segments with 21 bytes and none marked as last", 21)
+
+
+@pytest.mark.parametrize(
+    ("taken", "most", "behind", "words"),
+    [(0, 16, 65, "65 times none"), (1, 2, 18, "2268 were sent again to bring 18 of 1000")],
+)
+def test_a_block_download_of_which_little_is_taken_ends(
+    taken: int, most: int, behind: int, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conformance.sdo.block_client.MOST_REPEATED", most)
+    transfer = BlockClient().block_download(MUX, bytes(7000))
+    initiated = BlockDownloadInitiateResponse(MUX, 127, crc_supported=True)
+    rule, actual, after = ended(transfer, initiated, repeat(BlockAck(taken, 127), 1000))
+    assert (rule, after) == ("block.progress", behind)
+    assert actual.startswith(words)
