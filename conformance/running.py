@@ -11,7 +11,14 @@ import pytest
 
 from conformance.about import about_device
 from conformance.attempts import begin, try_again
-from conformance.bus.errors import BenchError, BusOff, InterfaceLost, NotWritten, SuiteError
+from conformance.bus.errors import (
+    BenchError,
+    BusOff,
+    DeviceLost,
+    InterfaceLost,
+    NotWritten,
+    SuiteError,
+)
 from conformance.bus.link import Captured, Direction
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import RunStopped
@@ -143,7 +150,8 @@ class Running:
         state.bench.open()
         for node_id, silence in state.bench.silent.items():
             state.findings.bench_errors.append(silence)
-            state.findings.out[node_id] = "silent"
+            lost = isinstance(silence, DeviceLost)
+            state.findings.out[node_id] = "lost before the first case" if lost else "silent"
         for session in state.bench.sessions.values():
             about = about_device(session.device, alone=len(options.node_ids) == 1)
             state.findings.properties |= about["properties"]
@@ -305,6 +313,8 @@ class Running:
         losses = self._losses[result.node_id]
         if not session.lost:
             losses.survived(result.case_id)
+            if why := session.channel.pace.unsound:
+                self._give_up(result, why)
             return
         sent = [each.frame for each in session.frames if each.direction is Direction.SENT]
         cause = losses.add(result.case_id, case_of(item).risk, sent)
@@ -317,9 +327,16 @@ class Running:
         if not why:
             result.notes.append(f"the device was lost by {cause}, and has been brought back")
             return
+        self._state.findings.bench_errors.append(run.sdo.lost())
+        self._state.findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
+
+    def _give_up(self, result: CaseResult, why: str) -> None:
+        """Take a device out of the run that answers, but not in a way that could be tested."""
         findings = self._state.findings
-        findings.bench_errors.append(run.sdo.lost())
-        findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
+        findings.bench_errors.append(
+            DeviceLost(f"Node {result.node_id} was given up behind {result.case_id}: {why}.")
+        )
+        findings.out[result.node_id] = f"given up behind {result.case_id}: {why}"
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(

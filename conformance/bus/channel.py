@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable
 
 from conformance.bus.link import Link, second_client
+from conformance.bus.pace import Pace
 from conformance.bus.patience import Patience
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
@@ -12,6 +13,7 @@ from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import NmtMessage, NmtState, error_control
 
 MOST_OVERHEARD = 1000
+ABORTS = b"\x80"
 # Frames with the times at which they arrived.
 Waiting = deque[tuple[CanFrame, float]]
 # A silence in doubt is waited out again, so many times at most.
@@ -24,7 +26,8 @@ class Channel:
     Responses are all frames with the response identifier, well-formed or not. They wait for this
     channel in the order in which they came, also while another channel of the link receives.
     What else comes from the bus is kept in ``overheard``; boot-up messages of the device call
-    ``on_boot_up``.
+    ``on_boot_up``. ``pace`` is how fast the device answers there. It is ``at_rest`` when the
+    last frame on it was a response, and no abort.
     """
 
     def __init__(
@@ -38,6 +41,8 @@ class Channel:
         self.link = link
         self.node_id = node_id
         self.response_timeout = response_timeout
+        self.pace = Pace()
+        self.at_rest = False
         self.ids = ids or ChannelIds.default(node_id)
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.on_boot_up: Callable[[], None] = lambda: None
@@ -74,6 +79,7 @@ class Channel:
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any frame."""
+        self.at_rest = False
         self.link.send(frame)
 
     def send_nmt(self, message: NmtMessage) -> None:
@@ -135,6 +141,7 @@ class Channel:
             patience.looked(silent=False)
         self.missed, self.in_doubt = patience.missed, False
         found, self.arrived = queue.popleft()
+        self.at_rest = queue is self._responses and found.data[:1] != ABORTS
         return found
 
     def _check_own(self, frame: CanFrame) -> None:

@@ -106,12 +106,13 @@ class Restorer:
 
     ``late`` has what came in the way: answers that belong to none of the requests. What could not
     be put back twice is left alone until the end of the run: else a device that refuses it would be
-    written to after each case.
+    written to after each case. A device that is ``gone`` meanwhile is asked no more.
     """
 
     device: Device
     unrestored: dict[Multiplexer, str] = field(default_factory=dict)
     late: list[Violation] = field(default_factory=list)
+    gone: bool = False
     _tries: Counter[Multiplexer] = field(default_factory=Counter)
     _silences: Counter[Multiplexer] = field(default_factory=Counter)
 
@@ -149,6 +150,7 @@ class Restorer:
             self.unrestored[SAVE_ALL] = f'"save" behind what was stored there: {values}'
 
     def _put_back(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> None:
+        self.gone = False
         due = self._due(written)
         self._list(due)
         if self.device.to_store:
@@ -174,8 +176,10 @@ class Restorer:
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
         pending: dict[Multiplexer, bytes] = {}
         for mux, value in due.items():
-            self._tries[mux] += 1
             self.unrestored[mux] = shown(value)
+            if self.gone:
+                continue
+            self._tries[mux] += 1
             if self._reads(sdo, self._known(mux), value):
                 self._is_back(mux, value)
             elif self.device.may_put_back(mux):
@@ -192,7 +196,8 @@ class Restorer:
             if is_count(mux):
                 self._map_nothing(sdo, mux)
         for mux, value in in_order(pending):
-            self._restore(sdo, self._known(mux), value)
+            if not self.gone:
+                self._restore(sdo, self._known(mux), value)
 
     def _known(self, mux: Multiplexer) -> KnownObject:
         return self.device.known.get(mux) or KnownObject(mux)
@@ -230,6 +235,7 @@ class Restorer:
             except Violation as again:
                 self.unrestored[known.mux] += f" ({violation.actual})"
                 self._silences[known.mux] += again.rule is ANSWERED
+                self._look_whether_gone(sdo, again)
                 refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
                 self._tries[known.mux] = MOST_TRIES if refused else 0
                 return
@@ -239,6 +245,10 @@ class Restorer:
                 )
         if self._reads(sdo, known, due):
             self._is_back(known.mux, due)
+
+    def _look_whether_gone(self, sdo: Dialogue, silence: Violation) -> None:
+        if silence.rule is ANSWERED and not self.gone:
+            self.gone = not sdo.recover()
 
     def _is_back(self, mux: Multiplexer, value: bytes) -> None:
         self.device.changes.is_back(mux, value)
@@ -267,8 +277,9 @@ class Restorer:
                     sdo.end_transfer()
                     return False
                 return same_value(known, sdo.finish_upload(known, response), due)
-            except Violation:
+            except Violation as breach:
                 sdo.end_transfer()
+                self._look_whether_gone(sdo, breach)
                 if sdo.early.met is None:
                     break
         return False

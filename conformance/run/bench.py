@@ -11,7 +11,7 @@ from typing import Any
 import can
 
 from conformance.bus.channel import Channel
-from conformance.bus.errors import BenchError, ProcessFailed, SilentNode
+from conformance.bus.errors import BenchError, DeviceLost, ProcessFailed, SilentNode
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import Stop
@@ -116,7 +116,7 @@ class Bench:
     def open(self) -> None:
         """Open the bus and get to know every device that answers; raises BenchError.
 
-        A device that does not answer has no session and is listed in ``silent``.
+        A device that does not answer, or not any more, is listed in ``silent``: it gets no cases.
         """
         settings = self._settings
         link = Link(self._open_bus(settings.bus), str(settings.bus), self._stop)
@@ -127,8 +127,9 @@ class Bench:
             self._stack.enter_context(host)
         for node_id in settings.node_ids:
             try:
-                self.sessions[node_id] = self._session(link, node_id)
-            except (SilentNode, ProcessFailed) as error:
+                self.sessions[node_id] = session = self._session(link, node_id)
+                session.survey()
+            except (SilentNode, ProcessFailed, DeviceLost) as error:
                 self.silent[node_id] = error
 
     def _further_ids(self) -> list[int]:
@@ -166,8 +167,9 @@ class Bench:
         if self._before is not None:
             self._before(channel)
         causes = Causes()
-        discover(channel, device, causes)
-        session = DeviceSession(
+        brings_back = None if revival is None else lambda: not revival.attempt()
+        discover(channel, device, causes, brings_back=brings_back)
+        return DeviceSession(
             channel,
             device,
             seed=settings.seed,
@@ -175,8 +177,6 @@ class Bench:
             revival=revival,
             causes=causes,
         )
-        session.survey()
-        return session
 
     def _revival(self, channel: Channel) -> Revival | None:
         if self._settings.process is None:

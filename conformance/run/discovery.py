@@ -1,5 +1,7 @@
 """The beginning of a run: does the node answer, what is it, what do the named objects hold?"""
 
+from collections.abc import Callable
+
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
@@ -7,8 +9,9 @@ from conformance.device.objects import KnownObject
 from conformance.run.causes import Causes
 from conformance.run.dialogue import Dialogue
 from conformance.run.early import MOST_TRIES
-from conformance.run.habits import keep_aside
+from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.listed import is_error_place
+from conformance.run.losses import ENOUGH
 from conformance.run.payload import PRINTABLE_OBJECTS
 from conformance.run.steps import EXISTS
 from conformance.run.verdict import Unimplemented
@@ -25,7 +28,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control
 from conformance.sdo.objects import Access, DataType
-from conformance.sdo.rules import NOT_REFUSED, Level, Rule, Violation
+from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Level, Rule, Violation
 
 SANITY_ATTEMPTS = 3
 ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
@@ -69,22 +72,63 @@ COMMON = (
         )
     ),
 )
+# Takes the object that is read next, how many were read before, and how many there are.
+Progress = Callable[[KnownObject, int, int], None]
 _READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
 
 
-def discover(channel: Channel, device: Device, causes: Causes | None = None) -> None:
+class Reading(Dialogue):
+    """The conversation of a discovery, which ends with a device that is lost.
+
+    It goes on with one that something ``brings_back``.
+    """
+
+    brings_back: Callable[[], bool] | None = None
+    losses = 0
+
+    def recover(self) -> bool:
+        """Leave the server idle after a breach; raises DeviceLost where that is not to be had."""
+        asked = self.last_sent
+        answers = super().recover()
+        why = self.channel.pace.unsound if answers else GONE
+        if not why:
+            return True
+        self.losses += 1
+        if answers or self.brings_back is None or self.losses > ENOUGH or not self.brings_back():
+            raise lost_early(self, asked, why)
+        gone = Violation(IDLE_AFTERWARDS, expected="an answer to a read of 1000h", actual="nothing")
+        gone.request = asked
+        self.note(gone)
+        return True
+
+
+def unseen(entry: KnownObject, number: int, count: int) -> None:
+    """Show nothing."""
+
+
+def discover(
+    channel: Channel,
+    device: Device,
+    causes: Causes | None = None,
+    progress: Progress = unseen,
+    brings_back: Callable[[], bool] | None = None,
+) -> None:
     """Fill in the device's baseline, identity, texts and the values of its objects.
 
     Only reads. What cannot be read stays unknown: the cases will say what is wrong with it. Where
     no EDS lists what there is, the objects that devices commonly have are tried, and the device is
     asked whether it has block uploads: an EDS would not say that either, but its cases ask. What is
-    met on the way is added to ``causes``. Raises SilentNode when nothing answers.
+    met on the way is added to ``causes``; ``progress`` is told of each object that is read. One
+    that is lost is read on where something ``brings_back`` it. Raises SilentNode when nothing
+    answers, DeviceLost when nothing does any more.
     """
     record_baseline(channel, device)
-    sdo = Dialogue(channel, device, _READING, 0, causes)
-    for entry in device.objects:
-        if entry.access.readable and not entry.refuses_scan:
-            _learn(sdo, entry)
+    sdo = Reading(channel, device, _READING, 0, causes)
+    sdo.brings_back = brings_back
+    listed = [one for one in device.objects if one.access.readable and not one.refuses_scan]
+    for number, entry in enumerate(listed):
+        progress(entry, number, len(listed))
+        _learn(sdo, entry)
     named = set(device.known)
     for entry in _MANDATORY:
         if entry.mux not in named and (_learn(sdo, entry) or entry.mux == DEVICE_TYPE):

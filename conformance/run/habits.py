@@ -8,6 +8,7 @@ is and the cases can step round it. What is written is put back.
 from collections.abc import Callable
 from dataclasses import replace
 
+from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.objects import KnownObject
 from conformance.run.dialogue import Dialogue
@@ -17,6 +18,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -24,6 +26,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiateResponse,
     BlockUploadStart,
     DownloadInitiate,
+    Request,
     UploadInitiate,
 )
 from conformance.sdo.layout import Message, Multiplexer
@@ -31,6 +34,7 @@ from conformance.sdo.objects import DataType
 from conformance.sdo.rules import Level, Rule, Violation
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
+GONE = "it answers no more, not even a read of 1000h after an abort"
 FIRST_SEGMENT = 7
 FIRST_SEEN = "the beginning of the run"
 # Of so many bytes, two lengths of which neither is what a wrong count would make of the other.
@@ -41,7 +45,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
     """Provoke what would hide all else, and add what is found to the causes, aside of any case.
 
     ``brings_back`` does that with a device that is lost; without it, what might lose it is left to
-    the cases.
+    the cases. Raises DeviceLost for one that is lost all the same.
     """
     for probe in _probes(sdo.device, all_of_them=brings_back is not None):
         try:
@@ -50,20 +54,33 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             sdo.calm()
         except (Violation, ServerAborted) as error:
             # That the device does not serve this is for the cases to find.
-            sdo.recover()
-            if sdo.tracker.abandoned and isinstance(error, Violation):
+            asked = sdo.last_sent
+            if sdo.recover():
+                continue
+            if isinstance(error, Violation):
                 sdo.explain(error)
                 sdo.note(error)
-                if brings_back is not None and brings_back():
-                    break
-                keep_aside(sdo)
-                return
+            if brings_back is not None and brings_back():
+                break
+            keep_aside(sdo)
+            raise lost_early(sdo, asked) from error
     for known in {one.mux: one for one in _used(sdo.device)}.values():
         try:
             _find_filled(sdo, known)
-        except (Violation, ServerAborted, NotTestable):
-            sdo.recover()
+        except (Violation, ServerAborted, NotTestable) as error:
+            asked = sdo.last_sent
+            if not sdo.recover():
+                keep_aside(sdo)
+                raise lost_early(sdo, asked) from error
     keep_aside(sdo)
+
+
+def lost_early(sdo: Dialogue, asked: Request, why: str = GONE) -> DeviceLost:
+    """Describe a device that was lost before the first case, behind a request."""
+    return DeviceLost(
+        f"Node {sdo.device.node_id} was lost before the first case, behind: {describe(asked)}. "
+        f"What is wrong: {why}. Reset or power-cycle it; bus.log shows all that was sent to it."
+    )
 
 
 def keep_aside(sdo: Dialogue) -> None:

@@ -171,8 +171,11 @@ class Lockstep:
         return answers
 
     def _answer(self) -> list[bytes]:
+        due = self.oracle.awaited is Awaited.ANSWER
         answer = self._sdo.next_frame()
         if answer is None:
+            if due:
+                self._sdo.unanswered()
             self._find(self.oracle.settled())
         self.check()
         if answer is None:

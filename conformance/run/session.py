@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from conformance.bus.channel import Channel
-from conformance.bus.errors import BenchError
+from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.run.afterwards import Leaving, Restorer, leave
@@ -110,11 +110,18 @@ class DeviceSession:
         self.device.boot_ups += 1
 
     def survey(self) -> None:
-        """Find out, before the first case, what is wrong with every answer of the device."""
+        """Find out, before the first case, what is wrong with every answer of the device.
+
+        Raises DeviceLost.
+        """
         sdo = Dialogue(self.channel, self.device, SURVEY, self._seed, self.causes)
         try:
             survey(sdo, None if self.revival is None else self._brought_back)
+        except DeviceLost:
+            self.lost = True
+            raise
         finally:
+            self.restorer.expect(sdo)
             if not self.lost:
                 with self.channel.link.stop.putting_back():
                     self.restorer.restore(sdo)
@@ -421,6 +428,8 @@ class CaseRun:
         else:
             session.restorer.restore(self.sdo)
             session.keep_late(self.result.case_id)
+            if session.restorer.gone:
+                session.lost, self.result.afterwards = True, Afterwards.LOST
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)
         incidental = [found for found in self.sdo.minor if found.rule in INCIDENTAL]
         session.whole_run.incidents += [

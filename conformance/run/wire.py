@@ -12,7 +12,7 @@ from collections.abc import Callable
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.safety import written_by
 from conformance.run.causes import DEAF, Causes, kind_of_answer
 from conformance.run.delivered import Delivered
@@ -96,7 +96,7 @@ class Wire:
         self._unanswered = False
         self._unanswered_at: float | None = None
         self.answered_after: float | None = None
-        self._sent_at = 0.0
+        self._sent_at = self._answered = 0.0
         self._read = b""
         channel.overheard.clear()
 
@@ -203,13 +203,23 @@ class Wire:
             frame = self._read_again()
         if frame is None:
             self._unanswered_at = self._sent_at
-            raise Violation(
-                ANSWERED,
-                expected=f"an answer to: {describe(self._last_sent)}",
-                actual=f"nothing within {self.channel.response_timeout * 1000:g} ms"
-                + self._heard_elsewhere(),
-            )
+            actual = f"nothing within {self.patience * 1000:.4g} ms" + self._heard_elsewhere()
+            self.unanswered()
+            expected = f"an answer to: {describe(self._last_sent)}"
+            found = Violation(ANSWERED, expected=expected, actual=actual)
+            found.request = self._last_sent
+            raise found
         return self._take(frame)
+
+    @property
+    def patience(self) -> float:
+        """How many seconds to wait for an answer that has to come."""
+        return self.channel.pace.patience(self.channel.response_timeout)
+
+    def unanswered(self) -> None:
+        """Take that an answer which had to come did not."""
+        if not self.channel.in_doubt:
+            self.channel.pace.unanswered()
 
     def _read_again(self) -> CanFrame | None:
         """Repeat a read, once, of which the answer may have been missed; no other request is."""
@@ -271,6 +281,7 @@ class Wire:
     def next_frame(self, timeout: float | None = None) -> CanFrame | None:
         """Return the next response as it came, or None."""
         begin = time.monotonic()
+        timeout = self.patience if timeout is None else timeout
         frame = self.channel.receive(timeout)
         while frame is not None and self._is_surplus(frame):
             frame = self.channel.receive(timeout)
@@ -278,7 +289,11 @@ class Wire:
             self.waited += time.monotonic() - begin
             self._note_missed()
         else:
-            self.latency = max(self.latency, self.channel.arrived - self._sent_at)
+            latency = self.channel.arrived - self._sent_at
+            self.latency = max(self.latency, latency)
+            if self._sent_at != self._answered:  # what comes behind it is no answer of its own
+                self._answered = self._sent_at
+                self.channel.pace.answered(latency)
             self._note_received(frame)
         return frame
 
@@ -366,6 +381,7 @@ class Wire:
     def _fence(self, most: int) -> list[bytes]:
         stray: list[bytes] = []
         crossed, self._crossed = self._crossed, 0
+        at_rest = self.channel.at_rest and self.tracker.open is None
         self._send_baseline(0)
         retried = False
         while True:
@@ -381,10 +397,13 @@ class Wire:
                         + self._heard_elsewhere(),
                     )
                 retried = True
+                self.unanswered()
                 self._send_baseline(0)
                 continue
             data = self._take(frame)
             if data == self.device.baseline[0][1]:
+                if at_rest:
+                    self.channel.pace.read(answered=not retried)
                 break
             if crossed and isinstance(self.read_as(data), Abort):
                 crossed -= 1
@@ -436,13 +455,27 @@ class Wire:
         for frame in self.fence():
             self.note(unasked(frame, aborted=aborted, read=self.read_as))
 
-    def recover(self) -> None:
-        """Leave the server idle after a breach, whatever it may still send."""
+    def recover(self) -> bool:
+        """Leave the server idle after a breach, whatever it may still send.
+
+        Say whether it answers at all: a device that is lost has nothing to recover.
+        """
         self.end_transfer()
         try:
             self.calm()
-        except Violation:
+        except Violation as breach:
             self.drain()
+            return breach.rule is not ANSWERED or not self._is_gone()
+        return True
+
+    def _is_gone(self) -> bool:
+        """Say whether not even a read of 1000h is answered behind an abort of what may run."""
+        self.channel.abort(self.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        try:
+            self.fence()
+        except Violation as breach:
+            return breach.rule is ANSWERED
+        return False
 
     def reaction(self) -> bytes | None:
         """Return the answer to what was sent last, or None when there was none.

@@ -179,10 +179,10 @@ def problem_with(deviation: Deviation, run: Run, *, whole: bool = False) -> str:
     if deviation.soft and run.failed():
         return f"misses a SHOULD alone, but fails: {', '.join(run.failed()[:5])}"
     failed = run.failed(strict=deviation.soft)
-    if not failed:
-        return "NOT CAUGHT"
-    # A server that is gone for good is met by whichever case provokes that first.
+    # A server that is gone for good is met by whichever case provokes that first, or before them.
     lost = run.exit_code == ExitCode.DEVICE_LOST
+    if not failed and not lost:
+        return "NOT CAUGHT"
     if not lost and not any(case_id.startswith(deviation.caught_by) for case_id in failed):
         return f"caught, but by no case called {deviation.caught_by}: {', '.join(failed[:5])}"
     return ""

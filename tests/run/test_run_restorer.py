@@ -195,7 +195,7 @@ class _Silent(Recording):
 def test_what_a_silence_kept_from_being_put_back_is_written_behind_the_next_case() -> None:
     server = _Silent(reference_entries(NODE_ID))
     begin = server.values()
-    with discovered(server) as bench:
+    with discovered(server, timeout=0.5) as bench:
         restorer = Restorer(bench.device)
         sdo = bench.dialogue()
         sdo.download(NUMBER, b"\1\2\3\4")

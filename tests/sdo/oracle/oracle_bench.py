@@ -52,7 +52,10 @@ def of_the_protocol(deviations: list[Deviation]) -> list[str]:
 
     It knows nothing of other channels, of NMT, of clocks, and little of the object dictionary.
     """
-    beyond = ("channel_", "nmt_", "server_timeouts", "dictionary_", "capacities", "histories")
+    beyond = (
+        *("channel_", "nmt_", "server_timeouts", "dictionary_", "capacities", "histories"),
+        "sick",
+    )
     return [
         deviation.name
         for deviation in deviations

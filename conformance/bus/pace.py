@@ -1,0 +1,66 @@
+"""How fast a device answers, and how often it does not: what one may expect of it from then on."""
+
+from collections import deque
+
+# Requests that were left unanswered for the whole time-out, before it is cut short.
+PROVEN = 10
+# How much longer than its slowest answer a device is waited for then, and at least, in seconds.
+MARGIN, SHORTEST = 20.0, 0.1
+# Of so many plain reads, each behind an answer, a device that is sound leaves none unanswered.
+LOOKED_AT, TOO_MANY = 60, 12
+
+
+class Pace:
+    """The answers of one device within one run; times are in seconds.
+
+    ``slowest`` is the longest time to an answer, ``total`` the time to all of them.
+    """
+
+    def __init__(self) -> None:
+        """Nothing was asked yet."""
+        self.answers = 0
+        self.total = 0.0
+        self.slowest = 0.0
+        self.silences = 0
+        self._reads: deque[bool] = deque(maxlen=LOOKED_AT)
+
+    def answered(self, seconds: float) -> None:
+        """Take an answer that came after some time."""
+        self.answers += 1
+        self.total += seconds
+        self.slowest = max(self.slowest, seconds)
+
+    def unanswered(self) -> None:
+        """Take that a request, which had to be answered, was not, within the time for it."""
+        self.silences += 1
+
+    def read(self, *, answered: bool) -> None:
+        """Take a plain read right behind an answer, with no transfer open: it has to be served."""
+        self._reads.append(answered)
+
+    def patience(self, timeout: float) -> float:
+        """Return how long to wait for an answer that has to come within ``timeout``.
+
+        A device that was seen again and again to leave a request unanswered is waited for only
+        as long as makes sure: far longer than it has ever taken for an answer.
+        """
+        if self.silences < PROVEN:
+            return timeout
+        return min(timeout, max(self.slowest * MARGIN, SHORTEST))
+
+    @property
+    def typical(self) -> float:
+        """The mean time to an answer; 0 as long as there was none."""
+        return self.total / self.answers if self.answers else 0.0
+
+    @property
+    def unsound(self) -> str:
+        """Say that the device leaves whatever it is asked unanswered now and then; empty if not."""
+        missing = len(self._reads) - sum(self._reads)
+        if missing < TOO_MANY:
+            return ""
+        return (
+            f"it left {missing} of its last {len(self._reads)} reads of 1000h unanswered, which "
+            "came right behind an answer and were served when they were repeated: it drops "
+            "requests, whatever they are, or the bus loses frames"
+        )

@@ -1,0 +1,42 @@
+"""What a device may be expected to do, by how it has answered so far."""
+
+import pytest
+
+from conformance.bus.pace import LOOKED_AT, PROVEN, SHORTEST, TOO_MANY, Pace
+
+
+@pytest.mark.parametrize(
+    ("slowest", "patience"), [(0.001, SHORTEST), (0.02, 0.4), (0.04, 0.8), (0.9, 1.0)]
+)
+def test_a_device_that_leaves_requests_unanswered_is_waited_for_as_long_as_makes_sure(
+    slowest: float, patience: float
+) -> None:
+    pace = Pace()
+    pace.answered(slowest)
+    for _ in range(PROVEN):
+        assert pace.patience(1.0) == 1.0
+        pace.unanswered()
+    assert pace.patience(1.0) == pytest.approx(patience)
+
+
+def test_the_typical_answer() -> None:
+    pace = Pace()
+    assert pace.typical == 0.0
+    pace.answered(0.25)
+    pace.answered(0.75)
+    assert (pace.typical, pace.slowest) == (0.5, 0.75)
+
+
+def test_a_device_that_drops_each_fifth_read_is_not_sound() -> None:
+    pace = Pace()
+    for number in range(LOOKED_AT):
+        assert pace.unsound == ""
+        pace.read(answered=number % 5 != 4)
+    assert f"{TOO_MANY} of its last {LOOKED_AT} reads of 1000h" in pace.unsound
+
+
+def test_one_that_misses_a_read_now_and_then_is() -> None:
+    pace = Pace()
+    for number in range(10 * LOOKED_AT):
+        pace.read(answered=number % 6 != 0)
+    assert pace.unsound == ""
