@@ -1,13 +1,12 @@
 """The command line beside pytest: serve a server, list faults and rules, decode logs, report."""
 
 import argparse
+import io
 import math
 import os
 import signal
 import sys
-from collections.abc import Iterator, Sequence
-from itertools import chain
-from operator import itemgetter
+from collections.abc import Sequence
 from pathlib import Path
 from types import FrameType
 
@@ -19,22 +18,24 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
 from conformance.bus.link import Link
-from conformance.bus.messages import to_frame
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
-from conformance.judging import Finding, LogJudge, Seen
+from conformance.log_listing import Judged, decoded
+from conformance.recorded_logs import RecordedLog
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_report
 from conformance.reporting.summary import verdict_counts
+from conformance.reporting.text import inert
 from conformance.rule_listing import rule_lines
-from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE, ChannelIds
-from conformance.sdo.describe import Decoder, describe
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
 from conformance.sdo.rules import UnknownRule
 
 DONE, BROKEN_BENCH, WRONG_USE, NOT_ALLOWED = 0, 1, 2, 3
+# As a shell says it of a program that Ctrl-C has ended.
+INTERRUPTED = 130
+LINE_END = "\n"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,23 +44,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed.
     """
     options = _parser().parse_args(arguments)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # where it takes less than there may be
+            stream.reconfigure(errors="backslashreplace")
     try:
         status = int(options.command(options))
         sys.stdout.flush()
         return status
     except BrokenPipeError as error:
         if options.command is _serve:  # it is the connection to a bus
-            print(f"conformance: {error}", file=sys.stderr)
-            return BROKEN_BENCH
+            return _broken(error, BROKEN_BENCH)
         # Whoever reads has seen enough, as ``head`` does; Python would complain once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except (BenchError, OSError, can.CanError) as error:
-        print(f"conformance: {error}", file=sys.stderr)
-        return BROKEN_BENCH
+        return _broken(error, BROKEN_BENCH)
     except (UnknownServer, UnknownRule, ValueError) as error:
-        print(f"conformance: {error}", file=sys.stderr)
-        return WRONG_USE
+        return _broken(error, WRONG_USE)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+
+
+def _broken(error: Exception, status: int) -> int:
+    print(f"conformance: {inert(str(error), keep=LINE_END)}", file=sys.stderr)
+    return status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -93,8 +101,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     rules.set_defaults(command=_rules)
 
-    decode = commands.add_parser("decode", help="show a candump log as SDO messages in words")
-    decode.add_argument("log", help="a file as 'candump -L' or a run's bus.log writes it")
+    decode = commands.add_parser("decode", help="show a log of a bus as SDO messages in words")
+    decode.add_argument(
+        "log",
+        help="a file as 'candump -L' or a run's bus.log writes it, also packed by gzip; - for the "
+        "standard input; .asc, .blf, .csv, .trc and what else python-can reads",
+    )
     decode.add_argument("--node-id", type=int, metavar="N", help="of this node only")
     decode.add_argument(
         "--judge",
@@ -153,7 +165,7 @@ def _restore(options: argparse.Namespace) -> int:
                 ids = ChannelIds.parse(each.channel)
                 channel = Channel(link, each.node_id, options.response_timeout, ids)
                 for line in put_back_left(channel, each):
-                    print(line)
+                    print(inert(line))
                 pending += not each.is_all_back
         finally:
             link.close()
@@ -202,77 +214,23 @@ def _rules(options: argparse.Namespace) -> int:
     return DONE
 
 
-def _decode(options: argparse.Namespace) -> int:
-    return _judge(options) if options.judge else _show(options)
-
-
 def _report(options: argparse.Namespace) -> int:
     run = read_run(options.folder)
     path = write_report(options.folder, run)
     for line in (*verdict_counts(run.results), *run.troubles):
-        print(line)
+        print(inert(line))
     print(f"written: {path}")
     return DONE
 
 
-def _frames(path: str) -> Iterator[Seen]:
-    """Yield the frames of a candump log, the first one at time 0."""
-    with can.CanutilsLogReader(path) as reader:
-        begin: float | None = None
-        for number, message in enumerate(reader, start=1):
-            begin = message.timestamp if begin is None else begin
-            bus = str(message.channel)
-            yield Seen(number, message.timestamp - begin, bus, to_frame(message))
-
-
-def _show(options: argparse.Namespace) -> int:
-    decoders: dict[tuple[str, int], Decoder] = {}
-    for seen in _frames(options.log):
-        line = _decoded(seen, decoders, options.node_id)
-        if line is not None:
-            print(f"{seen.time * 1000:10.1f} ms {seen.bus} {seen.frame!s:<20} {line}")
-    return DONE
-
-
-def _judge(options: argparse.Namespace) -> int:
-    judge = LogJudge()
-    findings = chain(chain.from_iterable(map(judge.take, _frames(options.log))), judge.end())
-    failures = 0
-    for finding in findings:
-        if options.node_id in (None, finding.node_id):
-            failures += finding.is_failure
-            print(_found(finding))
-    for (bus, node_id), channel in sorted(judge.channels.items(), key=itemgetter(0)):
-        if options.node_id in (None, node_id):
-            print(
-                f"{bus}, node {node_id}: {channel.requests} requests, {channel.responses} responses"
-            )
-            for line in channel.oracle.profile.lines():
-                print(f"    {line}")
-    print(f"{failures} not allowed" if failures else "all responses allowed")
-    return NOT_ALLOWED if failures else DONE
-
-
-def _found(finding: Finding) -> str:
-    seen, violation = finding.seen, finding.violation
-    return (
-        f"line {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}, node {finding.node_id}: "
-        f"{violation.rule.id} ({violation.level}) {violation.rule.sentence}\n"
-        f"    expected: {violation.expected}\n"
-        f"    actual:   {violation.actual} [{seen.frame}]"
-    )
-
-
-def _decoded(seen: Seen, decoders: dict[tuple[str, int], Decoder], only: int | None) -> str | None:
-    frame = seen.frame
-    node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
-    if function not in (REQUEST_BASE, RESPONSE_BASE) or only not in (None, node_id):
-        return None
-    if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
-        return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
-    decoder = decoders.setdefault((seen.bus, node_id), Decoder())
-    follow = decoder.request if function == REQUEST_BASE else decoder.response
-    return f"node {node_id}: {describe(follow(frame.data))}"
+def _decode(options: argparse.Namespace) -> int:
+    log = RecordedLog(options.log)
+    judged = Judged(log, options.node_id)
+    for line in judged.lines() if options.judge else decoded(log, options.node_id):
+        print(line)
+    for note in log.notes:
+        print(f"conformance: {inert(note)}", file=sys.stderr)
+    return NOT_ALLOWED if judged.failures else DONE
 
 
 if __name__ == "__main__":

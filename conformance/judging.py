@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from conformance.sdo.can_frame import CanFrame
+from conformance.recorded_logs import Seen
 from conformance.sdo.describe import describe_response
 from conformance.sdo.nmt import ALL_NODES, NmtCommand, NmtState, decode_nmt
 from conformance.sdo.oracle import Awaited, Oracle
@@ -19,16 +19,6 @@ NODE_IDS = range(1, 128)
 PATIENCE = 0.1
 SERVER_TIMEOUT = 0.02
 NMT_STOPPED = rule_of("nmt.stopped")
-
-
-@dataclass(frozen=True, slots=True)
-class Seen:
-    """A frame of the log: its number, from 1, its time in seconds, and the bus that it is from."""
-
-    number: int
-    time: float
-    bus: str
-    frame: CanFrame
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Text that any reader of the reports can take, whatever bytes a device sent."""
+"""Text that any terminal and any reader of the reports can take, whatever bytes a device sent."""
 
 import re
 
@@ -13,5 +13,20 @@ def xml_text(text: str) -> str:
     return _NOT_XML.sub(_escaped, text)
 
 
+def inert(text: str, keep: str = "") -> str:
+    r"""Return the text with whatever would not be shown written as ``\xNN``, but for ``keep``.
+
+    That is what moves the cursor, colours the terminal, sets its title, or turns the direction of
+    writing round.
+    """
+    if text.isprintable():
+        return text
+    return "".join(char if char.isprintable() or char in keep else _in_ascii(char) for char in text)
+
+
 def _escaped(match: re.Match[str]) -> str:
-    return match.group().encode("unicode_escape", "surrogatepass").decode("ascii")
+    return _in_ascii(match.group())
+
+
+def _in_ascii(char: str) -> str:
+    return char.encode("unicode_escape", "surrogatepass").decode("ascii")

@@ -1,0 +1,67 @@
+"""What ``conformance decode`` shows of a recorded log, line by line."""
+
+from collections.abc import Iterator
+from itertools import chain
+from operator import itemgetter
+
+from conformance.judging import Finding, LogJudge
+from conformance.recorded_logs import RecordedLog, Seen
+from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
+from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.layout import FRAME_LENGTH
+
+
+def decoded(log: RecordedLog, only: int | None) -> Iterator[str]:
+    """Yield the SDO messages of a log in words, of all nodes or of ``only`` one."""
+    decoders: dict[tuple[str, int], Decoder] = {}
+    for seen in log:
+        words = _in_words(seen, decoders, only)
+        if words is not None:
+            yield f"{seen.time * 1000:10.1f} ms {seen.bus} {seen.frame!s:<20} {words}"
+
+
+def _in_words(seen: Seen, decoders: dict[tuple[str, int], Decoder], only: int | None) -> str | None:
+    frame = seen.frame
+    node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
+    if function not in (REQUEST_BASE, RESPONSE_BASE) or only not in (None, node_id):
+        return None
+    if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
+        return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
+    decoder = decoders.get((seen.bus, node_id))
+    if decoder is None:
+        decoder = decoders[seen.bus, node_id] = Decoder()
+    follow = decoder.request if function == REQUEST_BASE else decoder.response
+    return f"node {node_id}: {describe(follow(frame.data))}"
+
+
+class Judged:
+    """Judges a log; ``failures`` counts what was not allowed, as far as the lines were read."""
+
+    def __init__(self, log: RecordedLog, only: int | None) -> None:
+        """Judge all nodes, or ``only`` one."""
+        self._log = log
+        self._only = only
+        self.failures = 0
+
+    def lines(self) -> Iterator[str]:
+        """Yield what was not allowed, what each device chose, and the outcome."""
+        judge = LogJudge()
+        for finding in chain(chain.from_iterable(map(judge.take, self._log)), judge.end()):
+            if self._only in (None, finding.node_id):
+                self.failures += finding.is_failure
+                yield from self._found(finding)
+        for (bus, node_id), channel in sorted(judge.channels.items(), key=itemgetter(0)):
+            if self._only in (None, node_id):
+                counts = f"{channel.requests} requests, {channel.responses} responses"
+                yield f"{bus}, node {node_id}: {counts}"
+                for line in channel.oracle.profile.lines():
+                    yield f"    {line}"
+        yield f"{self.failures} not allowed" if self.failures else "all responses allowed"
+
+    def _found(self, finding: Finding) -> Iterator[str]:
+        seen, violation = finding.seen, finding.violation
+        place = f"{self._log.unit} {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}"
+        rule = f"{violation.rule.id} ({violation.level}) {violation.rule.sentence}"
+        yield f"{place}, node {finding.node_id}: {rule}"
+        yield f"    expected: {violation.expected}"
+        yield f"    actual:   {violation.actual} [{seen.frame}]"

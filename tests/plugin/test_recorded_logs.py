@@ -1,0 +1,209 @@
+"""Logs of every form that recorders write, and files that are none."""
+
+import gzip
+import io
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import pytest
+
+from conformance import recorded_logs
+from conformance.__main__ import BROKEN_BENCH, DONE, WRONG_USE, main
+from conformance.recorded_logs import LogError, RecordedLog
+
+LINES = (
+    "(1700000000.000100) can0 605#4018100100000000\n",
+    "(1700000000.000200) can0 585#4318100104000000\n",
+)
+ASKED = "605#4018100100000000"
+
+
+def read(path: Path) -> list[str]:
+    return [str(seen.frame) for seen in RecordedLog(str(path))]
+
+
+def written(tmp_path: Path, content: str | bytes, name: str = "bus.log") -> Path:
+    path = tmp_path / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def refused(path: Path) -> str:
+    with pytest.raises(LogError) as error:
+        read(path)
+    return str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("line", "frame"),
+    [
+        ("(1.000000) can0 605#R", "605#R"),
+        ("(1.000000) can0 605#R8", "605#R8"),
+        ("(1.000000) can0 00000605#40", "00000605#40"),
+        ("(1.000000)  vcan0  605#  R", "605#"),
+        ("(1.0) can0 605#4000100000000000_9 T", "605#4000100000000000"),
+        ("(1.0) can0 605##14000100000000000", None),
+        ("(1.0) can0 20000088#0000000000000000", None),
+        ("", None),
+    ],
+)
+def test_lines_as_candump_writes_them(tmp_path: Path, line: str, frame: str | None) -> None:
+    assert read(written(tmp_path, line + "\n")) == ([] if frame is None else [frame])
+
+
+def test_a_frame_has_the_number_of_its_line_and_begins_at_time_0(tmp_path: Path) -> None:
+    seen = list(RecordedLog(str(written(tmp_path, "\n" + "\n".join(LINES)))))
+    assert [(one.number, round(one.time, 6)) for one in seen] == [(2, 0.0), (4, 0.0001)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "nonsense", "(1.0) can0", "(1.0) can0 605#4", "(1.0) can0 605#GG", "(x) can0 605#40",
+        "(nan) can0 605#40", "(1.0) can0 6#40", "(1.0) can0 605#" + "00" * 9, "\x1b]0;title\x07",
+    ],
+)  # fmt: skip
+def test_a_broken_line_is_named(tmp_path: Path, line: str) -> None:
+    told = refused(written(tmp_path, f"{LINES[0]}{line}\n"))
+    assert told.startswith(f"{tmp_path / 'bus.log'}, line 2: ")
+    assert "is no frame as candump -L writes it" in told
+    assert told.isprintable()
+
+
+def test_what_candump_shows_without_l_is_known(tmp_path: Path) -> None:
+    shown = "  can0  605   [8]  40 18 10 01 00 00 00 00\n"
+    assert "Without -L candump shows them so" in refused(written(tmp_path, shown))
+
+
+@pytest.mark.parametrize("cut", ["(1700000000.0003", "(1700000000.000300) can0 605#40181001"])
+def test_a_last_line_that_is_cut_off_is_left_out(tmp_path: Path, cut: str) -> None:
+    log = RecordedLog(str(written(tmp_path, "".join(LINES) + cut)))
+    assert len(list(log)) == 2
+    (note,) = log.notes
+    assert note.endswith("line 3: the last line is cut off, and left out")
+
+
+def test_a_last_line_that_is_whole_needs_no_line_end(tmp_path: Path) -> None:
+    assert read(written(tmp_path, "".join(LINES).rstrip())) == [ASKED, "585#4318100104000000"]
+
+
+class Endless(io.RawIOBase):
+    """Zeros without end, and how many were taken."""
+
+    taken = 0
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer: object) -> int:
+        view = memoryview(buffer)  # type: ignore[arg-type]
+        view[:] = bytes(len(view))
+        self.taken += len(view)
+        return len(view)
+
+
+def test_of_a_line_without_end_little_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    endless = Endless()
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BufferedReader(endless)))
+    with pytest.raises(LogError, match="standard input, line 1: more than 8192 bytes"):
+        list(RecordedLog("-"))
+    assert endless.taken < 100_000
+
+
+def test_a_log_of_no_bench_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each bus is followed by itself: memory stays flat."""
+    monkeypatch.setattr(recorded_logs, "MOST_BUSES", 3)
+    lines = "".join(f"(1.0) can{bus} {ASKED}\n" for bus in range(4))
+    told = refused(written(tmp_path, lines))
+    assert "line 4: frames of more than 3 interfaces, the last is 'can3'" in told
+
+
+def test_packed_logs_and_pipes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    packed = gzip.compress("".join(LINES).encode())
+    assert len(read(written(tmp_path, packed, "bus.log.gz"))) == 2
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BufferedReader(io.BytesIO(packed))))
+    assert len(list(RecordedLog("-"))) == 2
+
+
+def test_a_packed_log_that_is_cut_off_is_read_up_to_there(tmp_path: Path) -> None:
+    packed = gzip.compress("".join(LINES * 500).encode())
+    log = RecordedLog(str(written(tmp_path, packed[:-9], "bus.log.gz")))
+    assert len(list(log)) > 900
+    assert log.notes[0].endswith("the packed log is cut off behind it")
+
+
+@pytest.mark.parametrize("name", ["bus.asc", "bus.blf", "bus.trc", "bus.csv", "bus.asc.gz"])
+def test_what_python_can_writes(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    with can.Logger(str(path)) as logger:
+        for second, data in enumerate(("4018100100000000", "4318100104000000")):
+            logger.on_message_received(
+                can.Message(
+                    timestamp=1.7e9 + second,
+                    arbitration_id=0x605 - 0x80 * second,
+                    data=bytes.fromhex(data),
+                    is_extended_id=False,
+                    channel=0,
+                )
+            )
+    assert read(path) == [ASKED, "585#4318100104000000"]
+
+
+@pytest.mark.parametrize("name", ["bus.asc", "bus.blf", "bus.trc", "bus.db", "bus.asc.gz"])
+@pytest.mark.parametrize(
+    "content", [b"", b"nonsense", b"\0" * 400, b"0.0 1 605 Rx d 8 xx\n" * 3, b"A" * 10_000]
+)
+def test_what_python_can_cannot_read_is_a_sentence(
+    tmp_path: Path, name: str, content: bytes
+) -> None:
+    path = written(tmp_path, content, name)
+    frames, told = [], str(path)
+    try:
+        frames = read(path)
+    except LogError as error:
+        told = str(error)
+    assert not frames
+    assert told.startswith(str(path))
+
+
+def headed_by(size: int) -> bytes:
+    """Return the beginning of a BLF whose first object says that it has so many bytes."""
+    head = b"LOGG" + (144).to_bytes(4, "little") + bytes(136)
+    return head + b"LOBJ" + bytes([16, 0, 1, 0]) + size.to_bytes(4, "little") + bytes([10, 0, 0, 0])
+
+
+@pytest.mark.parametrize("size", [0, 2**31])
+def test_no_length_in_a_blf_is_believed(tmp_path: Path, size: int) -> None:
+    path = written(tmp_path, headed_by(size) + bytes(100), "bus.blf")
+    assert "frame 1: python-can cannot read on: 'an object of" in refused(path)
+
+
+def test_interface_names_are_made_inert(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written(tmp_path, f"(1.0) can\x1b[31m0\u202e {ASKED}\n")
+    for options in ((), ("--judge",)):
+        assert main(["decode", *options, str(path)]) == DONE
+        text = capsys.readouterr().out
+        assert r"can\x1b[31m0\u202e" in text
+        assert text.replace("\n", "").isprintable()
+
+
+@pytest.mark.parametrize(
+    ("prepared", "status"),
+    [
+        (lambda path: path.mkdir(), BROKEN_BENCH),
+        (lambda path: None, BROKEN_BENCH),
+        (lambda path: path.write_bytes(b"\x80" * 10_000), WRONG_USE),
+    ],
+)
+def test_what_is_no_log_is_a_sentence(
+    prepared: Callable[[Path], None], status: int, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    path = tmp_path / "bus\x1b.log"
+    prepared(path)
+    assert main(["decode", "--judge", str(path)]) == status
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("conformance: ")
+    assert line.isprintable()
