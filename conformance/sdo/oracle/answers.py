@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
@@ -54,17 +55,15 @@ class Refusal:
 
     def words(self) -> str:
         """Say what is expected."""
-        if self.codes == KNOWN_CODES:
-            return "an abort with any code of CiA 301"
-        return "an abort with " + " or ".join(describe_code(code) for code in self.codes)
+        return _any_of(self.codes)
 
     def branch(self, before: State, after: State, memory: Memory, *freedoms: Freedom) -> Branch:
         """Build the branch of a server that refuses, and is in ``after`` then."""
 
         def take(frame: bytes) -> Iterable[Branch]:
             if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
-                words = self.words()
-                raise Misfit(Violation(must(self.row), expected=words, actual=segment))
+                found = Violation(must(self.row), expected=self.words(), actual=segment)
+                raise Misfit(lambda: found)
             abort = self.read(frame)
             chosen = frozenset((*freedoms, *self._choices(abort)))
             rest = Branch(after, memory, self.row, freedoms=chosen)
@@ -76,7 +75,7 @@ class Refusal:
         """Read an abort, or say that the frame is none."""
         abort = decode_response(frame)
         if not isinstance(abort, Abort):
-            raise Misfit(breach(self.row, self.words(), frame))
+            raise Misfit(partial(breach, self.row, self.words(), frame))
         return abort
 
     def _choices(self, abort: Abort) -> Iterable[Freedom]:
@@ -102,6 +101,13 @@ class Refusal:
     def named(self, *muxes: Multiplexer) -> "Refusal":
         """Say which object the abort has to name."""
         return replace(self, muxes=muxes)
+
+
+@cache
+def _any_of(codes: Codes) -> str:
+    if codes == KNOWN_CODES:
+        return "an abort with any code of CiA 301"
+    return "an abort with " + " or ".join(describe_code(code) for code in codes)
 
 
 def is_segment(frame: bytes) -> bool:
@@ -133,14 +139,14 @@ def expect(kind: type[Kind], frame: bytes, row: str, words: str) -> Kind:
     """Read a response of one kind; raises Misfit for any other."""
     response = decode_response(frame)
     if not isinstance(response, kind):
-        raise Misfit(breach(row, words, frame))
+        raise Misfit(partial(breach, row, words, frame))
     return response
 
 
 def require(holds: bool, rule: Rule, expected: str, frame: bytes) -> None:
     """Raise Misfit where a response of the right kind has a wrong content."""
     if not holds:
-        raise Misfit(violation(rule, expected, frame), near=1)
+        raise Misfit(partial(violation, rule, expected, frame), near=1)
 
 
 def require_mux(found: Multiplexer, due: Multiplexer, frame: bytes) -> None:

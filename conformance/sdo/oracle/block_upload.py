@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 from conformance.sdo.abort_codes import AbortCode
@@ -44,7 +45,15 @@ from conformance.sdo.oracle.reasons import (
 from conformance.sdo.oracle.segmented_download import refused
 from conformance.sdo.oracle.segmented_upload import require_value, upload_begins
 from conformance.sdo.oracle.states import IDLE, Running, begin
-from conformance.sdo.rules import BLOCK_CRC, BLOCK_SEQUENCE, FILLER, RESERVED, SIZE, Violation
+from conformance.sdo.rules import (
+    BLOCK_CRC,
+    BLOCK_SEQUENCE,
+    FILLER,
+    RESERVED,
+    SIZE,
+    Rule,
+    Violation,
+)
 
 SEGMENT = 7
 # In the place of a better code, for what is wrong with a frame of a block transfer.
@@ -203,11 +212,9 @@ class Sending(_BlockUpload):
         def take(frame: bytes) -> Iterable[Branch]:
             response = decode_segment(frame)
             if not isinstance(response, BlockSegment):
-                raise Misfit(_breach(row, words, frame))
+                raise Misfit(partial(_breach, must(row), words, frame))
             if response.sequence != self.number:
-                raise Misfit(
-                    Violation(BLOCK_SEQUENCE, expected=words, actual=_segment(frame)), near=1
-                )
+                raise Misfit(partial(_breach, BLOCK_SEQUENCE, words, frame), near=1)
             self._check(response, row, words, frame, memory)
             return self._sent(response, memory)
 
@@ -228,21 +235,22 @@ class Sending(_BlockUpload):
         self, response: BlockSegment, row: str, words: str, frame: bytes, memory: Memory
     ) -> None:
         marked = self._is_last()
-        actual = _segment(frame)
         if marked is not None and response.last != marked:
-            raise Misfit(Violation(must(row), expected=words, actual=actual), near=1)
+            raise Misfit(partial(_breach, must(row), words, frame), near=1)
         start = (self.number - 1) * SEGMENT
         before = self.sent[start : start + SEGMENT]
         if before and response.payload != before:
             expected = f"{hex_bytes(before)} again"
-            raise Misfit(Violation(must("F7"), expected=expected, actual=actual), near=1)
-        data = self.data + self.sent[:start] + response.payload
+            raise Misfit(partial(_breach, must("F7"), expected, frame), near=1)
         due = memory.value(self.mux)
+        if due is None:
+            return
+        data = self.data + self.sent[:start] + response.payload
         facts = memory.facts(self.mux)
         end = min(len(data), self.size) if self.size is not None else len(data)
-        if due is not None and not facts.begins(data[: min(end, len(due))], due):
+        if not facts.begins(data[: min(end, len(due))], due):
             expected = f"{self.mux} to read as {hex_bytes(due)}"
-            raise Misfit(Violation(must("I1"), expected=expected, actual=actual), near=1)
+            raise Misfit(partial(_breach, must("I1"), expected, frame), near=1)
 
     def _sent(self, response: BlockSegment, memory: Memory) -> Iterable[Branch]:
         start = (self.number - 1) * SEGMENT
@@ -262,8 +270,8 @@ def _segment(frame: bytes) -> str:
     return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]"
 
 
-def _breach(row: str, expected: str, frame: bytes) -> Violation:
-    return Violation(must(row), expected=expected, actual=_segment(frame))
+def _breach(rule: Rule, expected: str, frame: bytes) -> Violation:
+    return Violation(rule, expected=expected, actual=_segment(frame))
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,11 +28,16 @@ class Misfit(Exception):
     wrong content.
     """
 
-    def __init__(self, violation: Violation, near: int = 0) -> None:
-        """Say what is wrong with it."""
-        super().__init__(str(violation))
-        self.violation = violation
+    def __init__(self, tell: Callable[[], Violation], near: int = 0) -> None:
+        """``tell`` says what is wrong with it: most are never asked, as another branch fits."""
+        super().__init__()
+        self._tell = tell
         self.near = near
+
+    @property
+    def violation(self) -> Violation:
+        """What is wrong with it."""
+        return self._tell()
 
 
 class State(Protocol):
