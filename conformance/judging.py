@@ -4,7 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from conformance.recorded_logs import Seen
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe_response
+from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.nmt import ALL_NODES, NmtCommand, NmtState, decode_nmt
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.follow import REQUEST_BASE, RESPONSE_BASE
@@ -19,6 +21,17 @@ NODE_IDS = range(1, 128)
 PATIENCE = 0.1
 SERVER_TIMEOUT = 0.02
 NMT_STOPPED = rule_of("nmt.stopped")
+# What an exchange of two frames begins and ends with. Those that are expedited carry a value.
+EXPEDITED = frozenset((0x23, 0x27, 0x2B, 0x2F, 0x43, 0x47, 0x4B, 0x4F))
+ASKING = frozenset((0x40, 0x23, 0x27, 0x2B, 0x2F))
+ANSWERING = frozenset((0x43, 0x47, 0x4B, 0x4F, 0x60, 0x80))
+MOST_EXCHANGES = 50_000
+# Where a client does not wait for answers, the ways in which a server may have gone on multiply.
+# So many frames' worth of them are followed, on one channel and on all; what goes beyond the usual
+# number counts.
+USUAL_EFFORT = 8
+MOST_EFFORT = 4_000
+MOST_EFFORT_OF_ALL = 50_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,14 +48,45 @@ class Finding:
         return self.violation.level is Level.MUST
 
 
+@dataclass(frozen=True, slots=True)
+class NotFollowed:
+    """From this frame on nothing is judged on its channel until that has been quiet."""
+
+    node_id: int
+    seen: Seen
+
+
 @dataclass(slots=True)
 class Channel:
-    """One default SDO channel: the oracle, what was seen last, and how much there was of it."""
+    """One default SDO channel: the oracle, what was seen last, and how much there was of it.
+
+    ``asked`` is the request of an exchange that begins at rest; the oracle has not been told of it.
+    ``effort`` is what following took beyond the usual; a channel that is ``out`` is not followed,
+    ``not_judged`` counts its responses.
+    """
 
     oracle: Oracle
     last: Seen | None = None
     requests: int = 0
     responses: int = 0
+    asked: Seen | None = None
+    effort: int = 0
+    out: bool = False
+    not_judged: int = 0
+
+    def tell(self) -> None:
+        """Tell the oracle of the request that waits for its answer."""
+        if self.asked is not None:
+            asked, self.asked = self.asked, None
+            self.oracle.request(asked.frame)
+
+    def is_in(self, seen: Seen) -> bool:
+        """Say whether the channel is followed: again, once it was quiet before this frame."""
+        if self.out and self.last is not None and seen.time - self.last.time >= PATIENCE:
+            self.oracle.lose()
+            self.oracle.settled()
+            self.oracle.given_up = self.out = False
+        return not self.out
 
 
 @dataclass(slots=True)
@@ -58,6 +102,44 @@ class Stopped:
     asked: bool = False
 
 
+class Exchanges:
+    """Requests and answers, frame by frame, after which a channel was at rest as before.
+
+    Most of a log are the same ones again and again, apart from the values in them, which nobody
+    knows; of them nothing is left to find out.
+    """
+
+    def __init__(self) -> None:
+        """Know none."""
+        self._known: set[tuple[int, bytes, bytes]] = set()
+
+    def has(self, channel: Channel, seen: Seen) -> bool:
+        """Say whether what was asked and its answer are known."""
+        asked = channel.asked
+        if asked is None or not _is_one_of(ANSWERING, seen.frame):
+            return False
+        return (id(channel), _form(asked.frame.data), _form(seen.frame.data)) in self._known
+
+    def add(self, channel: Channel, asked: Seen, seen: Seen) -> None:
+        """Know an exchange."""
+        if len(self._known) >= MOST_EXCHANGES:
+            self._known.clear()
+        if _is_one_of(ANSWERING, seen.frame):
+            self._known.add((id(channel), _form(asked.frame.data), _form(seen.frame.data)))
+
+
+def _is_one_of(commands: frozenset[int], frame: CanFrame) -> bool:
+    ordinary = not frame.extended and not frame.remote and len(frame.data) == FRAME_LENGTH
+    return ordinary and frame.data[0] in commands
+
+
+def _form(data: bytes) -> bytes:
+    """Return a frame without the bytes of a value."""
+    if data[0] not in EXPEDITED:
+        return data
+    return data[:4] + data[FRAME_LENGTH - (data[0] >> 2 & 3) :]
+
+
 @dataclass(slots=True)
 class LogJudge:
     """Follows all default SDO channels of a log, frame by frame, each by its bus and its node.
@@ -66,10 +148,12 @@ class LogJudge:
     """
 
     channels: dict[tuple[str, int], Channel] = field(default_factory=dict)
+    _effort: int = 0
+    _exchanges: Exchanges = field(default_factory=Exchanges)
     _stopped: dict[tuple[str, int], Stopped] = field(default_factory=dict)
     _now: float = 0.0
 
-    def take(self, seen: Seen) -> Iterator[Finding]:
+    def take(self, seen: Seen) -> Iterator[Finding | NotFollowed]:
         """Take the next frame; yield what is wrong with it, or with the time before it."""
         self._now = seen.time
         frame = seen.frame
@@ -87,10 +171,10 @@ class LogJudge:
         """Yield which answers have not come though the log goes on for long enough."""
         for (_, node_id), channel in self.channels.items():
             last = channel.last
-            if last is not None and self._now - last.time >= PATIENCE:
+            if last is not None and self._now - last.time >= PATIENCE and not channel.out:
                 yield from self._late(node_id, channel, last)
 
-    def _request(self, node_id: int, seen: Seen) -> Iterator[Finding]:
+    def _request(self, node_id: int, seen: Seen) -> Iterator[Finding | NotFollowed]:
         channel = self._channel(seen.bus, node_id)
         stopped = self._stopped.get((seen.bus, node_id))
         if stopped is not None:
@@ -98,22 +182,41 @@ class LogJudge:
             channel.requests += 1
             return
         last = channel.last
-        if last is not None and seen.time - last.time >= PATIENCE:
-            yield from self._late(node_id, channel, last)
-        elif channel.oracle.awaited is Awaited.NOTHING and not channel.oracle.in_sub_block:
-            channel.oracle.settled()
-        channel.oracle.request(seen.frame)
+        if channel.is_in(seen):
+            if last is not None and seen.time - last.time >= PATIENCE:
+                yield from self._late(node_id, channel, last)
+            channel.tell()
+            oracle = channel.oracle
+            if oracle.awaited is Awaited.NOTHING and not oracle.in_sub_block:
+                oracle.settled()
+            if oracle.idle and _is_one_of(ASKING, seen.frame):
+                channel.asked = seen
+            else:
+                oracle.request(seen.frame)
+                yield from self._effort_of(node_id, channel, seen)
         channel.requests += 1
         channel.last = seen
 
-    def _response(self, node_id: int, seen: Seen) -> Iterator[Finding]:
+    def _response(self, node_id: int, seen: Seen) -> Iterator[Finding | NotFollowed]:
         channel = self._channel(seen.bus, node_id)
-        oracle, last = channel.oracle, channel.last
         stopped = self._stopped.get((seen.bus, node_id))
         if stopped is not None:
             channel.responses += 1
             yield from self._in_stopped(node_id, stopped, seen)
             return
+        channel.responses += 1
+        if not channel.is_in(seen):
+            channel.not_judged += 1
+        else:
+            if not self._exchanges.has(channel, seen):
+                yield from self._judged(node_id, channel, seen)
+            yield from self._effort_of(node_id, channel, seen)
+        channel.asked = None
+        channel.last = seen
+
+    def _judged(self, node_id: int, channel: Channel, seen: Seen) -> Iterator[Finding]:
+        oracle, last, asked = channel.oracle, channel.last, channel.asked
+        channel.tell()
         pause = last is not None and seen.time - last.time >= SERVER_TIMEOUT
         if pause and oracle.awaited is Awaited.NOTHING:
             oracle.silence()
@@ -124,10 +227,21 @@ class LogJudge:
             findings = [found for found in findings if found is not ended.violation]
         for violation in findings:
             yield Finding(node_id, seen, violation)
-        channel.responses += 1
-        channel.last = seen
+        if asked is not None and not findings and ended is None and oracle.idle:
+            self._exchanges.add(channel, asked, seen)
+
+    def _effort_of(self, node_id: int, channel: Channel, seen: Seen) -> Iterator[NotFollowed]:
+        """Count what following a frame took; yield that a channel is no longer followed."""
+        beyond = channel.oracle.effort - USUAL_EFFORT
+        channel.effort = max(0, channel.effort + beyond)
+        self._effort = max(0, self._effort + beyond)
+        too_much = channel.effort > MOST_EFFORT and self._effort > MOST_EFFORT_OF_ALL
+        if channel.oracle.given_up or too_much:
+            channel.out = True
+            yield NotFollowed(node_id, seen)
 
     def _late(self, node_id: int, channel: Channel, last: Seen) -> Iterator[Finding]:
+        channel.tell()
         for violation in channel.oracle.settled():
             yield Finding(node_id, last, violation)
 
@@ -158,7 +272,8 @@ class LogJudge:
         node_ids = NODE_IDS if node_id is None else (node_id,)
         for each in node_ids:
             channel = self.channels.get((seen.bus, each))
-            last = None if channel is None or channel.oracle.idle else channel.last
+            rests = channel is None or (channel.oracle.idle and channel.asked is None)
+            last = None if channel is None or rests else channel.last
             owing = last is not None and seen.time - last.time < PATIENCE
             self._stopped.setdefault((seen.bus, each), Stopped(seen.time, owing))
 
@@ -184,6 +299,7 @@ class LogJudge:
     def _restart(self, bus: str, node_id: int | None) -> None:
         """After a boot-up or an NMT command it is open where a server is."""
         for (near, found), channel in self.channels.items():
-            if bus == near and node_id in (None, found):
+            if bus == near and node_id in (None, found) and not channel.out:
+                channel.tell()
                 channel.oracle.lose()
                 channel.last = None

@@ -4,11 +4,17 @@ from collections.abc import Iterator
 from itertools import chain
 from operator import itemgetter
 
-from conformance.judging import Finding, LogJudge
+from conformance.judging import PATIENCE, Finding, LogJudge, NotFollowed
 from conformance.recorded_logs import RecordedLog, Seen
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
+
+NOT_FOLLOWED = (
+    "not judged from here until the channel is quiet for "
+    f"{PATIENCE * 1000:.0f} ms: requests do not wait for their answers, and what comes can be read "
+    "in too many ways"
+)
 
 
 def decoded(log: RecordedLog, only: int | None) -> Iterator[str]:
@@ -47,21 +53,33 @@ class Judged:
         """Yield what was not allowed, what each device chose, and the outcome."""
         judge = LogJudge()
         for finding in chain(chain.from_iterable(map(judge.take, self._log)), judge.end()):
-            if self._only in (None, finding.node_id):
-                self.failures += finding.is_failure
-                yield from self._found(finding)
+            if self._only not in (None, finding.node_id):
+                continue
+            if isinstance(finding, NotFollowed):
+                yield f"{self._place(finding)}: {NOT_FOLLOWED}"
+                continue
+            self.failures += finding.is_failure
+            yield from self._found(finding)
+        not_judged = 0
         for (bus, node_id), channel in sorted(judge.channels.items(), key=itemgetter(0)):
             if self._only in (None, node_id):
                 counts = f"{channel.requests} requests, {channel.responses} responses"
-                yield f"{bus}, node {node_id}: {counts}"
+                left_out = f", {channel.not_judged} not judged" if channel.not_judged else ""
+                not_judged += channel.not_judged
+                yield f"{bus}, node {node_id}: {counts}{left_out}"
                 for line in channel.oracle.profile.lines():
                     yield f"    {line}"
-        yield f"{self.failures} not allowed" if self.failures else "all responses allowed"
+        all_of = f"all responses but the {not_judged} not judged" if not_judged else "all responses"
+        yield f"{self.failures} not allowed" if self.failures else f"{all_of} allowed"
+
+    def _place(self, found: Finding | NotFollowed) -> str:
+        seen = found.seen
+        place = f"{self._log.unit} {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}"
+        return f"{place}, node {found.node_id}"
 
     def _found(self, finding: Finding) -> Iterator[str]:
-        seen, violation = finding.seen, finding.violation
-        place = f"{self._log.unit} {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}"
+        violation = finding.violation
         rule = f"{violation.rule.id} ({violation.level}) {violation.rule.sentence}"
-        yield f"{place}, node {finding.node_id}: {rule}"
+        yield f"{self._place(finding)}: {rule}"
         yield f"    expected: {violation.expected}"
-        yield f"    actual:   {violation.actual} [{seen.frame}]"
+        yield f"    actual:   {violation.actual} [{finding.seen.frame}]"

@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from plugin_runs import self_test, the_report
 
+from conformance import judging
 from conformance.__main__ import DONE, NOT_ALLOWED, main
 
 pytest_plugins = ["pytester"]
@@ -221,3 +222,82 @@ def test_a_heartbeat_of_a_stopped_node_changes_nothing(
 ) -> None:
     log = written(tmp_path, f"0.000 {STOP}", "0.010 705#04", f"0.020 {READ}", f"0.021 {ANSWER}")
     assert judged(log, capsys)[0] == NOT_ALLOWED
+
+
+def impatient(requests: int, behind: int) -> list[str]:
+    """Return a conversation in which each answer comes so many requests late."""
+    lines, when = [], 0
+    for number in range(requests + behind):
+        asked, answered = 0x2000 + number % 64, 0x2000 + (number - behind) % 64
+        if number < requests:
+            lines.append(f"0.{when:06} 605#40{asked & 0xFF:02X}{asked >> 8:02X}0000000000")
+        if number >= behind:
+            lines.append(
+                f"0.{when + 1:06} 585#43{answered & 0xFF:02X}{answered >> 8:02X}0000000000"
+            )
+        when += 1000
+    return lines
+
+
+def test_where_a_client_does_not_wait_too_long_nothing_is_judged_until_it_is_quiet(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked, wrong = "605#4018100100000000", "585#4319100104000000"
+    later = (f"0.500 {asked}", f"0.501 {wrong}")
+    status, text = judged(written(tmp_path, *impatient(100, 10), *later), capsys)
+    lines = text.splitlines()
+    assert lines[0].startswith("line ")
+    assert ": not judged from here until the channel is quiet for 100 ms: requests" in lines[0]
+    assert lines[1].startswith("line 202, 501.0 ms, can0, node 5: response.multiplexer (MUST)")
+    assert status == NOT_ALLOWED
+    status, text = judged(written(tmp_path, *impatient(100, 10)), capsys)
+    assert status == DONE
+    assert text.splitlines()[-1].startswith("all responses but the ")
+
+
+@pytest.mark.parametrize("behind", [1, 2, 10])
+def test_following_a_client_that_does_not_wait_is_bounded(
+    behind: int, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(judging, "MOST_EFFORT", 100)
+    monkeypatch.setattr(judging, "MOST_EFFORT_OF_ALL", 100)
+    _, text = judged(written(tmp_path, *impatient(400, behind)), capsys)
+    assert text.count("not judged from here") == 1
+
+
+def test_a_client_that_asks_twice_at_once_is_judged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The answers come in the order of the requests; the last one is wrong."""
+    two = ("605#4000200000000000", "605#4001200000000000",
+           "585#4300200000000000", "585#4301200000000000")  # fmt: skip
+    lines = [f"0.{10 * n + at:06} {frame}" for n in range(300) for at, frame in enumerate(two)]
+    assert judged(written(tmp_path, *lines), capsys)[1].endswith("all responses allowed\n")
+    lines[-1] = lines[-1].replace("43012000", "43022000")
+    status, text = judged(written(tmp_path, *lines), capsys)
+    assert status == NOT_ALLOWED
+    assert text.startswith("line 1200, ")
+
+
+def test_an_exchange_that_was_right_before_is_judged_again_when_it_differs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    read, write = "605#4000200000000000", "605#2B01200001020000"
+    right = (f"0.000 {read}", "0.001 585#4B00200001020000", f"0.002 {write}",
+             "0.003 585#6001200000000000", f"0.004 {read}", "0.005 585#4B00200003040000",
+             "0.006 605#2B01200003040000", "0.007 585#6001200000000000")  # fmt: skip
+    assert judged(written(tmp_path, *right), capsys)[0] == DONE
+    for request, answer in (
+        (read, "4B00200003040001"),
+        (read, "4B01200001020000"),
+        (read, "6001200000000000"),
+        (write, "6001200000000001"),
+        (write, "4B01200001020000"),
+    ):
+        again = (*right, f"0.008 {request}", f"0.009 585#{answer}")
+        text = judged(written(tmp_path, *again), capsys)[1]
+        assert text.startswith("line 10, 9.0 ms, can0, node 5: ")
+    silent = judged(written(tmp_path, *right, f"0.008 {read}", f"0.500 {read}"), capsys)[1]
+    assert silent.startswith("line 9, 8.0 ms, can0, node 5: response.answered (MUST)")
+    unasked = judged(written(tmp_path, *right, right[1].replace("0.001", "0.008")), capsys)[1]
+    assert unasked.startswith("line 9, 8.0 ms, can0, node 5: response.unsolicited (MUST)")

@@ -23,7 +23,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.oracle.answers import NOT_VALID, Refusal, violation
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, quiet
+from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, State, quiet
 from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.endings import Ended, ending
 from conformance.sdo.oracle.going_on import AT_THE_END, goes_on, waits_for_the_end
@@ -103,6 +103,11 @@ class Oracle:
         return frozenset(branch.state.name for branch in self._branches)
 
     @property
+    def effort(self) -> int:
+        """How much there is to follow: each way to go on, with the requests that wait in it."""
+        return sum(1 + len(branch.backlog) for branch in self._branches)
+
+    @property
     def idle(self) -> bool:
         """Whether the server is idle for sure."""
         return all(branch.state is IDLE and branch.due is None for branch in self._branches)
@@ -149,7 +154,8 @@ class Oracle:
             except Misfit as misfit:
                 misfits.append(misfit)
         near = any(misfit.near for misfit in misfits)
-        fits += [_bearing(branch) for branch in self._branches if _bears(branch, fits, near=near)]
+        if self.lost:
+            fits += [_bearing(each) for each in self._branches if _bears(each, fits, near=near)]
         self.ended = None
         unfit = not fits or min(branch.failures for branch in fits) > 0
         going_on = goes_on(self._branches, data) if unfit and not near else None
@@ -193,6 +199,8 @@ class Oracle:
         asked = self._asked
         self._asked = self._other_asked = False
         self._sent.clear()
+        if resting == self._branches and len(resting) == 1:
+            return self._keep_best(resting) if resting[0].findings else []
         if resting:
             return self._keep_best(resting)
         due = [branch.due for branch in self._branches if branch.due is not None]
@@ -286,6 +294,9 @@ class Oracle:
 
     def _keep_best(self, branches: list[Branch]) -> list[Violation]:
         """Go on with those that break the fewest rules, and return what the best of them breaks."""
+        if len(branches) == 1:
+            self._go_to([branches[0].unburdened()])
+            return list(branches[0].findings)
         fewest = min(branch.failures for branch in branches)
         kept = [branch for branch in branches if branch.failures == fewest]
         best = min(kept, key=lambda branch: len(branch.findings))
@@ -294,15 +305,16 @@ class Oracle:
 
     def _go_to(self, branches: list[Branch]) -> None:
         """Merge what is the same, and record the choices that all have in common."""
+        if len(branches) == 1 and not branches[0].freedoms:
+            self._branches = branches
+            self.given_up |= _is_given_up(branches[0])
+            return
         merged = _merged(branches) if len(branches) > 1 else branches
         common = frozenset.intersection(*(branch.freedoms for branch in merged))
         self.profile.add(common)
-        self.given_up |= any(
-            isinstance(branch.state, Lost) and branch.state.given_up for branch in merged
-        )
+        self.given_up |= any(map(_is_given_up, merged))
         self._branches = [
-            replace(branch, freedoms=branch.freedoms - common) if common else branch
-            for branch in merged
+            branch.having(branch.freedoms - common) if common else branch for branch in merged
         ]
 
 
@@ -313,14 +325,19 @@ def _merged(branches: list[Branch]) -> list[Branch]:
     matter neither is.
     """
     by_due: dict[int, list[Branch]] = {}
+    # Where in the list of its answer each is: those with a state of one kind and the same backlog.
+    places: dict[tuple[int, type[State], tuple[bytes, ...]], list[int]] = {}
     for branch in branches:
-        alike = by_due.setdefault(id(branch.due), [])
-        for position, other in enumerate(alike):
+        kept = by_due.setdefault(id(branch.due), [])
+        alike = places.setdefault((id(branch.due), type(branch.state), branch.backlog), [])
+        for position in alike:
+            other = kept[position]
             if _same(branch, other):
-                alike[position] = replace(other, freedoms=_undisputed(other, branch))
+                kept[position] = other.having(_undisputed(other, branch))
                 break
         else:
-            alike.append(branch)
+            alike.append(len(kept))
+            kept.append(branch)
     merged = list(chain.from_iterable(by_due.values()))
     return [_given_up(merged)] if len(merged) > MOST_BRANCHES else merged
 
@@ -335,6 +352,10 @@ def _given_up(branches: list[Branch]) -> Branch:
     owed = LARGEST_BLOCK + max(_waiting(branch) for branch in branches)
     lost = Lost(owed, given_up=True)
     return quiet(lost, branches[0].memory.in_doubt(), branches[0].row)
+
+
+def _is_given_up(branch: Branch) -> bool:
+    return isinstance(branch.state, Lost) and branch.state.given_up
 
 
 def _bears(branch: Branch, fits: list[Branch], *, near: bool) -> bool:
@@ -365,8 +386,8 @@ def _same(one: Branch, other: Branch) -> bool:
     return (
         one.state == other.state
         and one.memory == other.memory
-        and one.backlog == other.backlog
         and one.findings == other.findings
+        and one.backlog == other.backlog
     )
 
 
