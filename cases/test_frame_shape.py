@@ -18,6 +18,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
+from conformance.sdo.rules import FRAME_SHAPE
 
 SHAPE = "7.2.4.3"
 CHANNEL = "7.3.3"
@@ -42,6 +43,15 @@ def test_one_identifier(sdo: Dialogue) -> None:
     for frame in sdo.channel.overheard:
         if frame.data == answer and frame.can_id & 0x7F not in others:
             raise sdo.breach(f"nothing but {sdo.channel.ids.response}", f"also {frame}")
+
+
+@must("frame.abort-identifier", "2.13-frame", clause=CHANNEL)
+def test_abort_identifier(sdo: Dialogue) -> None:
+    """A refusal is sent on the identifier of the responses, as any other answer."""
+    missing = sdo.missing_object()
+    sdo.send(UploadInitiate(missing))
+    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_clean(FRAME_SHAPE)
 
 
 @must("frame.other-node", "1.2-request", bit=[0, 1, 2, 3, 4, 5, 6])

@@ -176,6 +176,8 @@ class Closing:
         properties = dict(findings.properties)
         if findings.unrestored:
             properties["not-restored"] = "; ".join(findings.unrestored)
+        if findings.notes:
+            properties["bench-notes"] = "; ".join(dict.fromkeys(findings.notes))
         if self._stale:
             properties["stale-deviations"] = "; ".join(map(str, self._stale))
         troubles = [error for error in findings.bench_errors if not isinstance(error, DeviceLost)]
@@ -255,6 +257,7 @@ class Closing:
         yield from found_lines(state.findings.properties)
         yield from summary_lines(state.results)
         yield from state.findings.stopped
+        yield from (f"bench: {note}" for note in dict.fromkeys(state.findings.notes))
         unexplained = [known for known in state.options.deviations if not known.is_explained]
         if unexplained:
             yield f"{len(unexplained)} known deviations lack a reason: say why they may stay"

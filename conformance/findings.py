@@ -18,6 +18,7 @@ class Findings:
     ``unjudged`` are late answers that no selected case has judged, ``beside`` what else was wrong
     beside the cases and none has failed for, ``unrestored`` lines that say what to write back by
     hand, ``restored`` those on what an earlier run had left;
+    ``notes`` tell of the bench what fails nothing;
     ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
     run did not come to, because it was ended before; ``stopped`` says what has stopped a device
     that was brought back; ``partly`` names known deviations for several cases of which some were
@@ -31,6 +32,7 @@ class Findings:
     beside: list[str] = field(default_factory=list)
     unrestored: list[str] = field(default_factory=list)
     restored: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     out: dict[int, str] = field(default_factory=dict)
     unreached: list[CaseResult] = field(default_factory=list)
     stopped: list[str] = field(default_factory=list)
@@ -51,6 +53,7 @@ class Findings:
             f"{incident.case_id}: {incident.violation}"
             for incident in session.whole_run.late[judged:]
         ]
+        self.notes += session.channel.strangers.lines()
         aside = session.causes.aside()
         self.broken_beside += [cause.rule_id for cause, _ in aside]
         self.beside += [
@@ -74,6 +77,7 @@ class Findings:
             "beside": self.beside,
             "unrestored": self.unrestored,
             "restored": self.restored,
+            "notes": self.notes,
             "out": self.out,
             "unreached": [result.as_dict() for result in self.unreached],
             "stopped": self.stopped,
@@ -90,6 +94,7 @@ class Findings:
         self.beside += values["beside"]
         self.unrestored += values["unrestored"]
         self.restored += values["restored"]
+        self.notes += values["notes"]
         self.out |= values["out"]
         self.unreached += map(CaseResult.from_dict, values["unreached"])
         self.stopped += values["stopped"]

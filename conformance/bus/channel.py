@@ -6,6 +6,7 @@ from collections.abc import Callable
 from conformance.bus.link import Link, second_client
 from conformance.bus.pace import Pace
 from conformance.bus.patience import Patience
+from conformance.bus.strangers import Strangers
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort, Unknown
@@ -23,11 +24,12 @@ MOST_WAITS = 5
 class Channel:
     """A pair of COB-IDs of one device on a link; by default 600h and 580h plus node-ID.
 
-    Responses are all frames with the response identifier, well-formed or not. They wait for this
-    channel in the order in which they came, also while another channel of the link receives.
-    What else comes from the bus is kept in ``overheard``; boot-up messages of the device call
-    ``on_boot_up``. ``pace`` is how fast the device answers there. It is ``at_rest`` when the
-    last frame on it was a response, and no abort.
+    Responses are all frames with the response identifier, well-formed or not, and what else is the
+    device's by what it holds. They wait for this channel in the order in which they came, also
+    while another channel of the link receives. What else comes from the bus is kept in
+    ``overheard``, and told by ``strangers`` where it might be mistaken; boot-up messages of the
+    device call ``on_boot_up``. ``pace`` is how fast the device answers there. It is ``at_rest``
+    when the last frame on it was a response, and no abort.
     """
 
     def __init__(
@@ -54,7 +56,10 @@ class Channel:
         self.missed = 0.0
         self.in_doubt = False
         self.waited_again = False
+        self.strangers = Strangers(self.ids)
         self._responses: Waiting = deque()
+        # Aborts on the identifier of the requests of which it is open whose they are.
+        self._held: Waiting = deque()
         self._error_control: Waiting = deque(maxlen=MOST_OVERHEARD)
         link.add_receiver(self._take)
 
@@ -80,6 +85,7 @@ class Channel:
     def send_frame(self, frame: CanFrame) -> None:
         """Send any frame."""
         self.at_rest = False
+        self.strangers.asked(frame)
         self.link.send(frame)
 
     def send_nmt(self, message: NmtMessage) -> None:
@@ -130,31 +136,57 @@ class Channel:
         return frame
 
     def _next_within(self, queue: Waiting, patience: Patience) -> CanFrame | None:
+        waits_for_answer = queue is self._responses and patience.left > 0
         while not queue:
             frame = self.link.receive_with(patience)
             if queue:
                 break
             if frame is None:
                 self.missed, self.in_doubt = patience.missed, patience.in_doubt
-                return None
+                return self._from_device() if self._held and waits_for_answer else None
             self._check_own(frame)
             patience.looked(silent=False)
         self.missed, self.in_doubt = patience.missed, False
+        if self._held and queue is self._responses:
+            held, _ = self._held[0]
+            if self.strangers.somebody_else_answers(held, queue[0][0]):
+                self._held.clear()
+                raise second_client(self.ids.request)
+            return self._from_device()
         found, self.arrived = queue.popleft()
         self.at_rest = queue is self._responses and found.data[:1] != ABORTS
         return found
 
+    def _from_device(self) -> CanFrame:
+        """Take an abort on the identifier of the requests for the device's: nobody else answers."""
+        self.strangers.confirmed = True
+        found, self.arrived = self._held.popleft()
+        self.at_rest = False
+        return found
+
+    def is_response(self, frame: CanFrame) -> bool:
+        """Say whether a frame that has just come is the device's, in the right shape or not."""
+        if frame.can_id == self.ids.response.can_id:
+            plain = frame.extended == self.ids.response.extended and not (frame.remote or frame.fd)
+            return plain or self.strangers.is_answer(frame)
+        return self.strangers.confirmed and self.strangers.is_abort(frame)
+
     def _check_own(self, frame: CanFrame) -> None:
-        request = self.ids.request
-        if frame.can_id == request.can_id and frame.extended == request.extended:
-            raise second_client(request)
+        if self.ids.request.matches(frame) and not self.strangers.is_abort(frame):
+            raise second_client(self.ids.request)
 
     def _take(self, frame: CanFrame) -> None:
-        if frame.can_id == self.ids.response.can_id:
+        if self.is_response(frame):
             self._responses.append((frame, self.link.arrived))
             return
+        if self.strangers.is_abort(frame):
+            self._held.append((frame, self.link.arrived))
+            return
         self.overheard.append(frame)
-        if frame.can_id == self._boot_up.can_id and not frame.extended and frame.dlc == 1:
+        if frame.can_id == self.ids.response.can_id:
+            self.strangers.note(frame)
+        plain = not (frame.extended or frame.remote or frame.fd)
+        if frame.can_id == self._boot_up.can_id and plain and frame.dlc == 1:
             self._error_control.append((frame, self.link.arrived))
             if frame == self._boot_up:
                 self.on_boot_up()

@@ -28,6 +28,7 @@ def to_message(frame: CanFrame) -> can.Message:
         dlc=frame.length,
         is_extended_id=frame.extended,
         is_remote_frame=frame.remote,
+        is_fd=frame.fd,
     )
 
 
@@ -39,4 +40,5 @@ def to_frame(message: can.Message) -> CanFrame:
         message.is_extended_id,
         message.is_remote_frame,
         message.dlc if message.is_remote_frame else None,
+        message.is_fd,
     )

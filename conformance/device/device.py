@@ -271,7 +271,10 @@ class Device:
 
     def shortest_readable(self) -> Multiplexer:
         """Return what reads with the fewest bytes, always the same: leaks would show there."""
-        return min(self.steady(), key=lambda mux: (len(self.values[mux]), mux))
+        readable = self.steady()
+        if not readable:
+            raise _lacking("an object that can be read", "2001=unsigned8")
+        return min(readable, key=lambda mux: (len(self.values[mux]), mux))
 
     def all_writable(self) -> list[KnownObject]:
         """Return what may be written and was read; what has limits last.

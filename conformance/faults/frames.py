@@ -45,6 +45,16 @@ class ExtendedResponses(Node):
         return CanFrame(self.response_id, data, extended=True)
 
 
+@fault("abort-on-request-identifier", SHAPE, "frame.abort-identifier")
+class AbortOnRequestId(Node):
+    """Sends its aborts back on the identifier of the requests."""
+
+    def respond(self, data: bytes) -> CanFrame:
+        """Put an abort where the client sends its own."""
+        aborts = data[:1] == b"\x80"
+        return CanFrame(self.request_id if aborts else self.response_id, data)
+
+
 @fault("answers-twice", SHAPE, "frame.one-answer")
 class AnswersTwice(Node):
     """Sends every answer twice."""

@@ -14,24 +14,8 @@ from conformance.run.verdict import CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe, describe_response
-from conformance.sdo.frames import (
-    Abort,
-    BlockDownloadInitiate,
-    BlockDownloadInitiateResponse,
-    BlockEnd,
-    BlockEndResponse,
-    BlockUploadInitiate,
-    BlockUploadInitiateResponse,
-    DownloadInitiate,
-    DownloadInitiateResponse,
-    DownloadSegment,
-    DownloadSegmentResponse,
-    Request,
-    UploadInitiate,
-    UploadInitiateResponse,
-    UploadSegment,
-    UploadSegmentResponse,
-)
+from conformance.sdo.frames import Abort, DownloadSegment, Request
+from conformance.sdo.pairing import is_answer
 from conformance.sdo.rules import (
     MULTIPLEXER,
     NOT_REFUSED,
@@ -42,15 +26,6 @@ from conformance.sdo.rules import (
     Violation,
 )
 
-ANSWERS: dict[type, type] = {
-    UploadInitiate: UploadInitiateResponse,
-    UploadSegment: UploadSegmentResponse,
-    DownloadInitiate: DownloadInitiateResponse,
-    DownloadSegment: DownloadSegmentResponse,
-    BlockUploadInitiate: BlockUploadInitiateResponse,
-    BlockDownloadInitiate: BlockDownloadInitiateResponse,
-    BlockEnd: BlockEndResponse,
-}
 # An answer that breaks these may be one to something else.
 WRONG_ANSWERS = frozenset(rule.id for rule in (SPECIFIER, NOT_REFUSED, MULTIPLEXER))
 
@@ -229,12 +204,3 @@ def confirmed_and_refused(
     found = Violation(UNSOLICITED, expected=error.expected, actual=both)
     found.habit = (UNSOLICITED.id, "an abort behind the confirmation of a download")
     return found
-
-
-def is_answer(frame: bytes, request: Request) -> bool:
-    """Say whether a frame is a positive answer to a request, by its specifier and multiplexer."""
-    response = decode_response(frame)
-    kind = ANSWERS.get(type(request))
-    if kind is None or not isinstance(response, kind):
-        return False
-    return getattr(response, "mux", None) == getattr(request, "mux", None)

@@ -88,6 +88,11 @@ class Lockstep:
             self._sdo.after_fence = lambda: None
 
     def _take(self, captured: Captured) -> None:
+        channel = self._sdo.channel
+        numbers = (channel.request_id, channel.response_id)
+        received = captured.direction is Direction.RECEIVED and captured.frame.can_id in numbers
+        if received and not channel.is_response(captured.frame):
+            return  # somebody else's
         if self._sdo.fencing:
             self._held.append(captured)
         else:
@@ -101,7 +106,7 @@ class Lockstep:
             captured
             for captured in held
             if captured.direction is Direction.RECEIVED
-            and captured.frame.can_id == self._sdo.channel.response_id
+            and self._is_response(captured)
         ]
         stray = list(takewhile(lambda captured: captured.frame.data not in due, received))
         for captured in stray:
@@ -110,13 +115,17 @@ class Lockstep:
             if captured not in stray:
                 self._show(captured)
 
+    def _is_response(self, captured: Captured) -> bool:
+        channel = self._sdo.channel
+        return captured.frame.can_id in (channel.request_id, channel.response_id)
+
     def _show(self, captured: Captured) -> None:
         if captured.direction is Direction.SENT:
             self._sub_blocks.request(captured.frame.data)
             self.oracle.observe(captured.frame)
             if isinstance(decode_request(captured.frame.data), INITIATES):
                 self._aborted = False
-        elif captured.frame.can_id == self._sdo.channel.response_id:
+        elif self._is_response(captured):
             exceeded = self._sdo.causes.sub_blocks_are_exceeded
             if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
                 return  # it was noted, and is no answer

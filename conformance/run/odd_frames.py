@@ -19,10 +19,14 @@ Reader = Callable[[bytes], Response]
 def check_shape(frame: CanFrame, response: CobId) -> None:
     """Raise Violation unless a frame is a data frame of 8 bytes in the format of the channel."""
     wrong = []
+    if frame.can_id != response.can_id:
+        wrong.append("on the identifier of the requests")
     if frame.extended != response.extended:
         wrong.append(f"{'a 29' if frame.extended else 'an 11'}-bit identifier")
     if frame.remote:
         wrong.append("a remote frame")
+    if frame.fd:
+        wrong.append("a CAN FD frame")
     if frame.dlc != FRAME_LENGTH:
         wrong.append(f"DLC {frame.dlc}")
     if wrong:

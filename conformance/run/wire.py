@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
+from conformance.bus.strangers import format_of
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.safety import written_by
@@ -318,7 +319,7 @@ class Wire:
         try:
             check_shape(frame, self.channel.ids.response)
         except Violation as odd:
-            if not data or frame.extended or frame.remote:
+            if not data or frame.extended or frame.remote or frame.fd:
                 raise
             self.note(odd)
             self.misshapen = odd
@@ -355,8 +356,17 @@ class Wire:
             raise unsolicited(stray, read=self.read_as)
 
     def _heard_elsewhere(self) -> str:
-        heard = [str(frame) for frame in self.channel.overheard if frame.dlc == FRAME_LENGTH]
-        return f"; heard on other identifiers: {', '.join(heard[-3:])}" if heard else ""
+        number = self.channel.response_id
+        alike = [frame for frame in self.channel.overheard if frame.can_id == number]
+        heard = [
+            str(frame)
+            for frame in self.channel.overheard
+            if frame.dlc == FRAME_LENGTH and frame not in alike
+        ]
+        told = f"; heard on other identifiers: {', '.join(heard[-3:])}" if heard else ""
+        if alike:
+            told += f"; heard with that number, but a {format_of(alike[-1])}: {alike[-1]}"
+        return told
 
     # Proof that nothing was answered
 
@@ -563,7 +573,7 @@ class Wire:
         return {
             frame.can_id & 0x7F
             for frame in self.channel.overheard
-            if frame.can_id & ~0x7F == REQUEST_BASE and not frame.extended
+            if frame.can_id & ~0x7F == REQUEST_BASE and not (frame.extended or frame.remote)
         }
 
     def drain(self) -> list[CanFrame]:

@@ -78,9 +78,9 @@ class CobId:
         return replace(self, valid=False)
 
     def matches(self, frame: CanFrame) -> bool:
-        """Say whether a data frame has this identifier, in its format."""
+        """Say whether a classic data frame has this identifier, in its format."""
         same = frame.can_id == self.can_id and frame.extended == self.extended
-        return same and not frame.remote
+        return same and not frame.remote and not frame.fd
 
     def frame(self, data: bytes) -> CanFrame:
         """Return a data frame with this identifier."""

@@ -7,9 +7,10 @@ from bus_fakes import ANSWER, READ, Bench, message
 
 from conformance.bus.channel import MOST_OVERHEARD, Channel
 from conformance.bus.errors import SecondClient
+from conformance.bus.messages import to_message
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
-from conformance.sdo.frames import UploadInitiate
+from conformance.sdo.frames import Abort, UploadInitiate, UploadSegment
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand, NmtMessage
 
@@ -47,17 +48,116 @@ def test_requests_go_out_on_600h_plus_node_id(bench: Bench) -> None:
         RESPONSE,
         CanFrame(0x585, ANSWER[:7]),
         CanFrame(0x585),
-        CanFrame(0x585, remote=True, length=8),
         CanFrame(0x585, ANSWER, extended=True),
+        CanFrame(0x585, ANSWER, fd=True),
     ],
-    ids=["plain", "DLC-7", "DLC-0", "remote", "29-bit"],
+    ids=["plain", "DLC-7", "DLC-0", "29-bit", "FD"],
 )
-def test_whatever_has_the_response_identifier_is_returned(bench: Bench, response: CanFrame) -> None:
-    bench.bus.incoming.append(
-        message(0x585, response.data, extended=response.extended, remote=response.remote)
-    )
+def test_what_the_device_sends_is_returned_in_whatever_shape(
+    bench: Bench, response: CanFrame
+) -> None:
+    """In another format it is known by the answer that it holds."""
+    bench.channel.send(READ)
+    bench.bus.incoming.append(to_message(response))
     assert bench.channel.receive() == response
     assert not bench.channel.overheard
+
+
+STRANGE = (
+    CanFrame(0x585, bytes(8), extended=True),
+    CanFrame(0x585, ANSWER[:3] + b"\x01" + ANSWER[4:], extended=True),  # of another object
+    CanFrame(0x585, remote=True, length=8),
+    CanFrame(0x585, bytes(12), fd=True),
+)
+
+
+def test_what_somebody_else_sends_with_the_number_of_the_device_is_not_its_answer(
+    bench: Bench,
+) -> None:
+    bench.channel.send(READ)
+    bench.bus.incoming.extend(map(to_message, (*STRANGE, RESPONSE, STRANGE[0])))
+    assert bench.channel.receive() == RESPONSE
+    assert bench.channel.receive() is None
+    assert list(bench.channel.overheard) == [*STRANGE, STRANGE[0]]
+    assert bench.channel.strangers.lines() == [
+        "somebody sends 29-bit frames with the number of the device's responses: "
+        "00000585#0000000000000000 and 2 more",
+        "somebody sends 11-bit remote frames with the number of the device's responses: 585#R8",
+        "somebody sends 11-bit CAN FD frames with the number of the device's responses: "
+        "585##0000000000000000000000000",
+    ]
+
+
+def test_a_segment_of_another_format_is_the_answer_to_a_request_of_that_format(
+    bench: Bench,
+) -> None:
+    """It names no object; somebody else's frame may well begin as it does."""
+    segment = to_message(CanFrame(0x585, b"\x00" + b"ABCDEFG", extended=True))
+    asked = UploadSegment(0).encode()
+    for frame, answers in (
+        (CanFrame(0x605, asked), []),
+        (CanFrame(0x605, asked, extended=True), [segment]),
+    ):
+        bench.channel.send_frame(frame)
+        bench.bus.incoming.append(segment)
+        assert [to_message(found).data for found in received(bench)] == [
+            answer.data for answer in answers
+        ]
+
+
+def received(bench: Bench) -> list[CanFrame]:
+    return list(iter(bench.channel.receive, None))
+
+
+# Aborts on the identifier of the requests
+
+REFUSED = CanFrame(0x605, Abort(Multiplexer(0x1000), 0x08000000).encode())
+OTHER_READ = UploadInitiate(Multiplexer(0x1018, 1))
+OTHER_ANSWER = CanFrame(0x585, bytes.fromhex("4318100100000C5D"))
+
+
+def test_an_abort_on_the_identifier_of_the_requests_is_the_device_s_where_nobody_else_answers(
+    bench: Bench,
+) -> None:
+    bench.channel.send(READ)
+    bench.bus.incoming.append(to_message(REFUSED))
+    assert received(bench) == [REFUSED]
+    bench.channel.send(READ)
+    bench.bus.incoming.append(to_message(REFUSED))
+    before = bench.clock.now
+    assert bench.channel.receive() == REFUSED
+    assert bench.clock.now == before  # the second is no more in doubt
+
+
+def test_it_is_the_device_s_as_well_where_what_was_asked_next_is_answered(bench: Bench) -> None:
+    bench.channel.send(READ)
+    bench.channel.send(OTHER_READ)
+    bench.bus.incoming.extend(map(to_message, (REFUSED, OTHER_ANSWER)))
+    assert received(bench) == [REFUSED, OTHER_ANSWER]
+
+
+def test_it_is_the_device_s_answer_to_an_abort(bench: Bench) -> None:
+    bench.channel.abort(Multiplexer(0x1000), 0x08000000)
+    bench.channel.send(READ)
+    bench.bus.incoming.extend(map(to_message, (REFUSED, RESPONSE)))
+    assert received(bench) == [REFUSED, RESPONSE]
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        (REFUSED, RESPONSE),
+        (CanFrame(0x605, Abort(Multiplexer(0x2000), 0x08000000).encode()),),
+        (REFUSED, CanFrame(0x605, READ)),
+    ],
+    ids=["the-device-answers", "of-another-object", "a-client-s-request-behind-it"],
+)
+def test_it_is_a_second_client_s(bench: Bench, frames: tuple[CanFrame, ...]) -> None:
+    bench.channel.send(OTHER_READ)
+    bench.channel.send(READ)
+    bench.bus.incoming.extend(map(to_message, frames))
+    with pytest.raises(SecondClient):
+        bench.channel.receive()
 
 
 def test_other_frames_are_overheard(bench: Bench) -> None:
@@ -84,10 +184,10 @@ def test_only_the_latest_are_kept(bench: Bench) -> None:
     assert bench.channel.overheard[0].data == b"\x00\x01"
 
 
-@pytest.mark.parametrize("remote", [False, True])
-def test_a_second_client(bench: Bench, remote: bool) -> None:
+def test_a_second_client(bench: Bench) -> None:
+    bench.bus.incoming.append(message(0x605, b"", remote=True))  # asks the device for nothing
     for look in (bench.channel.receive, bench.channel.waiting):
-        bench.bus.incoming.append(message(0x605, READ, remote=remote))
+        bench.bus.incoming.append(message(0x605, READ))
         with pytest.raises(SecondClient, match="Another node sends SDO requests on 605h"):
             look()
 

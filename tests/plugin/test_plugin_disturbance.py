@@ -38,6 +38,10 @@ TRAFFIC = (
     CanFrame(0x700 + OTHER, b"\x7f"),
     CanFrame(0x000, bytes((0x01, OTHER))),  # NMT
     CanFrame(0x18FEF100, bytes(8), extended=True),
+    CanFrame(0x580 + NODE_ID, bytes.fromhex("43001000FFFFFFFF")[::-1], extended=True),
+    CanFrame(0x580 + NODE_ID, remote=True, length=8),
+    CanFrame(0x600 + NODE_ID, remote=True, length=8),
+    CanFrame(0x580 + NODE_ID, bytes(12), fd=True),
 )
 BURST = 4
 

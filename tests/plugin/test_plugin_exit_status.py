@@ -217,6 +217,28 @@ def test_a_second_client_in_the_middle_of_a_case(pytester: pytest.Pytester) -> N
     result.stdout.fnmatch_lines(["*Another node sends SDO requests on 605h*a PLC).*"])
 
 
+STRANGER = f"""
+    import can
+
+    def test_strange(sdo, request):
+        channel = request.config.getoption("can_channel")
+        with can.Bus(interface="virtual", channel=channel) as bus:
+            bus.send(can.Message(arbitration_id={0x580 + NODE_ID}, data=bytes(8)))
+        assert sdo.fence() == []
+"""
+
+
+def test_a_stranger_with_the_number_of_the_device_is_told_once(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=STRANGER)
+    with reference() as options:
+        result = run(pytester, *options, "test_mine.py")
+    assert result.ret == 0
+    told = f"bench: somebody sends 29-bit frames*: {0x580 + NODE_ID:08X}#0000000000000000"
+    result.stdout.fnmatch_lines([told])
+    properties = parsed(the_report(pytester) / "junit.xml").iter("property")
+    assert any(each.attrib["name"] == "bench-notes" for each in properties)
+
+
 WRITES = """
     from conformance.sdo.layout import Multiplexer
 

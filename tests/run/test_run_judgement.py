@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.run.judgement import Point, confirmed_and_refused, crossing, is_answer
+from conformance.run.judgement import Point, confirmed_and_refused, crossing
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -26,6 +26,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.pairing import is_answer
 from conformance.sdo.rules import (
     MULTIPLEXER,
     NOT_REFUSED,

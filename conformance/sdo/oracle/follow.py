@@ -252,7 +252,9 @@ class Oracle:
         if isinstance(frame, bytes):
             frame = CanFrame(RESPONSE_BASE + (self._node_id or 0), frame)
         wrong = []
-        if self._node_id is not None and frame.can_id != RESPONSE_BASE + self._node_id:
+        if self._node_id is not None and frame.can_id == REQUEST_BASE + self._node_id:
+            wrong.append("on the identifier of the requests")
+        elif self._node_id is not None and frame.can_id != RESPONSE_BASE + self._node_id:
             wrong.append(f"identifier {frame.can_id:03X}h")
         if frame.extended:
             wrong.append("a 29-bit identifier")

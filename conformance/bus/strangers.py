@@ -1,0 +1,99 @@
+"""Frames with an identifier of the channel that need not be the device's: whose they are.
+
+Anybody may send 29-bit, remote or FD frames with the number of the channel. Such a frame is taken
+for the device's only where it holds the answer to what was asked. An abort on the identifier of the
+requests is the device's where it names what was asked and nobody else answers that.
+"""
+
+from collections import Counter, deque
+
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.frames import Abort, Request
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.pairing import is_answer, names_object
+
+_CODES = frozenset(AbortCode)
+_NO_OBJECT = Multiplexer(0)
+# What an abort may be about that comes now: of so many requests.
+RECENT = 4
+
+
+class Strangers:
+    """Tells the frames of the device from those of somebody else; keeps one of each kind of these.
+
+    ``confirmed``: the device is known to send its aborts on the identifier of the requests.
+    """
+
+    def __init__(self, ids: ChannelIds) -> None:
+        """Nothing was asked yet."""
+        self.confirmed = False
+        self._ids = ids
+        self._asked: deque[Request] = deque(maxlen=2)
+        self._oddly = False
+        self._objects: deque[Multiplexer | None] = deque([None], maxlen=RECENT)
+        self._counts: Counter[str] = Counter()
+        self._first: dict[str, CanFrame] = {}
+
+    def asked(self, frame: CanFrame) -> None:
+        """Take what was sent to the device, in whatever format."""
+        if frame.can_id != self._ids.request.can_id:
+            return
+        request = decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")[:FRAME_LENGTH])
+        self._asked.append(request)
+        self._oddly = not self._ids.request.matches(frame)
+        self._objects.append(getattr(request, "mux", self._objects[-1]))
+
+    def is_answer(self, frame: CanFrame) -> bool:
+        """Say whether a frame of another format holds an answer to what was asked last."""
+        if frame.remote or not frame.data or not self._asked:
+            return False
+        data = frame.data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+        response, request = decode_response(data), self._asked[-1]
+        if isinstance(response, Abort):
+            return response.code in _CODES
+        # What names no object could be anything, unless the request had the other format too.
+        return is_answer(data, request) and (self._oddly or names_object(request))
+
+    def is_abort(self, frame: CanFrame) -> bool:
+        """Say whether a frame on the identifier of the requests may be the device's."""
+        if not self._ids.request.matches(frame) or frame.dlc != FRAME_LENGTH:
+            return False
+        abort = decode_request(frame.data)
+        return isinstance(abort, Abort) and abort.mux in (*self._objects, _NO_OBJECT)
+
+    def somebody_else_answers(self, abort: CanFrame, frame: CanFrame) -> bool:
+        """Say whether a response answers the same request as an abort that came before it."""
+        aborted = decode_request(abort.data)
+        answered = getattr(decode_response(frame.data), "mux", self._objects[-1])
+        if not isinstance(aborted, Abort) or aborted.mux != answered:
+            return False
+        # It may answer our own abort: the response is for what was asked behind that.
+        before = self._asked[0]
+        return not (isinstance(before, Abort) and before.mux == aborted.mux)
+
+    def note(self, frame: CanFrame) -> None:
+        """Keep that somebody sends such a frame."""
+        kind = format_of(frame)
+        self._first.setdefault(kind, frame)
+        self._counts[kind] += 1
+
+    def lines(self) -> list[str]:
+        """Say, once for each format, what somebody sends."""
+        return [
+            f"somebody sends {kind}s with the number of the device's responses: "
+            f"{self._first[kind]}" + (f" and {count - 1} more" if count > 1 else "")
+            for kind, count in self._counts.items()
+        ]
+
+
+def format_of(frame: CanFrame) -> str:
+    """Return the format of a frame in words.
+
+    >>> format_of(CanFrame(0x585, extended=True, remote=True))
+    '29-bit remote frame'
+    """
+    kind = "remote frame" if frame.remote else "CAN FD frame" if frame.fd else "frame"
+    return f"{'29' if frame.extended else '11'}-bit {kind}"
