@@ -8,6 +8,7 @@ from conformance.bus.errors import BenchError, error_named
 from conformance.device.known_deviations import Deviation
 from conformance.run.session import DeviceSession
 from conformance.run.steps import shown
+from conformance.run.twins import either
 from conformance.run.verdict import CaseResult
 
 
@@ -54,6 +55,8 @@ class Findings:
             for incident in session.whole_run.late[judged:]
         ]
         self.notes += session.channel.strangers.lines()
+        if session.device.answers_twice:
+            self.notes.append(either(session.device.node_id))
         aside = session.causes.aside()
         self.broken_beside += [cause.rule_id for cause, _ in aside]
         self.beside += [

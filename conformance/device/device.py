@@ -56,7 +56,8 @@ class Device:
     and a case has changed: it is stored again. ``room`` has for strings and domains a number of
     bytes that they have taken. ``nowhere`` names entries that the device was seen to lack, as
     their sub-indices 00h, and whose multiplexers are text. ``astray`` are objects that a case has
-    written and that could not be put back: what they hold is not known.
+    written and that could not be put back: what they hold is not known. ``answers_twice``: every
+    read is answered twice, and alike, so that it may be two devices with one node-ID.
     """
 
     node_id: int
@@ -65,6 +66,7 @@ class Device:
     unreadable: dict[Multiplexer, str] = field(default_factory=dict)
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
     boot_ups: int = 0
+    answers_twice: bool = False
     block_download_refusal: str | None = None
     block_upload_refusal: str | None = None
     parameters: dict[Multiplexer, bytes] = field(default_factory=dict)

@@ -11,7 +11,13 @@ from typing import Any
 import can
 
 from conformance.bus.channel import Channel
-from conformance.bus.errors import BenchError, DeviceLost, ProcessFailed, SilentNode
+from conformance.bus.errors import (
+    BenchError,
+    DeviceLost,
+    ProcessFailed,
+    SilentNode,
+    TwoDevices,
+)
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import Stop
@@ -129,7 +135,7 @@ class Bench:
             try:
                 self.sessions[node_id] = session = self._session(link, node_id)
                 session.survey()
-            except (SilentNode, ProcessFailed, DeviceLost) as error:
+            except (SilentNode, TwoDevices, ProcessFailed, DeviceLost) as error:
                 self.silent[node_id] = error
 
     def _further_ids(self) -> list[int]:

@@ -14,6 +14,7 @@ from conformance.run.listed import is_error_place
 from conformance.run.losses import ENOUGH
 from conformance.run.payload import PRINTABLE_OBJECTS
 from conformance.run.steps import EXISTS
+from conformance.run.twins import examine, look_for_second
 from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -28,7 +29,14 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control
 from conformance.sdo.objects import Access, DataType
-from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Level, Rule, Violation
+from conformance.sdo.rules import (
+    IDLE_AFTERWARDS,
+    NOT_REFUSED,
+    UNSOLICITED,
+    Level,
+    Rule,
+    Violation,
+)
 
 SANITY_ATTEMPTS = 3
 ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
@@ -120,9 +128,10 @@ def discover(
     asked whether it has block uploads: an EDS would not say that either, but its cases ask. What is
     met on the way is added to ``causes``; ``progress`` is told of each object that is read. One
     that is lost is read on where something ``brings_back`` it. Raises SilentNode when nothing
-    answers, DeviceLost when nothing does any more.
+    answers, TwoDevices where two do, DeviceLost when nothing does any more.
     """
     record_baseline(channel, device)
+    look_for_second(channel, device)
     sdo = Reading(channel, device, _READING, 0, causes)
     sdo.brings_back = brings_back
     listed = [one for one in device.objects if one.access.readable and not one.refuses_scan]
@@ -138,6 +147,8 @@ def discover(
         _ask_for_block_upload(sdo)
     if any(known.varies for known in device.all_writable()):
         _seek_nowhere(sdo)
+    if not device.answers_twice and any(found.rule is UNSOLICITED for found in sdo.minor):
+        examine(channel, device)
     keep_aside(sdo)
 
 

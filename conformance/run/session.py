@@ -17,6 +17,7 @@ from conformance.run.habits import SURVEY, survey
 from conformance.run.judgement import Judgement, Point, confirmed_and_refused, crossing
 from conformance.run.recording import Recording
 from conformance.run.revival import Revival
+from conformance.run.twins import either
 from conformance.run.verdict import FAILED, INCIDENTAL, Afterwards, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
@@ -304,6 +305,8 @@ class CaseRun:
         result.latency = self.sdo.latency
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.notes
+        if result.verdict is Verdict.FAIL and self._session.device.answers_twice:
+            result.notes.append(either(self._session.device.node_id))
         if result.verdict is not Verdict.PASS:
             result.trace = self._session.trace(
                 own_frames,

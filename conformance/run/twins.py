@@ -1,0 +1,84 @@
+"""Two devices with one node-ID: each request is answered twice, and each write done by both.
+
+A device that sends every answer twice looks alike, unless what comes differs.
+"""
+
+from collections.abc import Iterator
+
+from conformance.bus.channel import Channel
+from conformance.bus.errors import TwoDevices
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
+from conformance.sdo.layout import Multiplexer
+
+# A second answer comes within so many seconds of the first: another device may be slower.
+SECOND = 0.1
+ASKED = (
+    DEVICE_TYPE,
+    IDENTITY_COUNT,
+    *(Multiplexer(IDENTITY_COUNT.index, sub_index) for sub_index in IDENTITY_NAMES),
+    *TEXTS,
+)
+
+
+def look_for_second(channel: Channel, device: Device) -> None:
+    """Find out, behind a read of 1000h, whether that was answered once more.
+
+    Raises TwoDevices where there are two; where that cannot be told, ``device.answers_twice``.
+    """
+    channel.send(UploadInitiate(IDENTITY_COUNT))
+    frame = channel.receive()
+    if frame is None:
+        return
+    if _is_about(frame, DEVICE_TYPE):
+        examine(channel, device)
+    elif getattr(decode_response(frame.data), "mux", None) != IDENTITY_COUNT:
+        _take_the_rest(channel)
+
+
+def examine(channel: Channel, device: Device) -> None:
+    """Read what tells devices apart, and take all answers; raises TwoDevices."""
+    _take_the_rest(channel)
+    answered = [list(_answers(channel, mux)) for mux in ASKED]
+    device.answers_twice = all(len(frames) != 1 for frames in answered)
+    for mux, frames in zip(ASKED, answered, strict=True):
+        others = [frame for frame in frames if frame.data != frames[0].data]
+        if others and all(_is_about(frame, mux) for frame in frames):
+            raise TwoDevices(
+                f"Two devices with node-ID {channel.node_id}? A read of {mux} is answered twice, "
+                f"and not alike: {frames[0]} and {others[0]}. Each write would be done by both. "
+                "Give one of them another node-ID, or take it off the bus."
+            )
+
+
+def _take_the_rest(channel: Channel) -> None:
+    while channel.receive(SECOND) is not None:
+        pass
+
+
+def _answers(channel: Channel, mux: Multiplexer) -> Iterator[CanFrame]:
+    channel.send(UploadInitiate(mux))
+    wait = channel.response_timeout
+    while (frame := channel.receive(wait)) is not None:
+        wait = SECOND
+        yield frame
+        response = decode_response(frame.data)
+        if isinstance(response, UploadInitiateResponse) and not response.expedited:
+            channel.abort(mux, AbortCode.GENERAL_ERROR)
+
+
+def _is_about(frame: CanFrame, mux: Multiplexer) -> bool:
+    """Say whether a frame serves the read of an object."""
+    response = decode_response(frame.data)
+    return isinstance(response, UploadInitiateResponse) and response.mux == mux
+
+
+def either(node_id: int) -> str:
+    """Say what it may be that answers twice, where that cannot be told."""
+    return (
+        "every read is answered twice, and alike: the device does that, or there are two devices "
+        f"with node-ID {node_id}"
+    )
