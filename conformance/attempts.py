@@ -1,4 +1,8 @@
-"""Tries a case again in which the server has ended a running transfer, as it may at any time."""
+"""Tries a case again where what it has met may have been chance.
+
+The server may end a running transfer at any time; the bus may have lost, repeated or swapped a
+frame.
+"""
 
 from collections.abc import Callable
 
@@ -8,10 +12,15 @@ from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
 from conformance.collection import CaseFunction
 from conformance.device.device import NotTestable
+from conformance.run import doubts
 from conformance.run.conversations.search import Search
+from conformance.run.doubts import Stumble, is_certain
 from conformance.run.early import MOST_TRIES, Way, is_systematic
+from conformance.run.second_try import doubt, stumble, take_back
 from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.verdict import BREACHES, CaseResult
 from conformance.state import CASE_RUN, ItemCase
+from conformance.suite_errors import conclude
 
 # Services of which a machine has made the cases.
 GENERATED = ("matrix",)
@@ -53,6 +62,44 @@ def try_again(
     if ways:
         run.sdo.info(f"{_in_words(ways)}; it was tried again")
     return run, error
+
+
+def conclude_tries(
+    item: pytest.Item, run: CaseRun, error: BaseException | None, begin_again: Callable[[], CaseRun]
+) -> tuple[CaseRun, BaseException | None, CaseResult]:
+    """Conclude a case that was ended by ``error``, if by any; return the try that counts.
+
+    What a lost frame may explain is tried again from the start: what it read can be read again,
+    and what it wrote is back. It fails where it fails twice at the same place.
+    """
+    run, error = try_again(item, run, error, begin_again)
+    result = _conclude(item, run, error)
+    tries: list[Stumble] = []
+    failed = result
+    while isinstance(item, CaseFunction) and item.is_own and (way := stumble(run)) is not None:
+        tries.append(way)
+        if is_certain(tries):
+            return run, error, result
+        if len(tries) == doubts.MOST_TRIES:
+            break
+        failed = result
+        take_back(run)
+        run = begin_again()
+        item.stash[CASE_RUN] = run
+        run, error = try_again(item, run, _perform(item, run), begin_again)
+        result = _conclude(item, run, error)
+    if tries and (result.verdict not in BREACHES or len(tries) == doubts.MOST_TRIES):
+        doubt(run, failed)
+    return run, error, result
+
+
+def _conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> CaseResult:
+    return conclude(item, run, NotTestable(str(error)) if is_told(error) else error)
+
+
+def is_told(error: BaseException | None) -> bool:
+    """Say whether a test has said itself that it cannot be run."""
+    return isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
 
 
 def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:

@@ -4,12 +4,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from conformance.bus.errors import BenchError, error_named
+from conformance.bus.errors import BenchError, FailedOnce, error_named
 from conformance.device.known_deviations import Deviation
 from conformance.run.session import DeviceSession
 from conformance.run.steps import shown
 from conformance.run.twins import either
 from conformance.run.verdict import CaseResult
+
+
+def not_again(session: DeviceSession, lost: int) -> FailedOnce:
+    """Describe what has failed once and not again, though the bus need not be why."""
+    met, frames = len(session.doubts.met), session.doubts.frames
+    return FailedOnce(
+        f"Node {session.device.node_id} failed {met} times in {frames} frames, and not when the "
+        f"same was tried again; the interface itself tells of {lost or 'no'} lost frames. Either "
+        "frames are lost, repeated or swapped on the way (check the adapter, its driver and the "
+        "load of this machine), or the device is wrong at times: this run cannot tell."
+    )
 
 
 @dataclass(slots=True)
@@ -42,12 +53,18 @@ class Findings:
     wrong_use: str = ""
 
     def close(
-        self, session: DeviceSession, *, judged: int, known: Sequence[Deviation] = ()
+        self,
+        session: DeviceSession,
+        *,
+        judged: int,
+        known: Sequence[Deviation] = (),
+        lost: int = 0,
     ) -> None:
         """Take what a device's part of the run leaves behind.
 
         ``judged`` is how many of its late answers a case has judged; what a rule alone excuses of
-        what is ``known`` to be wrong is no finding.
+        what is ``known`` to be wrong is no finding. ``lost`` are frames that the interface itself
+        says it has lost.
         """
         excused = {deviation.rule for deviation in known if deviation.case is None}
         self.unjudged += [
@@ -55,6 +72,9 @@ class Findings:
             for incident in session.whole_run.late[judged:]
         ]
         self.notes += session.channel.strangers.lines()
+        self.notes += session.doubts.lines()
+        if len(session.doubts.met) > lost:
+            self.bench_errors.append(not_again(session, lost))
         if session.device.answers_twice:
             self.notes.append(either(session.device.node_id))
         aside = session.causes.aside()

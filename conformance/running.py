@@ -4,13 +4,14 @@ from collections import defaultdict
 from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager, suppress
 from enum import IntEnum
+from functools import partial
 from typing import Any, NoReturn
 
 import can
 import pytest
 
 from conformance.about import about_device
-from conformance.attempts import begin, try_again
+from conformance.attempts import begin, conclude_tries, is_told
 from conformance.bus.errors import (
     BenchError,
     BusOff,
@@ -23,7 +24,6 @@ from conformance.bus.link import Captured, Direction
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import RunStopped
 from conformance.collection import CaseFunction
-from conformance.device.device import NotTestable
 from conformance.device.known_deviations import unknown_case
 from conformance.faults.hosting import simulated_bus, virtual_host
 from conformance.outcome import (
@@ -44,7 +44,6 @@ from conformance.sdo.rules import RULES
 from conformance.state import CASE_RUN, REACHED, RESULT, RunState, case_of, left_out, uses_device
 from conformance.suite_errors import (
     comes_from_here,
-    conclude,
     is_own_case,
     suite_error,
     traceback_of,
@@ -291,9 +290,8 @@ class Running:
     def _judge(self, item: pytest.Item, run: CaseRun, error: BaseException | None) -> None:
         """Judge a case that ended by ``error``, if by any, and raise what it is to pytest."""
         session = self._state.session(case_of(item).node_id)
-        run, error = try_again(item, run, error, lambda: begin(session, case_of(item)))
-        told = isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
-        result = conclude(item, run, NotTestable(str(error)) if told else error)
+        again = partial(begin, session, case_of(item))
+        run, error, result = conclude_tries(item, run, error, again)
         state = self._state
         self._look_after(item, session, result, run)
         account(result, state.options.deviations, strict=state.options.strict)
@@ -302,7 +300,7 @@ class Running:
         if result.case_id == LATE_ANSWERS:
             late = state.session(result.node_id).whole_run.late
             state.judged_late_answers[result.node_id] = len(late)
-        if told and error is not None and result.verdict is Verdict.NOT_TESTABLE:
+        if is_told(error) and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, run.bench_error or error, strict=state.options.strict)
 
@@ -426,9 +424,15 @@ class Running:
                 state.findings.bench_errors.append(error)
             except RunStopped:
                 pass  # what is not back is listed
+            lost = state.bench.counted()
+            if lost:
+                counts = ", ".join(f"{name} {count}" for name, count in lost.items())
+                state.findings.notes.append(
+                    f"the interface has counted since the run began: {counts}"
+                )
             for node_id, device in state.bench.sessions.items():
                 judged, known = state.judged_late_answers[node_id], state.options.deviations
-                state.findings.close(device, judged=judged, known=known)
+                state.findings.close(device, judged=judged, known=known, lost=sum(lost.values()))
         if self._values is not None:
             self._values.close(state.findings)
         if state.log is not None and (trouble := state.log.close()):

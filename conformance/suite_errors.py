@@ -10,7 +10,7 @@ from conformance.collection import CASES, CaseFunction
 from conformance.device.device import NotTestable
 from conformance.run.pauses import NOT_JUDGED
 from conformance.run.session import CaseRun
-from conformance.run.verdict import CaseResult, Unimplemented, Verdict
+from conformance.run.verdict import BREACHES, CaseResult, Unimplemented, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.rules import Violation
 
@@ -24,7 +24,6 @@ OUTCOMES = (
     pytest.skip.Exception,
     pytest.xfail.Exception,
 )
-BREACHES = (Verdict.FAIL, Verdict.NON_STRICT)
 _PACKAGE = Path(__file__).parent
 
 

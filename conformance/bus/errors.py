@@ -2,9 +2,9 @@
 
 In the order of a run: the bus cannot be opened (BusNotOpened); the device never answers
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
-or leaves the bus (BusOff); frames are lost (FramesDropped); somebody else talks to the device
-(SecondClient), or answers for it (TwoDevices); the device stops answering (DeviceLost); a case
-would write where nobody allowed it (WriteNotPermitted); the device's program does not run
+or leaves the bus (BusOff); frames are lost (FramesDropped, FailedOnce); somebody else talks to the
+device (SecondClient), or answers for it (TwoDevices); the device stops answering (DeviceLost); a
+case would write where nobody allowed it (WriteNotPermitted); the device's program does not run
 (ProcessFailed); one of several processes that test is gone (WorkerLost); a report cannot be written
 (NotWritten); the suite itself has an error (SuiteError).
 """
@@ -44,6 +44,10 @@ class FramesDropped(BenchError):
 
 class SecondClient(BenchError):
     """Another SDO client sends requests on the channel under test."""
+
+
+class FailedOnce(BenchError):
+    """Cases failed once and not when they were tried again: by the bus, or by the device."""
 
 
 class TwoDevices(BenchError):

@@ -63,6 +63,8 @@ class Link:
         # none of ours unless it was asked to.
         # python-can would send a remote frame to socketcand as a data frame that lacks its data.
         self.sends_remote_frames = not isinstance(bus, SocketCanDaemonBus)
+        # Within one process no frame is lost, repeated or swapped.
+        self.may_lose = not (isinstance(bus, VirtualBus) or getattr(bus, "loses_nothing", False))
         self._marks_echoes = not isinstance(bus, SocketcanBus)
         self._unmarked = UnmarkedEchoes() if isinstance(bus, UdpMulticastBus) else None
 

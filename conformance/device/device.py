@@ -42,8 +42,9 @@ class Device:
     ``values`` holds what each object read at the start of the run: what is put back. The
     ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
     byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
-    not be read; such an object is never written. ``block_download_refusal`` is how the device
-    refuses block downloads, empty if it serves them, None as long as nobody asked;
+    not be read; such an object is never written; ``misread`` are those of them that were not
+    refused. ``block_download_refusal`` is how the device refuses block downloads, empty if it
+    serves them, None as long as nobody asked;
     ``block_upload_refusal`` is the same of block uploads. ``server_timeout`` is the declared time
     in seconds after which the device gives up a transfer, ``storage_time`` the one within which it
     stores its parameters or restores their defaults. ``parameters`` holds the values of
@@ -64,6 +65,7 @@ class Device:
     known: dict[Multiplexer, KnownObject] = field(default_factory=dict)
     values: dict[Multiplexer, bytes] = field(default_factory=dict)
     unreadable: dict[Multiplexer, str] = field(default_factory=dict)
+    misread: set[Multiplexer] = field(default_factory=set)
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
     boot_ups: int = 0
     answers_twice: bool = False

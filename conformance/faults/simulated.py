@@ -55,6 +55,8 @@ class SimulatedBus(can.BusABC):
     that the nodes take for an answer.
     """
 
+    loses_nothing = True
+
     def __init__(
         self, nodes: Iterable[HostedNode], delay: float = 0.0, clock: Clock | None = None
     ) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import can
 
 from conformance.bus.channel import Channel
+from conformance.bus.counters import counted_since, read_counters
 from conformance.bus.errors import (
     BenchError,
     DeviceLost,
@@ -31,6 +32,7 @@ from conformance.device.safety import WritePolicy
 from conformance.run.causes import Causes
 from conformance.run.channel_steps import TEST_CHANNELS
 from conformance.run.discovery import discover
+from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.sdo.cob_id import ChannelIds
@@ -118,6 +120,7 @@ class Bench:
         self._folder = folder
         self._open_bus = opener
         self._stack = ExitStack()
+        self._counters = read_counters(settings.bus)
 
     def open(self) -> None:
         """Open the bus and get to know every device that answers; raises BenchError.
@@ -133,8 +136,7 @@ class Bench:
             self._stack.enter_context(host)
         for node_id in settings.node_ids:
             try:
-                self.sessions[node_id] = session = self._session(link, node_id)
-                session.survey()
+                self._meet(link, node_id)
             except (SilentNode, TwoDevices, ProcessFailed, DeviceLost) as error:
                 self.silent[node_id] = error
 
@@ -147,9 +149,30 @@ class Bench:
         cob_ids = [cob_id for ids in used for cob_id in (ids.request, ids.response)]
         return [cob_id.can_id for cob_id in cob_ids if not cob_id.extended]
 
-    def _session(self, link: Link, node_id: int) -> DeviceSession:
+    def _meet(self, link: Link, node_id: int) -> None:
+        """Get to know a device; once more where a frame may have been lost on the way."""
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout, settings.sdo_channel)
+        revival = self._revival(channel)
+        if revival is not None:
+            revival.start()
+        if self._before is not None:
+            self._before(channel)
+        beginnings: list[Beginning] = []
+        while True:
+            self.sessions[node_id] = session = self._discovered(channel, revival)
+            session.survey()
+            session.restore_pending()  # what was read next would be taken for the value to keep
+            beginnings.append(beginning(session.device, session.causes))
+            if not link.may_lose or session.restorer.unrestored or is_settled(beginnings):
+                break
+            session.close()
+        for cause in in_doubt(beginnings):
+            session.doubts.add("before the first case", cause)
+
+    def _discovered(self, channel: Channel, revival: Revival | None) -> DeviceSession:
+        settings = self._settings
+        node_id = channel.node_id
         listing = settings.listings.get(node_id, Listing())
         objects = known_objects(settings.permits.named, listing)
         permits = settings.permits
@@ -167,11 +190,6 @@ class Bench:
         )
         if self._remember is not None:
             device.changes = Changes(partial(self._remember, device, channel.ids))
-        revival = self._revival(channel)
-        if revival is not None:
-            revival.start()
-        if self._before is not None:
-            self._before(channel)
         causes = Causes()
         brings_back = None if revival is None else lambda: not revival.attempt()
         discover(channel, device, causes, brings_back=brings_back)
@@ -191,6 +209,10 @@ class Bench:
         log = self._folder / f"device-{channel.node_id}.log"
         process = self._stack.enter_context(DeviceProcess(settings, log))
         return Revival(settings, process, channel)
+
+    def counted(self) -> dict[str, int]:
+        """Return what the interface has counted of lost frames since the bench was made."""
+        return counted_since(self._counters, read_counters(self._settings.bus))
 
     def close(self) -> None:
         """Take what came too late, put back what can be, stop the hosts and close the bus.

@@ -8,7 +8,7 @@ steps round it or says that it is in the way.
 
 import re
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from conformance.run.one_defect import NO_ANSWER, told_once
 from conformance.sdo.abort_codes import AbortCode
@@ -202,6 +202,16 @@ class Causes:
     def get(self, cause: Cause) -> Standing | None:
         """Return what is known of a cause; None for a new one."""
         return self._standing.get(cause)
+
+    def state(self) -> dict[Cause, Standing]:
+        """Return what is known now, to come back to."""
+        return {
+            cause: replace(standing, shown_by=set(standing.shown_by)) for cause, standing in self
+        }
+
+    def return_to(self, state: dict[Cause, Standing]) -> None:
+        """Know what was known then, and no more."""
+        self._standing = state
 
     def told_as(self, cause: Cause, request: Request, point: str, *, generated: bool) -> Cause:
         """Return the cause that is known already and the same as one that was met.

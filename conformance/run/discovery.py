@@ -236,12 +236,14 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
             sdo.device.unreadable[known.mux] = str(error)
             early = sdo.early.met is not None
             if isinstance(error, Violation):
+                sdo.device.misread.add(known.mux)
                 if not early and _goes_astray(error):
                     sdo.note(error)  # no case may ever write or read what cannot be read
                 sdo.recover()
             if not early or not rest:
                 return False
     sdo.device.unreadable.pop(known.mux, None)
+    sdo.device.misread.discard(known.mux)
     if known.length is not None and len(value) < known.length:
         sdo.device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
         return False

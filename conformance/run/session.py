@@ -9,8 +9,9 @@ from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.run.afterwards import Leaving, Restorer, leave
-from conformance.run.causes import ABORT_ANSWERED, Causes
+from conformance.run.causes import ABORT_ANSWERED, Cause, Causes, Standing
 from conformance.run.dialogue import Dialogue
+from conformance.run.doubts import Doubts
 from conformance.run.early import Way
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
@@ -18,7 +19,13 @@ from conformance.run.judgement import Judgement, Point, confirmed_and_refused, c
 from conformance.run.recording import Recording
 from conformance.run.revival import Revival
 from conformance.run.twins import either
-from conformance.run.verdict import FAILED, INCIDENTAL, Afterwards, CaseResult, Verdict
+from conformance.run.verdict import (
+    FAILED,
+    INCIDENTAL,
+    Afterwards,
+    CaseResult,
+    Verdict,
+)
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
@@ -35,6 +42,7 @@ from conformance.sdo.rules import (
 
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back beside the cases.")
 MOST_INCIDENTS = 200
+CAME_TWICE = f"{UNSOLICITED.id}: the last answer once more"
 
 
 def as_violation(error: BaseException | None) -> BaseException | None:
@@ -96,10 +104,13 @@ class DeviceSession:
         self._in_case = False
         self._asked_by_others = False
         self._last_case = "the beginning of the run"
+        self.doubts = Doubts()
         channel.link.listen(self._capture)
         channel.on_boot_up = self._count_boot_up
 
     def _capture(self, captured: Captured) -> None:
+        numbers = self.channel.request_id, self.channel.response_id
+        self.doubts.frames += captured.frame.can_id in numbers
         # What goes to and fro while another device is tested is none of this one's.
         if self._in_case:
             self._frames.add(captured)
@@ -168,8 +179,9 @@ class DeviceSession:
         A case on another device may have asked this one: what came then is no late answer.
         """
         asked, self._asked_by_others = self._asked_by_others, False
+        before = self.channel.latest
         while (frame := self.channel.receive(0)) is not None:
-            if asked:
+            if asked or (frame == before and self._may_be_lost(CAME_TWICE)):
                 continue
             actual = f"{describe_response(frame.data)} ({frame})"
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
@@ -178,7 +190,18 @@ class DeviceSession:
     def keep_late(self, case_id: str) -> None:
         """Keep the late answers of a case that were met when its values were put back."""
         late, self.restorer.late = self.restorer.late, []
-        self.whole_run.late += [Incident(case_id, violation) for violation in late]
+        self.whole_run.late += [
+            Incident(case_id, violation)
+            for violation in late
+            if not self._may_be_lost(f"{violation.rule.id} when a value was put back")
+        ]
+
+    def _may_be_lost(self, cause: str) -> bool:
+        """Say whether what was met behind a case may be due to the bus, and note that."""
+        if not self.channel.link.may_lose or not self.doubts.excuses(cause):
+            return False
+        self.doubts.add(f"behind {self._last_case}", cause)
+        return True
 
     def revive(self) -> str:
         """Bring a lost device back and put back what its loss has kept from being restored.
@@ -201,6 +224,10 @@ class DeviceSession:
         sdo = Dialogue(self.channel, self.device, _RESTORING, self._seed, self.causes)
         self.restorer.restore_pending(sdo)
         self.keep_late(self._last_case)
+
+    def close(self) -> None:
+        """Take no more frames."""
+        self.channel.link.ignore(self._capture)
 
     def end(self) -> None:
         """End the running case."""
@@ -265,10 +292,12 @@ class CaseRun:
         self._session = session
         self._judgement = Judgement(result, point, session.causes, lambda: sdo.pauses.in_doubt)
         self._boot_ups = session.device.boot_ups
+        self._causes = session.causes.state()
         self.bench_error: BenchError | None = None
         self._minor: list[Violation] = []
         self._tidies = False
         self.is_over = False
+        self.own_frames = 0
         self._begin = time.monotonic()
 
     def conclude(self, error: BaseException | None) -> CaseResult:
@@ -284,7 +313,7 @@ class CaseRun:
 
     def _conclude(self, error: BaseException | None) -> CaseResult:
         result = self.result
-        own_frames = self._session.frames_so_far()
+        own_frames = self.own_frames = self._session.frames_so_far()
         asked = self.sdo.last_sent
         leaving: Leaving | None = None
         try:
@@ -328,6 +357,16 @@ class CaseRun:
         if sdo.pauses.excuse or sdo.is_known(as_violation(error)):
             return None
         return sdo.early.way(error, sdo.last_sent)
+
+    @property
+    def session(self) -> DeviceSession:
+        """The device's part of the run."""
+        return self._session
+
+    @property
+    def causes_before(self) -> dict[Cause, Standing]:
+        """What was known to be wrong with the device when the case began."""
+        return self._causes
 
     def retreat(self, tries: int) -> bool:
         """Leave a case that is to be tried again; say whether the server is as it was before.

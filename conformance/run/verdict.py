@@ -26,6 +26,7 @@ class Verdict(StrEnum):
 
 
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
+BREACHES = (Verdict.FAIL, Verdict.NON_STRICT)
 
 
 class Afterwards(StrEnum):

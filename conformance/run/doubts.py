@@ -1,0 +1,83 @@
+"""What failed once and not when it was tried again: a lost, repeated or swapped frame, perhaps.
+
+An adapter that loses one frame in a thousand makes a right device fail a few cases; a device that
+is wrong at times does the same. What fails at the same place again is the device's. What does not
+fails nobody, but such a run is not green either, unless the interface itself tells of frames that
+it has lost. What comes more often than adapters lose frames is not excused any more.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from conformance.device.device import Device
+from conformance.run.causes import Causes
+
+# Of a case that fails in so many tries, each at another place, nothing can be said.
+MOST_TRIES = 4
+# Of one cause so many cases are excused, and so many more for each thousand frames.
+ALWAYS, PER_THOUSAND = 3, 2
+MOST_SHOWN = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Stumble:
+    """How a try has failed: by which cause, behind how many frames."""
+
+    cause: str
+    frames: int
+
+
+@dataclass(slots=True)
+class Doubts:
+    """The failures of one device that did not come again, in the order in which they were met.
+
+    ``frames`` counts what went over its channel.
+    """
+
+    frames: int = 0
+    met: list[str] = field(default_factory=list)
+    _by_cause: Counter[str] = field(default_factory=Counter)
+
+    def excuses(self, cause: str) -> bool:
+        """Say whether a cause is still seldom enough to be that of the bus."""
+        return self._by_cause[cause] < ALWAYS + PER_THOUSAND * self.frames / 1000
+
+    def add(self, where: str, cause: str) -> None:
+        """Take what failed once and not again."""
+        self._by_cause[cause] += 1
+        self.met.append(f"{where} ({cause})")
+
+    def lines(self) -> list[str]:
+        """Say what was met, all in all and one by one."""
+        shown = [*self.met[:MOST_SHOWN]]
+        if len(self.met) > MOST_SHOWN:
+            shown.append(f"{len(self.met) - MOST_SHOWN} more, as their cases say")
+        total = f"{len(self.met)} in {self.frames} frames"
+        return [f"failed once and not when tried again, {total}:", *shown] if shown else []
+
+
+# What was met before the first case: causes and how, and objects that could not be read.
+Beginning = frozenset[tuple[str, str]]
+
+
+def beginning(device: Device, causes: Causes) -> Beginning:
+    """Return what was met with a device before the first case."""
+    misread = {(f"a read of {mux}", "") for mux in device.misread}
+    return frozenset({(str(cause), str(each.violation)) for cause, each in causes} | misread)
+
+
+def is_settled(beginnings: Sequence[Beginning]) -> bool:
+    """Say whether what was met last is the device's: nothing, or the same as before."""
+    *others, last = beginnings
+    return last <= frozenset().union(*others) or len(beginnings) >= MOST_TRIES
+
+
+def in_doubt(beginnings: Sequence[Beginning]) -> list[str]:
+    """Return what was met, but not the last time."""
+    return [cause for cause, _ in sorted(frozenset().union(*beginnings) - beginnings[-1])]
+
+
+def is_certain(tries: Sequence[Stumble]) -> bool:
+    """Say whether what failed is the device's: the last try has failed as one before it did."""
+    return tries[-1] in tries[:-1]
