@@ -19,6 +19,7 @@ from conformance.bus.errors import (
     InterfaceLost,
     NotWritten,
     SuiteError,
+    TransmitBufferFull,
 )
 from conformance.bus.link import Captured, Direction
 from conformance.bus.opening import BusSettings, open_bus
@@ -53,6 +54,8 @@ from conformance.workers import belongs_here, hand_back
 
 # The case that judges what came too late; where it was not selected, the run itself does.
 LATE_ANSWERS = "run.no-late-response"
+# In so many cases one after another a full transmit buffer is a cable that is out.
+MOST_FULL = 3
 
 
 class ExitCode(IntEnum):
@@ -72,6 +75,7 @@ class Running:
         self._config = config
         self._state = state
         self._has_begun = False
+        self._full_in_a_row = 0
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
         self._scope: Scope | None = None
         # What was discovered of the devices: it goes with the first report.
@@ -364,6 +368,11 @@ class Running:
             report.longrepr = str(error)
             if isinstance(error, InterfaceLost | BusOff):
                 self._leave_out_all("the bus is gone")
+        if call.when == "call":
+            full = isinstance(error, TransmitBufferFull)
+            self._full_in_a_row = self._full_in_a_row + 1 if full else 0
+            if self._full_in_a_row >= MOST_FULL:
+                self._leave_out_all("no frame leaves the interface: its transmit buffer stays full")
         result = item.stash.get(RESULT, None)
         if result is None or call.when == "teardown":
             return report

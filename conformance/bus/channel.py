@@ -103,7 +103,8 @@ class Channel:
         """Return the device's next response within ``timeout`` seconds (default: the channel's).
 
         None when there is none: so long a silence, while the suite was listening. One in doubt is
-        waited out again. Raises SecondClient when somebody else uses the channel.
+        waited out again. Raises SecondClient when somebody else uses the channel, InterfaceLost
+        when the bus is not reached any more.
         """
         return self._next(self._responses, timeout)
 
@@ -131,6 +132,8 @@ class Channel:
         while True:
             frame = self._next_within(queue, Patience(seconds))
             waits, missed = waits + 1, missed + self.missed
+            if frame is None and seconds >= self.response_timeout:
+                self.link.check()
             again = frame is None and self.in_doubt and seconds > 0 and waits < MOST_WAITS
             if not again:
                 break

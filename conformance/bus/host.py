@@ -10,6 +10,7 @@ import can
 
 from conformance.bus.alarm import Alarm
 from conformance.bus.arrivals import arrival, shortest_look
+from conformance.bus.errors import buffer_is_full
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
 
@@ -17,6 +18,8 @@ from conformance.sdo.can_frame import CanFrame
 POLL = 0.05
 # A frame that has waited for so many seconds was kept waiting by the machine.
 LONG = 0.005
+# Seconds until it is tried again to send where the transmit buffer was full.
+RETRY_PAUSE = 0.002
 
 
 class HostedNode(Protocol):
@@ -142,4 +145,18 @@ class NodeHost:
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:
-            self._bus.send(to_message(frame))
+            message = to_message(frame)
+            while not self._has_sent(message):
+                # The kernel has no event for room in the queue of the network device.
+                if self._stopping.wait(RETRY_PAUSE):
+                    return
+
+    def _has_sent(self, message: can.Message) -> bool:
+        """Send a frame; say whether there was room for it, as there may be later."""
+        try:
+            self._bus.send(message)
+        except (can.CanError, OSError) as error:
+            if not buffer_is_full(error):
+                raise
+            return False
+        return True

@@ -53,6 +53,8 @@ class Link:
         """``name`` is what error messages call the bus; ``stop`` is looked at between frames."""
         self.name = name
         self.stop = stop or Stop()
+        # Looks, in a silence, whether the bus is still reached; raises InterfaceLost.
+        self.check: Callable[[], None] = lambda: None
         self._bus = bus
         self._listeners: list[Callable[[Captured], None]] = []
         self._receivers: list[Callable[[CanFrame], None]] = []

@@ -13,6 +13,28 @@ DEFAULT_INTERFACE = "socketcan"
 DEFAULT_CHANNEL = "can0"
 
 
+# What has to be installed, or has to run, beside python-can.
+_SERIAL = "the Python package pyserial, and a serial port that this user may open"
+_NEEDED = {
+    "canalystii": "the Python package canalystii",
+    "gs_usb": "the Python package gs-usb, and access to the USB device",
+    "ixxat": "the VCI driver of the adapter's maker",
+    "kvaser": "Kvaser's CANlib (on Linux the package linuxcan or kvlibsdk)",
+    "neovi": "the Python package python-ics",
+    "nican": "the NI-CAN driver of National Instruments",
+    "nixnet": "the Python package nixnet and the NI-XNET driver",
+    "pcan": "the PCAN-Basic library of PEAK-System (on Linux libpcanbasic.so)",
+    "robotell": _SERIAL,
+    "seeedstudio": _SERIAL,
+    "serial": _SERIAL,
+    "slcan": _SERIAL,
+    "socketcand": "a socketcand daemon that runs at that host and port, and serves that channel",
+    "systec": "the USB-CANmodul driver of SYS TEC",
+    "usb2can": "the CAL library of 8devices",
+    "vector": "the XL Driver Library of Vector",
+}
+
+
 @dataclass(frozen=True, slots=True)
 class BusSettings:
     """Which bus: what is None comes from python-can's files or environment variables.
@@ -81,12 +103,27 @@ def open_bus(settings: BusSettings) -> can.BusABC:
     except can.CanInterfaceNotImplementedError as error:
         raise BusNotOpened(
             f"The interface {settings.interface!r} cannot be used: {error}. "
-            "Is the Python package of its driver installed?"
+            f"Is the Python package of its driver installed?{_driver(settings)}"
         ) from error
     except TypeError as error:
         raise BusNotOpened(
             f"{settings} cannot be opened: {error}. Name what is missing: the channel with "
             "--can-channel=NAME, other settings with --can-option=NAME=VALUE."
         ) from error
-    except (can.CanError, OSError, ValueError, ImportError) as error:
-        raise BusNotOpened(f"{settings} cannot be opened: {error}. {advice(error)}") from error
+    except (can.CanError, OSError) as error:
+        raise BusNotOpened(
+            f"{settings} cannot be opened: {error}. {advice(error)}{_driver(settings)}"
+        ) from error
+    # A driver is code of others, and raises what it comes to: kvaser a NameError without its
+    # library, others AttributeError, KeyError or struct.error. No list of them would be whole.
+    except Exception as error:
+        raise BusNotOpened(
+            f"{settings} cannot be opened: {type(error).__name__}: {error}. {advice(error)}"
+            f"{_driver(settings)}"
+        ) from error
+
+
+def _driver(settings: BusSettings) -> str:
+    """Say what an interface needs, as far as that is known."""
+    needed = _NEEDED.get(settings.interface or DEFAULT_INTERFACE)
+    return f" It needs {needed}." if needed else ""

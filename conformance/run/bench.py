@@ -11,6 +11,7 @@ from typing import Any
 import can
 
 from conformance.bus.channel import Channel
+from conformance.bus.connection import connection_of
 from conformance.bus.counters import counted_since, read_counters
 from conformance.bus.errors import (
     BenchError,
@@ -130,6 +131,9 @@ class Bench:
         settings = self._settings
         link = Link(self._open_bus(settings.bus), str(settings.bus), self._stop)
         self._stack.callback(link.close)
+        connection = connection_of(settings.bus)
+        if connection is not None:
+            link.check = connection.check
         link.watch(settings.node_ids, self._further_ids(), settings.neighbours)
         link.listen(self._listener)
         for host in self._hosts:

@@ -163,6 +163,8 @@ class Refusing:
         (can.CanInitializationError("no hardware"), "Check the adapter"),
         (ValueError("bit rate"), "Check the adapter"),
         (ImportError("no module named uptime"), "Check the adapter"),
+        (NameError("canGetNumberOfChannels"), "NameError.* Check the adapter"),
+        (AttributeError("no attribute windll"), "AttributeError.* Check the adapter"),
         (can.CanInterfaceNotImplementedError("msgpack not installed"), "driver installed"),
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, Exception) else value,
@@ -173,6 +175,12 @@ def test_what_to_do(monkeypatch: pytest.MonkeyPatch, error: Exception, advice: s
         open_bus(BusSettings("socketcan", "can7"))
     assert "socketcan" in str(caught.value)
     assert str(error) in str(caught.value)
+
+
+def test_what_an_interface_needs() -> None:
+    """Without its library kvaser's driver raises a NameError."""
+    with pytest.raises(BusNotOpened, match=r"kvaser 0 cannot be opened: .* needs Kvaser's CANlib"):
+        open_bus(BusSettings("kvaser", "0"))
 
 
 def test_a_missing_channel_is_an_error_of_the_bench() -> None:

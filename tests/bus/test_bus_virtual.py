@@ -1,5 +1,7 @@
 """Link, channel and hosted server together on python-can's virtual bus, in this process."""
 
+import errno
+import threading
 import time
 from collections.abc import Iterator
 
@@ -107,6 +109,40 @@ def test_the_host_closes_its_bus(name: str) -> None:
         pass
     with pytest.raises(can.CanOperationError, match="closed"):
         hosted.recv(0)
+
+
+def test_the_host_waits_for_room_in_the_transmit_buffer(
+    name: str, link: Link, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hosted = bus(name)
+    send = hosted.send
+    refused: list[can.Message] = []
+
+    def send_later(msg: can.Message, timeout: float | None = None) -> None:
+        if len(refused) < 5:
+            refused.append(msg)
+            raise can.CanOperationError("Transmit buffer full", errno.ENOBUFS)
+        send(msg, timeout)
+
+    monkeypatch.setattr(hosted, "send", send_later)
+    with NodeHost(hosted, Node(5, Server(ObjectDictionary({})))):
+        assert link.receive(5.0) == CanFrame(0x705, b"\x00")
+    assert len(refused) == 5
+
+
+def test_a_host_that_waits_for_room_can_be_stopped(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hosted = bus(name)
+    tried = threading.Event()
+
+    def never(msg: can.Message, timeout: float | None = None) -> None:
+        tried.set()
+        raise OSError(errno.ENOBUFS, "No buffer space available")
+
+    monkeypatch.setattr(hosted, "send", never)
+    with NodeHost(hosted, Node(5, Server(ObjectDictionary({})))):
+        assert tried.wait(5.0)
 
 
 def test_a_frame_from_another_node(name: str, link: Link) -> None:

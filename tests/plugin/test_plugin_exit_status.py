@@ -1,14 +1,17 @@
 """The exit status: whether the device is right, is wrong, or could not be tested at all."""
 
+import errno
 import threading
 
+import can
 import pytest
 from plugin_runs import NODE_ID, hosted, parsed, reference, reports, run, self_test, the_report
 
 from conformance.bus.host import HostedNode
 from conformance.collection import CASES
 from conformance.faults.catalogue import build_node
-from conformance.running import ExitCode
+from conformance.faults.simulated import SimulatedBus
+from conformance.running import MOST_FULL, ExitCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.node import Node
 
@@ -237,6 +240,39 @@ def test_a_stranger_with_the_number_of_the_device_is_told_once(pytester: pytest.
     result.stdout.fnmatch_lines([told])
     properties = parsed(the_report(pytester) / "junit.xml").iter("property")
     assert any(each.attrib["name"] == "bench-notes" for each in properties)
+
+
+CABLE_OUT = """
+    import pytest
+    from conformance.faults.simulated import SimulatedBus
+
+    @pytest.mark.parametrize("number", range(6))
+    def test_sends(sdo, number):
+        SimulatedBus.cable_out = number > 0
+        assert sdo.fence() == []
+"""
+
+
+def test_a_cable_that_is_out_ends_the_run(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each case would wait for room in the transmit buffer, for hours."""
+    send = SimulatedBus.send
+
+    def send_if_there_is_room(bus: SimulatedBus, msg: can.Message, timeout: float = 0) -> None:
+        if getattr(SimulatedBus, "cable_out", False):
+            raise can.CanOperationError("Transmit buffer full", errno.ENOBUFS)
+        send(bus, msg)
+
+    monkeypatch.setattr(SimulatedBus, "cable_out", False, raising=False)
+    monkeypatch.setattr(SimulatedBus, "send", send_if_there_is_room)
+    monkeypatch.setattr("conformance.bus.link.SEND_LIMIT", 0.01)
+    pytester.makepyfile(test_mine=CABLE_OUT)
+    result = self_test(pytester, "--simulated", "test_mine.py")
+    assert result.ret == ExitCode.BENCH_ERROR
+    outcomes = result.parseoutcomes()
+    assert (outcomes["passed"], outcomes["errors"]) == (1, MOST_FULL)
+    result.stdout.fnmatch_lines(["not run: 2 cases of node 5: no frame leaves the interface: *"])
 
 
 WRITES = """

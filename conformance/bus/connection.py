@@ -1,0 +1,48 @@
+"""Whether a bus behind a network is still reached: else its silence is not the device's."""
+
+import socket
+
+from conformance.bus.errors import InterfaceLost
+from conformance.bus.opening import BusSettings
+
+GREETING = b"< hi >"
+# Within so many seconds a daemon greets who connects.
+PATIENCE = 2.0
+
+
+class Connection:
+    """A socketcand daemon, as its settings name it.
+
+    python-can keeps its own connection to itself, and the protocol has no sign of life on it. But
+    the daemon greets each new one.
+    """
+
+    def __init__(self, host: str, port: int, patience: float = PATIENCE) -> None:
+        """Take where it listens."""
+        self._address = host, port
+        self._patience = patience
+
+    def check(self) -> None:
+        """Raise InterfaceLost where the daemon does not greet."""
+        try:
+            with socket.create_connection(self._address, self._patience) as connection:
+                connection.settimeout(self._patience)
+                if connection.recv(len(GREETING)) == GREETING:
+                    return
+                trouble = "it does not speak as socketcand does any more"
+        except OSError as error:
+            trouble = str(error)
+        host, port = self._address
+        raise InterfaceLost(
+            f"The connection to socketcand at {host}, port {port}, is frozen: {trouble}. Check the "
+            "network and the daemon; what the device does meanwhile cannot be seen."
+        )
+
+
+def connection_of(settings: BusSettings) -> Connection | None:
+    """Return what a bus is reached over, where that is known and can be looked at."""
+    options = dict(settings.options)
+    host, port = options.get("host"), options.get("port", "")
+    if settings.interface != "socketcand" or not host or not port.isdigit():
+        return None
+    return Connection(host, int(port))
