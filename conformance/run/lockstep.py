@@ -105,8 +105,7 @@ class Lockstep:
         received = [
             captured
             for captured in held
-            if captured.direction is Direction.RECEIVED
-            and self._is_response(captured)
+            if captured.direction is Direction.RECEIVED and self._is_response(captured)
         ]
         stray = list(takewhile(lambda captured: captured.frame.data not in due, received))
         for captured in stray:

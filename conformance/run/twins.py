@@ -42,9 +42,12 @@ def look_for_second(channel: Channel, device: Device) -> None:
 def examine(channel: Channel, device: Device) -> None:
     """Read what tells devices apart, and take all answers; raises TwoDevices."""
     _take_the_rest(channel)
-    answered = [list(_answers(channel, mux)) for mux in ASKED]
-    device.answers_twice = all(len(frames) != 1 for frames in answered)
-    for mux, frames in zip(ASKED, answered, strict=True):
+    counts = []
+    for mux in ASKED:
+        frames = list(_answers(channel, mux))
+        counts.append(len(frames))
+        if not frames:
+            break  # other reads will show that
         others = [frame for frame in frames if frame.data != frames[0].data]
         if others and all(_is_about(frame, mux) for frame in frames):
             raise TwoDevices(
@@ -52,6 +55,7 @@ def examine(channel: Channel, device: Device) -> None:
                 f"and not alike: {frames[0]} and {others[0]}. Each write would be done by both. "
                 "Give one of them another node-ID, or take it off the bus."
             )
+    device.answers_twice = min(counts) > 1
 
 
 def _take_the_rest(channel: Channel) -> None:
