@@ -9,6 +9,7 @@ from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.run.afterwards import Leaving, Restorer, leave
+from conformance.run.allowance import Allowance
 from conformance.run.causes import ABORT_ANSWERED, Cause, Causes, Standing
 from conformance.run.dialogue import Dialogue
 from conformance.run.doubts import Doubts
@@ -159,6 +160,7 @@ class DeviceSession:
         """
         self.collect_late()
         sdo = Dialogue(self.channel, self.device, rule, self._seed, self.causes)
+        sdo.allowance = Allowance(self.channel.pace)
         self._frames.clear()
         self._in_case = True
         self._last_case = case_id
@@ -308,6 +310,7 @@ class CaseRun:
         wait for that.
         """
         self.is_over = True
+        self.sdo.allowance = None
         with self._session.channel.link.stop.putting_back():
             return self._conclude(error)
 
@@ -374,6 +377,7 @@ class CaseRun:
         Behind so many ``tries``, each another number of transfers comes before the next.
         """
         sdo, session = self.sdo, self._session
+        sdo.allowance = None
         session.restorer.expect(sdo)
         self._minor = list(sdo.minor)
         leaving = leave(sdo, failed=True)

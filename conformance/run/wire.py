@@ -15,6 +15,7 @@ from conformance.bus.strangers import format_of
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.safety import written_by
+from conformance.run.allowance import Allowance
 from conformance.run.causes import DEAF, Causes, kind_of_answer
 from conformance.run.delivered import Delivered
 from conformance.run.early import INITIATES, EarlyAborts, is_early
@@ -45,6 +46,8 @@ from conformance.sdo.rules import ANSWERED, NOT_REFUSED, SPECIFIER, UNSOLICITED,
 # Three sub-blocks that a server sends though nobody wants them are taken to their end.
 MOST_STRAY = 400
 MOST_NOTED = 100
+# What comes faster than it is taken has no end.
+MOST_DRAINED = 10_000
 SEGMENTS_PER_LOOK = 4
 _ABORTS = b"\x80"
 NOTHING_SENT = Unknown(b"")
@@ -61,7 +64,8 @@ class Wire:
     after which an answer came that a case had given up to wait for, None if there is none.
     While it is ``fencing``, what comes may have been asked for by what went before;
     ``after_fence`` is called then. It ``calms_down`` a noisy device only where that is sure to
-    answer. It ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes.
+    answer. It ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. The
+    ``allowance`` is how long answers may take; None without a limit.
     """
 
     def __init__(self, channel: Channel, device: Device, causes: Causes | None = None) -> None:
@@ -93,6 +97,7 @@ class Wire:
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.calms_down = True
+        self.allowance: Allowance | None = None
         self.looks_for_aborts = True
         self._unanswered = False
         self._unanswered_at: float | None = None
@@ -295,6 +300,8 @@ class Wire:
             if self._sent_at != self._answered:  # what comes behind it is no answer of its own
                 self._answered = self._sent_at
                 self.channel.pace.answered(latency)
+                if self.allowance is not None:
+                    self.allowance.take(latency)
             self._note_received(frame)
         return frame
 
@@ -578,8 +585,8 @@ class Wire:
 
     def drain(self) -> list[CanFrame]:
         """Return the responses that are there though nothing was asked."""
-        found = []
-        while (frame := self.channel.receive(0)) is not None:
+        found: list[CanFrame] = []
+        while len(found) < MOST_DRAINED and (frame := self.channel.receive(0)) is not None:
             found.append(frame)
         return found
 

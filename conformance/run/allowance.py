@@ -1,0 +1,38 @@
+"""How long the answers of one case may take: what it has to move, at the pace that the device had.
+
+A device that takes its time for each answer may: its cases take long. One that has become slow in
+the middle of a run is not wrong for it, as long as each answer comes in time, but a case that waits
+for thousands of them would hold up the run for hours.
+"""
+
+from conformance.bus.pace import Pace
+from conformance.device.device import NotTestable
+
+# So many answers tell the pace of a device.
+KNOWN = 100
+# So much longer may the answers of a case take, and so many seconds, whatever the pace.
+FACTOR, LEAST = 20.0, 60.0
+
+
+class Allowance:
+    """The answers of a case that is running, and how long they took; times are in seconds."""
+
+    def __init__(self, pace: Pace) -> None:
+        """Take the pace of the device before the case."""
+        self._typical = pace.typical if pace.answers >= KNOWN else None
+        self._answers = 0
+        self._taken = 0.0
+
+    def take(self, seconds: float) -> None:
+        """Take an answer that came after some time; raises NotTestable when it is too much."""
+        self._answers += 1
+        self._taken += seconds
+        if self._typical is None:
+            return
+        limit = LEAST + FACTOR * self._typical * self._answers
+        if self._taken > limit:
+            raise NotTestable(
+                f"bench: the device has become slow: {self._answers} answers took "
+                f"{self._taken:.0f} s, {1000 * self._taken / self._answers:.4g} ms each, where "
+                f"they took {1000 * self._typical:.3g} ms before this case"
+            )
