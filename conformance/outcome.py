@@ -27,6 +27,9 @@ class SummaryTerminal(Protocol):
     def ensure_newline(self) -> None:
         """Begin a new line, unless at the beginning of one."""
 
+    def write(self, content: str, *, flush: bool = False, **markup: bool) -> None:
+        """Print a part of a line."""
+
     def section(self, title: str, sep: str = "=", **markup: bool) -> None:
         """Print a heading."""
 

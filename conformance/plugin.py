@@ -12,7 +12,8 @@ from conformance.closing import Closing
 from conformance.collection import CASES, SLOW, CaseFunction, make_items, make_module, ordered
 from conformance.device.listing import Listing
 from conformance.fixtures import Fixtures
-from conformance.options import read_options
+from conformance.options import Options, read_options
+from conformance.outlook import Outlook
 from conformance.parcels import Receiver, Sender
 from conformance.run.bench import RunSettings
 from conformance.running import Running
@@ -57,12 +58,19 @@ def pytest_configure(config: pytest.Config) -> None:
             Closing(state, controller, shows_all=config.getoption("verbose") > 0),
             "conformance-closing",
         )
+        config.pluginmanager.register(_outlook(config, options), "conformance-outlook")
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")
     # The last one is the innermost: what it raises is met by those before.
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         config.args = [str(CASES)]
+
+
+def _outlook(config: pytest.Config, options: Options) -> Outlook:
+    """Return what estimates the rest of a run; on a simulated bus a silence takes no time."""
+    free = options.simulated and not options.answer_delay
+    return Outlook(config, 0.0 if free else options.run.response_timeout)
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

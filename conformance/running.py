@@ -34,6 +34,7 @@ from conformance.outcome import (
     attach_not_run,
     end_with,
 )
+from conformance.outlook import DiscoveryProgress
 from conformance.recorder import as_values
 from conformance.reporting.bus_log import BusLog
 from conformance.run.accounting import Scope, account
@@ -211,6 +212,7 @@ class Running:
             state.stop,
             self._values.remember,
             self._values.before,
+            DiscoveryProgress(self._config),
         )
 
     # Cases

@@ -26,13 +26,13 @@ from conformance.bus.stop import Stop
 from conformance.device.changes import Changes
 from conformance.device.device import STORAGE_TIME, Device
 from conformance.device.listing import Listing, mandatory_and
-from conformance.device.objects import by_multiplexer
+from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
 from conformance.run.causes import Causes
 from conformance.run.channel_steps import TEST_CHANNELS
-from conformance.run.discovery import discover
+from conformance.run.discovery import discover, unseen
 from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
@@ -103,13 +103,16 @@ class Bench:
         stop: Stop | None = None,
         remember: Remember | None = None,
         before: Callable[[Channel], None] | None = None,
+        progress: Callable[[int, KnownObject, int, int], None] | None = None,
     ) -> None:
         """``hosts`` are devices to run beside the suite; ``listener`` is handed every frame.
 
         ``folder`` takes what the programs of devices write. ``stop`` may ask the run to end. What
         is about to be changed of a device is handed to ``remember``; ``before`` a device is
-        discovered, its channel.
+        discovered, its channel. ``progress`` is told of each object that is read then: the
+        node, the object, how many went before, and how many there are.
         """
+        self._progress = progress
         self._remember = remember
         self._before = before
         self._stop = stop or Stop()
@@ -196,7 +199,8 @@ class Bench:
             device.changes = Changes(partial(self._remember, device, channel.ids))
         causes = Causes()
         brings_back = None if revival is None else lambda: not revival.attempt()
-        discover(channel, device, causes, brings_back=brings_back)
+        told = unseen if self._progress is None else partial(self._progress, channel.node_id)
+        discover(channel, device, causes, told, brings_back)
         return DeviceSession(
             channel,
             device,

@@ -1,0 +1,138 @@
+"""Says during a run how long it will take yet, and what it is at before the first case."""
+
+import time
+from collections.abc import Sequence
+
+import pytest
+
+from conformance.device.objects import KnownObject
+from conformance.outcome import SummaryTerminal
+from conformance.reporting.estimate import Estimate
+from conformance.run.verdict import Verdict
+from conformance.workers import Worker, is_controller
+
+# The first cases tell how fast the device is: so many, or so much of the work, whichever is later.
+FIRST_CASES, FIRST_PART = 20, 0.05
+# How long the first word may be waited for where the work goes slowly, in seconds.
+FIRST_WORD = 60.0
+# It is said again behind a tenth of the run, but neither more often nor less than this, in seconds.
+OFTEN, SELDOM = 30.0, 300.0
+# A run that is so near its end needs no word.
+SHORT = 5.0
+# How often it is told what a discovery is at.
+LOOK = 10.0
+# From here on, in seconds, it is worth saying how to choose less.
+LONG = 3600.0
+UNTRIED = (Verdict.NOT_RUN, Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED)
+
+
+def in_words(seconds: float) -> str:
+    """Write a time as somebody would who waits for it.
+
+    >>> [in_words(seconds) for seconds in (8.4, 75, 3000, 40000)]
+    ['8 s', '75 s', '50 min', '11 h']
+    """
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    if seconds < 100 * 60:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.0f} h"
+
+
+def say(config: pytest.Config, line: str, *, behind_dots: bool = False) -> None:
+    """Write a line to the terminal, if this process has one.
+
+    pytest does not know that its line has only begun where that has dots without a file's name.
+    """
+    terminal: SummaryTerminal | None = config.pluginmanager.get_plugin("terminalreporter")
+    verbosity = config.getoption("verbose")
+    if terminal is None or verbosity < -1:
+        return
+    terminal.ensure_newline()
+    if behind_dots and (verbosity < 0 or (verbosity == 0 and is_controller(config))):
+        terminal.write("\n")
+    terminal.write_line(f"conformance: {line}")
+
+
+class DiscoveryProgress:
+    """Tells what a discovery is at, where it takes long."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        """Begin the first discovery of the run."""
+        self._config = config
+        self._said = self._begin = time.monotonic()
+
+    def __call__(self, node_id: int, entry: KnownObject, number: int, count: int) -> None:
+        """Take that an object is read next, behind ``number`` others of so many."""
+        now = time.monotonic()
+        if number == 0:
+            self._begin = now
+        if now < self._said + LOOK:
+            return
+        self._said = now
+        left = (now - self._begin) / number * (count - number) if number else 0.0
+        more = f", about {in_words(left)} left" if number else ""
+        say(self._config, f"node {node_id}: reading {entry}, object {number + 1} of {count}{more}")
+
+
+class Outlook:
+    """The hooks of the process that reports: it estimates how long the run will take yet."""
+
+    def __init__(self, config: pytest.Config, silence: float) -> None:
+        """Take the terminal of the run; a ``silence`` takes so many seconds."""
+        self._config = config
+        self._estimate = Estimate(silence)
+        self._begin: dict[str, float] = {}
+        self._started: float | None = None
+        self._next: float | None = None
+        self._results: dict[str, tuple[bool, float]] = {}
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Take the cases of this process; a controller of workers has none."""
+        self._estimate.select(item.nodeid for item in session.items)
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_xdist_node_collection_finished(self, node: Worker, ids: Sequence[str]) -> None:
+        """Take those of a worker."""
+        self._estimate.select(ids, node.workerinput["workerid"])
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Take what is done, and say how long the rest will take."""
+        node: Worker | None = getattr(report, "node", None)
+        worker = "" if node is None else node.workerinput["workerid"]
+        now = time.monotonic()
+        if self._started is None:
+            self._started = now - report.duration
+        begin = self._begin.setdefault(worker, now - report.duration)
+        values = getattr(report, "conformance", None)
+        if values is not None:
+            tried = values["verdict"] not in UNTRIED
+            self._results[report.nodeid] = (tried, values["waited"])
+        if report.when != "teardown":
+            return
+        self._begin[worker] = now
+        tried, waited = self._results.pop(report.nodeid, (True, 0.0))
+        self._estimate.finish(report.nodeid, now - begin, worker, waited=waited, tried=tried)
+        self._look(now - self._started)
+
+    def _look(self, elapsed: float) -> None:
+        estimate = self._estimate
+        if self._next is None:
+            early = estimate.done < FIRST_CASES or estimate.part < FIRST_PART
+            if early and (elapsed < FIRST_WORD or estimate.done == 0):
+                return
+        elif elapsed < self._next:
+            return
+        left = estimate.left()
+        first = self._next is None
+        self._next = elapsed + min(max((elapsed + left) / 10, OFTEN), SELDOM)
+        if left < SHORT:
+            return
+        hint = ", fewer cases take less: -k, --examples" if first and left > LONG else ""
+        say(
+            self._config,
+            f"{estimate.done} of {estimate.selected} cases in {in_words(elapsed)}, at this "
+            f"device's pace about {in_words(left)} left{hint}",
+            behind_dots=True,
+        )

@@ -1,0 +1,144 @@
+"""How long a run will take yet, by what its cases have to do and how long others have taken.
+
+What a case has to do is known of the built-in device: how many answers it waits for, and how long
+it takes where these come at once. How long an answer takes, and how fast the machine is, the cases
+tell that are done. Where those of a kind take more or less than that, the others of the kind will.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from conformance.reporting.workload import Work, work_of
+
+# So much does an answer weigh beside a second of work, for cases to count by what they have to do.
+ANSWER = 0.001
+# How many cases like on the built-in device speak against those that were done.
+DOUBT = 3.0
+
+
+@dataclass(slots=True)
+class _Kind:
+    """How long the cases of a kind took, and how long they should have, in seconds."""
+
+    taken: float = 0.0
+    due: float = 0.0
+    done: int = 0
+
+    def ratio(self, before: float) -> float:
+        """Return how much longer than due a case takes; ``before`` where none was done."""
+        doubt = DOUBT * self.due / self.done if self.done else 0.0
+        return (self.taken + before * doubt) / (self.due + doubt) if self.due else before
+
+
+@dataclass(slots=True)
+class Pace:
+    """What a second of the built-in device's work takes here, and what an answer takes, in seconds.
+
+    They are what explains best how long cases have taken, by least squares.
+    """
+
+    _ww: float = 0.0
+    _wa: float = 0.0
+    _aa: float = 0.0
+    _wt: float = 0.0
+    _at: float = 0.0
+
+    def add(self, work: Work, taken: float) -> None:
+        """Take how long a case has taken; one that takes ten times as long may be ten times off."""
+        part = 1 / _weight(work)
+        self._ww += part * work.seconds**2
+        self._wa += part * work.seconds * work.answers
+        self._aa += part * work.answers**2
+        self._wt += part * work.seconds * taken
+        self._at += part * work.answers * taken
+
+    def fit(self) -> tuple[float, float]:
+        """Return the seconds for a second of work, and for an answer; neither is below 0."""
+        if not self._ww:
+            return 1.0, 0.0
+        determinant = self._ww * self._aa - self._wa**2
+        if determinant > 1e-6 * self._ww * self._aa:
+            work = (self._wt * self._aa - self._at * self._wa) / determinant
+            answer = (self._at * self._ww - self._wt * self._wa) / determinant
+            if work >= 0 and answer >= 0:
+                return work, answer
+            if work < 0:
+                return 0.0, self._at / self._aa
+        return self._wt / self._ww, 0.0
+
+
+@dataclass(slots=True)
+class Estimate:
+    """The cases of a run, by the process that runs them, as pytest names them.
+
+    A ``silence`` takes so many seconds.
+    """
+
+    silence: float = 0.0
+    pace: Pace = field(default_factory=Pace)
+    selected: int = 0
+    done: int = 0
+    _left: dict[str, dict[str, Work]] = field(default_factory=dict)
+    _taken: list[tuple[Work, float]] = field(default_factory=list)
+
+    def select(self, names: Iterable[str], worker: str = "") -> None:
+        """Take the cases that a process is going to run."""
+        self._left[worker] = {name: work_of(name) for name in names}
+        self.selected += len(self._left[worker])
+
+    def finish(
+        self,
+        name: str,
+        seconds: float,
+        worker: str = "",
+        *,
+        waited: float = 0.0,
+        tried: bool = True,
+    ) -> None:
+        """Take a case that is done; one that was not ``tried`` says nothing of the pace.
+
+        So many of the ``seconds`` it has ``waited`` for answers that did not come.
+        """
+        work = self._left.get(worker, {}).pop(name, None)
+        if work is None:
+            return
+        self.done += 1
+        self._taken.append((work, seconds))
+        if tried:
+            self.pace.add(work, max(seconds - waited, 0.0))
+
+    @property
+    def part(self) -> float:
+        """How much of the work is done, from 0 to 1, if an answer takes what it usually does."""
+        left = sum(_weight(work) for works in self._left.values() for work in works.values())
+        done = sum(_weight(work) for work, _ in self._taken)
+        return done / (done + left) if done else 0.0
+
+    def left(self) -> float:
+        """Return how many seconds the run will take yet."""
+        fit = (*self.pace.fit(), self.silence)
+        kinds: defaultdict[str, _Kind] = defaultdict(_Kind)
+        for work, taken in self._taken:
+            for name in (work.service, work.family):
+                kind = kinds[name]
+                kind.taken += taken
+                kind.due += work.due(*fit)
+                kind.done += 1
+        return max(
+            (_seconds(works.values(), fit, kinds) for works in self._left.values()), default=0.0
+        )
+
+
+def _weight(work: Work) -> float:
+    return work.seconds + work.answers * ANSWER
+
+
+def _seconds(
+    works: Iterable[Work], fit: tuple[float, float, float], kinds: dict[str, _Kind]
+) -> float:
+    total = 0.0
+    for work in works:
+        service = kinds[work.service].ratio(1.0)
+        total += work.due(*fit) * kinds[work.family].ratio(service)
+    return total

@@ -1,0 +1,75 @@
+"""What each case has to do, as it was counted on the built-in device (``tests/workload.py``).
+
+A device that holds less, or serves less, has less to do; which cases take long is the same.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from math import inf
+from pathlib import Path
+
+from conformance.run.conversations.search import SEARCH_SECONDS
+
+RANDOM = "random"
+# What a case does that nobody has counted: answers and silences to wait for, and milliseconds.
+UNKNOWN = (10.0, 0.0, 10.0)
+_PATH = Path(__file__).with_suffix(".json")
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """The ``answers`` that a case waits for, and the ``seconds`` it takes where they come at once.
+
+    It waits for so many ``silences`` as well: answers that need not come. It takes ``at_most`` so
+    many seconds.
+    """
+
+    service: str
+    family: str
+    answers: float
+    silences: float
+    seconds: float
+    at_most: float = inf
+
+    def due(self, work: float, answer: float, silence: float) -> float:
+        """Return how long it takes where a second of work, an answer, a silence take so long."""
+        seconds = self.seconds * work + self.answers * answer + self.silences * silence
+        return min(seconds, self.at_most)
+
+
+def service_of(name: str) -> str:
+    """Return the service that a case is about, by its name in pytest.
+
+    >>> service_of("cases/test_block_upload.py::block-upload.size[14]@5")
+    'block_upload'
+    """
+    return Path(name.partition("::")[0]).stem.removeprefix("test_")
+
+
+def family_of(name: str) -> str:
+    """Return the name of a case without its variation and its node.
+
+    >>> family_of("cases/test_block_upload.py::block-upload.size[14]@5")
+    'block-upload.size'
+    """
+    return name.partition("::")[2].partition("[")[0].partition("@")[0]
+
+
+def work_of(name: str) -> Work:
+    """Return what a case has to do, by its name in pytest."""
+    service, family = service_of(name), family_of(name)
+    answers, silences, milliseconds = _table().get(family) or _table().get(service) or UNKNOWN
+    limit = SEARCH_SECONDS if service == RANDOM else inf
+    return Work(service, family, answers, silences, milliseconds / 1000, limit)
+
+
+def counted() -> set[str]:
+    """Return the services and families of which it is known what they have to do."""
+    return set(_table())
+
+
+@cache
+def _table() -> dict[str, tuple[float, float, float]]:
+    found: dict[str, tuple[float, float, float]] = json.loads(_PATH.read_text(encoding="utf-8"))
+    return found

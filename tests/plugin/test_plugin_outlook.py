@@ -1,0 +1,86 @@
+"""A run says how long it will take yet."""
+
+import re
+from dataclasses import dataclass
+from typing import Any, cast
+
+import pytest
+from plugin_runs import self_test
+
+from conformance.outlook import Outlook, in_words
+
+pytest_plugins = ["pytester"]
+LINE = re.compile(
+    r"^conformance: (\d+) of (\d+) cases in \d+ s, at this device's pace about .* left$"
+)
+
+
+@pytest.fixture(autouse=True)
+def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the first word come behind three cases, and each that may."""
+    for name, value in (("FIRST_CASES", 3), ("FIRST_PART", 0.0), ("OFTEN", 0.0), ("SHORT", -1.0)):
+        monkeypatch.setattr(f"conformance.outlook.{name}", value)
+
+
+@pytest.mark.parametrize("verbosity", [("-q",), (), ("-v",)], ids=["quiet", "plain", "verbose"])
+def test_it_says_so_after_the_first_cases_and_then_again(
+    pytester: pytest.Pytester, verbosity: tuple[str, ...]
+) -> None:
+    result = self_test(pytester, "--simulated", "-k", "abort.not-answered", *verbosity)
+    said = [found for line in result.outlines if (found := LINE.match(line))]
+    assert said, result.outlines
+    assert int(said[0][1]) == 3
+    assert len({found[2] for found in said}) == 1
+    result.assert_outcomes(passed=int(said[0][2]))
+
+
+@dataclass
+class Process:
+    """What pytest-xdist hands its hooks of a worker."""
+
+    workerinput: dict[str, Any]
+
+
+def report(name: str, worker: Process) -> pytest.TestReport:
+    """Return what comes of the end of a case in a worker."""
+    made = pytest.TestReport(name, ("", 0, ""), {}, "passed", None, "teardown", duration=0.0)
+    made.node = worker  # type: ignore[attr-defined]
+    return made
+
+
+def test_workers_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[str] = []
+    config = cast("pytest.Config", None)
+    monkeypatch.setattr("conformance.outlook.say", lambda _, line, **how: said.append(line))
+    outlook = Outlook(config, 0.0)
+    workers = [Process({"workerid": worker}) for worker in ("gw0", "gw1")]
+    names = [f"cases/test_abort.py::abort.repeated[{number}]" for number in range(6)]
+    for worker in workers:
+        outlook.pytest_xdist_node_collection_finished(worker, names)
+    for name in names[:3]:
+        for worker in workers:
+            outlook.pytest_runtest_logreport(report(name, worker))
+    assert said[0].startswith("3 of 12 cases in")
+
+
+def test_nothing_is_said_where_nothing_is_wanted(pytester: pytest.Pytester) -> None:
+    result = self_test(pytester, "--simulated", "-k", "abort.not-answered", "-qq")
+    result.stdout.no_fnmatch_line("conformance: *left*")
+
+
+def test_a_long_discovery_says_what_it_is_at(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conformance.outlook.LOOK", 0.0)
+    result = self_test(pytester, "--simulated", "-k", "abort.not-answered")
+    result.stdout.fnmatch_lines(
+        ["conformance: node 5: reading 2001h:00, object 1 of *", "*, object 2 of *, about 0 s left"]
+    )
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"),
+    [(0.2, "0 s"), (99, "99 s"), (100, "2 min"), (5999, "100 min"), (6000, "2 h"), (43200, "12 h")],
+)
+def test_in_words(seconds: float, words: str) -> None:
+    assert in_words(seconds) == words
