@@ -51,8 +51,6 @@ class Channel:
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
         # When the response that was received last arrived, by the monotonic clock, in seconds.
         self.arrived = 0.0
-        # That response itself.
-        self.latest: CanFrame | None = None
         # Of the last wait: the seconds of it that this process was not running, whether the silence
         # may be due to that, and whether one was waited out again for it.
         self.missed = 0.0
@@ -159,8 +157,6 @@ class Channel:
                 raise second_client(self.ids.request)
             return self._from_device()
         found, self.arrived = queue.popleft()
-        if queue is self._responses:
-            self.latest = found
         self.at_rest = queue is self._responses and found.data[:1] != ABORTS
         return found
 

@@ -36,6 +36,7 @@ from conformance.run.discovery import discover, unseen
 from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
+from conformance.run.watch import Watch
 from conformance.sdo.cob_id import ChannelIds
 
 DEFAULT_RESPONSE_TIMEOUT = 1.0
@@ -157,7 +158,7 @@ class Bench:
         return [cob_id.can_id for cob_id in cob_ids if not cob_id.extended]
 
     def _meet(self, link: Link, node_id: int) -> None:
-        """Get to know a device; once more where a frame may have been lost on the way."""
+        """Get to know a device."""
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout, settings.sdo_channel)
         revival = self._revival(channel)
@@ -165,6 +166,18 @@ class Bench:
             revival.start()
         if self._before is not None:
             self._before(channel)
+        watch = Watch(channel, revival)
+        try:
+            session = self._begin(channel, revival)
+        except DeviceLost as error:
+            raise watch.lost(error) from error
+        finally:
+            watch.close()
+        watch.keep(session.causes)
+
+    def _begin(self, channel: Channel, revival: Revival | None) -> DeviceSession:
+        """Read and survey a device; again where a frame may have been lost on the way."""
+        node_id, link = channel.node_id, channel.link
         beginnings: list[Beginning] = []
         while True:
             self.sessions[node_id] = session = self._discovered(channel, revival)
@@ -176,6 +189,7 @@ class Bench:
             session.close()
         for cause in in_doubt(beginnings):
             session.doubts.add("before the first case", cause)
+        return session
 
     def _discovered(self, channel: Channel, revival: Revival | None) -> DeviceSession:
         settings = self._settings

@@ -14,11 +14,12 @@ LOOK = 0.1
 
 
 class Revival:
-    """Starts a device, and starts it again whenever it was lost."""
+    """Starts a device, and starts it again whenever it was lost; ``is_active`` while it does."""
 
     def __init__(self, settings: ProcessSettings, process: DeviceProcess, channel: Channel) -> None:
         """Take the program, which is not running yet, and the channel on which it will answer."""
         self.process = process
+        self.is_active = False
         self._channel = channel
         self._start_limit = settings.start_limit
         self._attempts = settings.attempts
@@ -33,6 +34,13 @@ class Revival:
 
         What does not come back at once is tried again, a few times.
         """
+        self.is_active = True
+        try:
+            return self._attempt()
+        finally:
+            self.is_active = False
+
+    def _attempt(self) -> str:
         why = "no attempt was allowed"
         for _ in range(self._attempts):
             try:
