@@ -30,26 +30,26 @@ OBJECTS = named(REFERENCE_OBJECTS)
 DURAND_OBJECTS = named(
     known for known in REFERENCE_OBJECTS if known.data_type is not DataType.UNSIGNED24
 )
-# The kernel is emulated and slow: only some files are collected, and of the transfers that differ
-# in their size only, one in segments and one with a full sub-block are run.
+# The kernel is emulated and slow, so of what each bus shows alike, the virtual ones too, few cases
+# are run: of frames all, of transfers a long one of each kind, and lost segments of a burst.
 FILES = [
     str(path)
     for path in case_files()
     if re.fullmatch(
-        r"test_((expedited|segmented|abort|specifiers|frame|whole).*|block_(down|up)load)",
-        path.stem,
+        r"test_((expedited|segmented|abort|frame|whole).*|block_(down|up)load)", path.stem
     )
 ]
-FEW = (*FILES, "-k", "not (size or beyond-16) or 257 or block and 889")
 
 
-def only(*stems: str) -> list[str]:
-    """Return the files of some services."""
-    return [file for file in FILES if any(stem in file for stem in stems)]
+def only(*stems: str, named: str = "") -> list[str]:
+    """Return the files of some services, and the choice of cases by what is in their ids."""
+    chosen = [file for file in FILES if any(stem in file for stem in stems)]
+    return [*chosen, *(["-k", named] if named else [])]
 
 
+FEW = only("test_", named="frame or run or abort or missing or toggle or lost or 257 or 889")
 # What foreign servers do in block transfers is seen on the virtual bus.
-FOREIGN = only("test_segmented_download")
+FOREIGN = only("test_segmented_download", named="at-the-start or toggle or without or after or 60h or 257")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,12 +83,12 @@ PLANS = {
     "upload-toggle-ignored": Plan(
         9,
         (*REFERENCE, "--fault=upload-toggle-ignored"),
-        (*OBJECTS, *only("test_segmented_upload"), "-k", "toggle"),
+        (*OBJECTS, *only("test_segmented_upload", named="toggle")),
     ),
     "answers-extended": Plan(
         10,
         (*REFERENCE, "--fault=answers-extended"),
-        (*OBJECTS, *only("test_frame_shape"), "--strict"),
+        (*OBJECTS, *only("test_frame_shape", named="extended"), "--strict"),
     ),
     "silent": Plan(12, options=tuple(only("test_abort"))),
     "missing": Plan(15, options=tuple(only("test_abort")), channel="can9"),
@@ -155,7 +155,7 @@ def test_a_foreign_server_has_its_findings(runs: dict[str, Future[Run]], server:
     assert set(run.failed()) - set().union(*known) == set()
     in_the_run = [cases for cases in known if not cases.isdisjoint(run.cases())]
     assert [cases for cases in in_the_run if cases.isdisjoint(run.told())] == []
-    assert len(in_the_run) > 4
+    assert len(in_the_run) > 1
 
 
 def test_a_silent_node_is_not_waited_for_long(runs: dict[str, Future[Run]]) -> None:
