@@ -20,7 +20,7 @@ WRITABLE = (
 )
 OTHER = 9
 # Transfers of many segments show nothing more here, and cost most of the time.
-LARGE = ("409", "177", "88", "89", "672", "448", "490", "126", "127", "wraps")
+LARGE = ("409", "177", "88", "89", "672", "448", "490", "126", "127", "beyond")
 BEYOND = ("test_matrix", "test_random", "vanished", "sequence", "od.", "nmt.", "channel", "storage")
 SHORT = " and ".join(f"not {word}" for word in (*BEYOND, *LARGE))
 TRAFFIC = (

@@ -17,7 +17,10 @@ pytest_plugins = ["pytester"]
 
 FILES = Path(__file__).parents[1] / "device" / "files"
 # What shows on the reference server as well, and takes long.
-CHOSEN = "not test_matrix and not test_random and not sequence and not vanished and not size["
+CHOSEN = (
+    "not test_matrix and not test_random and not sequence and not vanished and not size[ "
+    "and not beyond"
+)
 DESCRIPTION = """\
 node-id = 5
 eds = "{eds}"
