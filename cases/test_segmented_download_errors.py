@@ -56,7 +56,7 @@ def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
             abort = sdo.checks.abort(frame, text.mux)
             if abort.code != AbortCode.TOGGLE_NOT_ALTERNATED:
                 raise sdo.breach("abort 05030000h, or no answer", describe_response(frame))
-            sdo.expect_silence_or_abort()
+            sdo.expect_over()
             return
         due = f"no answer to the wrong segment, {0x20 | right << 4:02X}h to the right one"
         if frame[0] & 0x10 != right << 4:
@@ -76,7 +76,7 @@ def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
         sdo.checks.abort(frame, text.mux)
-        sdo.expect_silence_or_abort()
+        sdo.expect_over()
         return
     if not frame[0] & 0x10:
         raise sdo.breach("no answer to the repeated segment", describe_response(frame))
@@ -139,9 +139,10 @@ def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     request = DownloadInitiate.with_size(text.mux, len(data))
     frame = sdo.expect_restart_or_abort(request, text, text)
     if frame is not None:
-        sdo.checks.download_initiate(frame, text.mux)
-        sdo.download_segments(data)
-        sdo.expect_value(text, data)
+        with sdo.one_transfer():
+            sdo.checks.download_initiate(frame, text.mux)
+            sdo.download_segments(data)
+            sdo.expect_value(text, data)
 
 
 @must("segmented-download.new-upload", "D13", "O8", segments=BEGUN)
@@ -155,14 +156,15 @@ def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segme
     with sdo.unchanged(text):
         data = begin_download(sdo, text, segments, size)
         frame = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
-        if frame is not None:
-            response = sdo.checks.upload_initiate(frame, number.mux)
-            found = sdo.finish_upload(number, response)
-            if found != due:
-                raise sdo.breach(f"{number} reads {due.hex()}", f"it reads {found.hex()}")
-        rest = data[7 * segments : 7 * segments + 7]
-        sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
-        sdo.expect_value(number, due)
+        with sdo.one_transfer():
+            if frame is not None:
+                response = sdo.checks.upload_initiate(frame, number.mux)
+                found = sdo.finish_upload(number, response)
+                if found != due:
+                    raise sdo.breach(f"{number} reads {due.hex()}", f"it reads {found.hex()}")
+            rest = data[7 * segments : 7 * segments + 7]
+            sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
+            sdo.expect_value(number, due)
 
 
 @must("segmented-download.new-download", "D13", "O8", segments=BEGUN)
@@ -174,12 +176,11 @@ def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, seg
         begin_download(sdo, text, segments, size)
         request = DownloadInitiate.with_size(number.mux, len(value))
         frame = sdo.expect_restart_or_abort(request, text, number)
-        if frame is not None:
-            sdo.checks.download_initiate(frame, number.mux)
-            for start in range(0, len(value), 7):
-                last = start + 7 >= len(value)
-                sdo.download_segment(value[start : start + 7], toggle=start // 7 % 2, last=last)
-        sdo.expect_value(number, value)
+        with sdo.one_transfer():
+            if frame is not None:
+                sdo.checks.download_initiate(frame, number.mux)
+                sdo.download_segments(value)
+            sdo.expect_value(number, value)
 
 
 @must(

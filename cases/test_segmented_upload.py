@@ -155,10 +155,11 @@ def test_restart(sdo: Dialogue, segments: int) -> None:
         sdo.upload_segment(toggle=number % 2)
     frame = sdo.expect_restart_or_abort(UploadInitiate(known.mux), known, known)
     if frame is not None:
-        response = sdo.checks.upload_initiate(frame, known.mux)
-        found = sdo.finish_upload(known, response)
-        if found != data and found.rstrip(b"\0") != data:
-            raise sdo.breach("the object from its first byte", f"{found!r}")
+        with sdo.one_transfer():
+            response = sdo.checks.upload_initiate(frame, known.mux)
+            found = sdo.finish_upload(known, response)
+            if found != data and found.rstrip(b"\0") != data:
+                raise sdo.breach("the object from its first byte", f"{found!r}")
 
 
 @must("segmented-upload.new-upload", "U5", "O8", segments=BEGUN)
@@ -167,12 +168,13 @@ def test_new_upload(sdo: Dialogue, segments: int) -> None:
     due = sdo.upload(IDENTITY_COUNT)
     known = begin_upload(sdo, segments)
     frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), known, IDENTITY_COUNT)
-    if frame is not None:
-        response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
-        found = sdo.finish_upload(IDENTITY_COUNT, response)
-        if found[: len(due)] != due:
-            raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
-    sdo.expect_dead(UploadSegment(segments % 2))
+    with sdo.one_transfer():
+        if frame is not None:
+            response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
+            found = sdo.finish_upload(IDENTITY_COUNT, response)
+            if found[: len(due)] != due:
+                raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
+        sdo.expect_dead(UploadSegment(segments % 2))
 
 
 @must("segmented-upload.new-download", "U5", "O8")
@@ -186,11 +188,12 @@ def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
         else DownloadInitiate.with_size(number.mux, len(value))
     )
     frame = sdo.expect_restart_or_abort(request, known, number)
-    if frame is not None:
-        sdo.checks.download_initiate(frame, number.mux)
-    sdo.end_transfer()
-    sdo.expect_dead(UploadSegment(1))
-    sdo.expect_value(number, value)
+    with sdo.one_transfer():
+        if frame is not None:
+            sdo.checks.download_initiate(frame, number.mux)
+        sdo.end_transfer()
+        sdo.expect_dead(UploadSegment(1))
+        sdo.expect_value(number, value)
 
 
 @must("segmented-upload.client-abort", "U7", segments=BEGUN)

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
 from conformance.run.block_steps import segments_of
+from conformance.run.causes import kind_of_answer
 from conformance.run.delivered import is_written_through
 from conformance.run.steps import Target, filled_up, mux_of, same_value, shown
 from conformance.run.storage_steps import StorageSteps
@@ -27,14 +28,17 @@ from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import (
     MULTIPLEXER,
+    NOT_REFUSED,
     PART_WRITTEN,
     RESTART,
     SUBSTITUTE,
+    UNSOLICITED,
     Rule,
     Violation,
 )
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
+OLD_GOES_ON = (RESTART.id, "the transfer that was running goes on")
 # A bad end of a block download may be called no valid command; what was wrong says more.
 NOT_PRECISE = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
 # How often a server may acknowledge a sub-block that does not go on, before it gives up.
@@ -195,19 +199,52 @@ class Dialogue(StorageSteps):
         )
         return None
 
+    @contextmanager
+    def one_transfer(self) -> Iterator[None]:
+        """Expect a transfer that was begun in mid-transfer to be the only one from there on.
+
+        Whatever goes wrong with either is one cause, unless it is a known one.
+        """
+        try:
+            yield
+        except ServerAborted as refused:
+            actual = describe_response(refused.abort.encode())
+            breach = Violation(NOT_REFUSED, expected="the new transfer to be served", actual=actual)
+            breach.habit = OLD_GOES_ON
+            raise breach from None
+        except Violation as breach:
+            if breach.habit is None and not self.is_known(breach):
+                breach.habit = OLD_GOES_ON
+            raise
+
     def expect_dead(self, request: Request) -> None:
         """Send a request of a transfer that is over: it must not go on.
 
         Whether a server aborts or keeps silent, with which multiplexer and code, is open.
         """
-        aborted = self.server_aborted
         self.send(request)
+        self.expect_over()
+
+    def expect_over(self) -> None:
+        """Expect that a transfer does not go on with what was sent last, as ``expect_dead``."""
+        aborted = self.server_aborted
         try:
             self.expect_silence_or_abort()
         except Violation as breach:
-            if aborted and breach.rule is self.rule:
+            # Several answers are none that was asked for: the segments of a sub-block, say.
+            told = breach.rule is self.rule or breach.rule is UNSOLICITED
+            if aborted and told and not kind_of_answer(breach.actual).startswith("abort"):
                 breach.habit = GOES_ON
             raise
+
+    def expect_refusals(self) -> None:
+        """Expect no more than aborts of segments that are behind an abort: the server is idle."""
+        for answer in self.fence():
+            if not isinstance(self.read_as(answer), Abort):
+                breach = self.breach("an abort of each segment at the most", self.words(answer))
+                breach.habit = GOES_ON
+                raise breach
+            self.checks.abort(answer, None)
 
     def expect_nothing(self) -> None:
         """Expect that what was sent last is not answered."""

@@ -18,7 +18,7 @@ from run_bench import (
 
 from conformance.device.objects import KnownObject
 from conformance.faults.catalogue import build_node
-from conformance.run.dialogue import Dialogue
+from conformance.run.dialogue import GOES_ON, OLD_GOES_ON, Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -33,6 +33,7 @@ from conformance.sdo.objects import DataType
 from conformance.sdo.rules import (
     FILLER,
     MULTIPLEXER,
+    NOT_REFUSED,
     PART_WRITTEN,
     RESERVED,
     RESTART,
@@ -184,6 +185,48 @@ def test_a_request_of_a_transfer_that_is_over() -> None:
     with discovered(node) as bench, pytest.raises(Violation) as raised:
         bench.dialogue().expect_dead(UploadSegment(0))
     assert raised.value.rule is RULE
+
+
+NAME = Multiplexer(0x1008)
+
+
+def test_what_a_server_has_aborted_and_lets_go_on_is_one_cause() -> None:
+    node = build_node("abort-in-transfer-unnamed", NODE_ID)
+    with discovered(node) as bench:
+        sdo = bench.dialogue()
+        sdo.start_segmented_upload(NAME)
+        sdo.send(UploadSegment(1))
+        sdo.receive()
+        with pytest.raises(Violation) as raised:
+            sdo.expect_dead(UploadSegment(0))
+    assert raised.value.habit == GOES_ON
+
+
+def test_segments_behind_an_abort_may_each_be_refused_and_not_be_taken() -> None:
+    converse(Dialogue.expect_refusals, REFUSED, REFUSED)
+    assert breach(Dialogue.expect_refusals, REFUSED, SERVED).habit == GOES_ON
+
+
+def test_a_transfer_that_goes_on_behind_a_new_one_is_one_cause() -> None:
+    with discovered(build_node("initiate-joins-running-transfer", NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        sdo.start_segmented_upload(NAME)
+        sdo.upload_segment(toggle=0)
+        sdo.start_segmented_upload(NAME)
+        with pytest.raises(Violation) as raised, sdo.one_transfer():
+            sdo.upload_segment(toggle=0)
+    assert raised.value.rule is NOT_REFUSED, "for its toggle bit"
+    assert raised.value.habit == OLD_GOES_ON
+
+
+def test_a_known_cause_keeps_its_name_in_a_new_transfer() -> None:
+    with discovered(recording()) as bench:
+        sdo = bench.dialogue()
+        known = Violation(RULE, expected="7 bytes", actual="8 bytes")
+        sdo.causes.add(sdo.cause_of(known), "a.case", known, aside=False)
+        with pytest.raises(Violation) as raised, sdo.one_transfer():
+            raise known
+    assert raised.value.habit is None
 
 
 # Served or refused
