@@ -7,14 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from conformance.device.deny import PERMISSIONS
-from conformance.device.files import did_you_mean, shortened
+from conformance.device.files import did_you_mean, shown
 from conformance.device.known_deviations import Deviation, deviations_in
-from conformance.device.objects import KnownObject, parse_object
+from conformance.device.objects import KnownObject, ObjectNameError, parse_object
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
 from conformance.sdo.layout import Multiplexer
 
 ALL_RW = "all-rw"
+MOST = 1_000_000_000
+MOST_LISTED = 2_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +103,8 @@ def _permissions(file: TomlFile, top: Table) -> frozenset[str]:
     for name in names:
         if not isinstance(name, str) or name not in PERMISSIONS:
             raise file.error(
-                f"there is no permission {shortened(str(name))}. "
-                f"{did_you_mean(str(name), sorted(PERMISSIONS))}",
+                f"there is no permission {shown(name)}. "
+                f"{did_you_mean(name if isinstance(name, str) else '', sorted(PERMISSIONS))}",
                 "",
                 "permissions",
             )
@@ -119,7 +121,7 @@ def _flag(value: object) -> bool:
 
 
 def _count(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST:
         raise ValueError
     return value
 
@@ -146,6 +148,8 @@ def _object(value: object) -> KnownObject:
 def _listed(value: object) -> Iterable[object]:
     if not isinstance(value, list):
         raise TypeError
+    if len(value) > MOST_LISTED:
+        raise ObjectNameError(f"a list of {len(value)}: at most {MOST_LISTED} can be read.")
     return value
 
 

@@ -27,10 +27,12 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
 MOST_COMPACT = 0xFE
+MOST_ENTRIES = 0x10000
 # The objects that describe types of the device, and none at all: no server reads them.
 _NO_OBJECTS = (0x00, 0x05, 0x06)
 _ACCESS = {access.value: access for access in Access} | {"rwr": Access.RW, "rww": Access.RW}
 _TYPES = frozenset(DataType)
+_OBJECT_TYPES = frozenset(ObjectType)
 
 
 def read_eds(path: Path, node_id: int) -> Listing:
@@ -50,6 +52,7 @@ def parse_eds(path: Path, text: str, node_id: int) -> Listing:
         if (found := object_of(name)) and found[1] is None and not _is_type(section, node_id)
         for index in (found[0],)
     }
+    _count_entries(sections, heads, node_id)
     imported = _import(path, "\n".join(_plain_text(sections, heads, node_id)), node_id)
     objects = {
         index: _listed(imported, sections, section, index, node_id)
@@ -61,6 +64,22 @@ def parse_eds(path: Path, text: str, node_id: int) -> Listing:
     said = (device.vendor_number, device.product_number, device.revision_number)
     identity = {sub: number for sub, number in enumerate(said, 1) if number is not None}
     return Listing(objects, is_complete=True, identity=identity)
+
+
+def _count_entries(
+    sections: Mapping[str, Section], heads: Mapping[int, Section], node_id: int
+) -> None:
+    """Raise FileError where there is more than a device can have and a run can test."""
+    own = sum(bool(found and found[1] is not None) for found in map(object_of, sections))
+    count = own + len(heads)
+    for section in heads.values():
+        if section.text("CompactSubObj"):
+            count += _compact(section, node_id)
+        if count > MOST_ENTRIES:
+            raise section.error(
+                f"so far the file lists {count} entries, by sections and by CompactSubObj; more "
+                f"than {MOST_ENTRIES} cannot be tested: is it the right one?"
+            )
 
 
 def _is_type(section: Section, node_id: int) -> bool:
@@ -117,7 +136,7 @@ def _object_text(section: Section, has_subs: bool, node_id: int) -> Iterator[str
 
 def _object_type(section: Section, node_id: int) -> ObjectType:
     number = section.number("ObjectType", node_id, ObjectType.VAR)
-    if number not in frozenset(ObjectType):
+    if number not in _OBJECT_TYPES:
         raise section.error(
             f"ObjectType={shortened(section.text('ObjectType'))} is none of 0x2 (DOMAIN), 0x7 "
             "(VAR), 0x8 (ARRAY) and 0x9 (RECORD).",
@@ -234,10 +253,10 @@ def _compact_entries(
     )
     names = sections.get(f"{section.name}Name")
     entries = {0: number}
+    described = _entry(found[1], section, 1, node_id)
     for sub in range(1, count + 1):
-        entry = _entry(found[sub], section, sub, node_id)
-        name = names.text(str(sub)) if names else ""
-        entries[sub] = replace(entry, name=name or entry.name)
+        name = (names.text(str(sub)) if names else "") or described.name
+        entries[sub] = replace(described, mux=Multiplexer(found.index, sub), name=name)
     return entries
 
 

@@ -9,6 +9,8 @@ Python's, and what cannot be read is a sentence.
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import islice
 from pathlib import Path
 
 from conformance.device.files import FileError, nearest, read_text, shortened
@@ -44,6 +46,9 @@ _OBJECT = re.compile(r"([0-9a-f]{4})(?:sub([0-9a-f]{1,3}))?", re.IGNORECASE)
 _COMPANION = re.compile(r"[0-9a-f]{4}(name|value|denotation|objectlinks)", re.IGNORECASE)
 _NUMBER = re.compile(r"[+-]?(0x[0-9a-f]+|[0-9]+)", re.IGNORECASE)
 _MOST_DIGITS = 40
+_MOST_REMEMBERED = 80
+# So many names are looked at for one that is misspelt.
+MOST_COMPARED = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +96,8 @@ class Section:
             return self.text(key)
         if key in self.values:
             raise self.error(f"{key} in [{self.name}] has no value.", key)
-        unknown = [name for name in self.values if name not in OBJECT_KEYS]
-        for name in unknown:
+        unknown = (name for name in self.values if name not in OBJECT_KEYS)
+        for name in islice(unknown, MOST_COMPARED):
             if nearest(name, [key]):
                 raise self.error(
                     f"[{self.name}] has no {key}, but {name!r}. Did you mean {key!r}?", name
@@ -108,6 +113,10 @@ def parse_number(text: str, node_id: int) -> int | None:
     >>> parse_number("$NODEID+0x600", 5) == 0x605
     True
     """
+    return _parsed(text, node_id) if len(text) <= _MOST_REMEMBERED else _parse(text, node_id)
+
+
+def _parse(text: str, node_id: int) -> int | None:
     compact = text.replace(" ", "").replace("\t", "").upper()
     offset = 0
     if "$NODEID" in compact:
@@ -122,6 +131,10 @@ def parse_number(text: str, node_id: int) -> int | None:
         return None
     number = int(digits, 8 if octal else 0)
     return (-number if compact.startswith("-") else number) + offset
+
+
+# The same few numbers stand in all objects.
+_parsed = lru_cache(maxsize=4096)(_parse)
 
 
 def object_of(name: str) -> tuple[int, int | None] | None:
@@ -230,7 +243,7 @@ def _check(path: Path, sections: Mapping[str, Section]) -> None:
     for name in NEEDED:
         if name in sections:
             continue
-        for other, section in sections.items():
+        for other, section in islice(sections.items(), MOST_COMPARED):
             if other not in _SECTIONS and nearest(other, [name]):
                 raise section.error(f"[{other}] is no section of an EDS. Did you mean [{name}]?")
         raise FileError(

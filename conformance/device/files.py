@@ -24,8 +24,13 @@ def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
     Raises FileError.
     """
     try:
+        # Whoever opens a pipe that nobody writes to waits for ever.
+        if path.exists() and not path.is_file() and not path.is_dir():
+            raise FileError(path, None, "that is a pipe or a device, and no file.")
         with path.open("rb") as file:
             content = file.read(limit + 1)
+    except FileError:
+        raise
     except (OSError, ValueError) as error:  # ValueError: a name with a NUL in it
         reason = getattr(error, "strerror", None) or str(error)
         raise FileError(path, None, f"the file cannot be read: {reason}.") from None
@@ -59,6 +64,15 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     names = list(known)
     near = nearest(name, names)
     return f"Did you mean {near!r}?" if near else f"Known: {', '.join(names)}."
+
+
+def shown(value: object) -> str:
+    """Return any value of a file as it stands in a sentence."""
+    try:
+        return shortened(str(value))
+    except (ValueError, RecursionError):
+        # Of thousands of digits, or of values in values in values.
+        return "what is written there"
 
 
 def shortened(text: str) -> str:

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from conformance.device.files import FileError, did_you_mean, read_text, shortened
+from conformance.device.files import FileError, did_you_mean, read_text, shortened, shown
 from conformance.device.objects import ObjectNameError
 
 Read = TypeVar("Read")
 # A list of known deviations may name thousands of cases.
 LARGEST = 1024 * 1024
-# What tomllib needs for a key of many parts grows with their square.
+# What tomllib needs for a key of many parts grows with their square: so much is read in a second.
 LONGEST_LINE = 4096
+MOST_SQUARED_DOTS = 1_000_000
 
 
 class Table:
@@ -41,7 +42,7 @@ class Table:
         except ObjectNameError as error:
             raise self._error(key, str(error)) from None
         except (ValueError, TypeError):
-            raise self._error(key, f"{key} = {shortened(str(value))}: {wanted}.") from None
+            raise self._error(key, f"{key} = {shown(value)}: {wanted}.") from None
 
     def finish(self) -> None:
         """Raise FileError for a key that nobody has read."""
@@ -79,14 +80,13 @@ class TomlFile:
 
     def _line(self, table: str, key: str, position: int) -> int | None:
         """Look for a key in its table, the ``position``-th of that name; tomllib keeps no lines."""
-        header = re.compile(r"\s*\[\[?\s*([^\]]*?)\s*\]")
         written = re.compile(rf"\s*([\"']?){re.escape(key)}\1\s*[=.]")
         # A table may also be written in a line, or by keys with a dot.
         inline = re.compile(rf"\s*{re.escape(table)}\s*[=.]")
         current, seen, found = "", -1, None
         for number, line in enumerate(self.text.split("\n"), 1):
-            if match := header.match(line):
-                current = match[1].strip("\"'")
+            if line.lstrip().startswith("[") and "]" in line:
+                current = line.strip().lstrip("[").partition("]")[0].strip().strip("\"'")
                 seen += current == table
                 if current in (table, key) and seen in (position, -1):
                     found = found or number
@@ -98,9 +98,13 @@ class TomlFile:
 
 
 def _parsed(path: Path, text: str) -> dict[str, Any]:
+    dots = 0
     for number, line in enumerate(text.split("\n"), 1):
         if len(line) > LONGEST_LINE:
             raise FileError(path, number, f"a line of {len(line)} characters: break it.")
+        dots += line.count(".") ** 2
+        if dots > MOST_SQUARED_DOTS:
+            raise FileError(path, number, "too many keys with dots in them: write [tables].")
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

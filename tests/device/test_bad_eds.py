@@ -1,5 +1,6 @@
 """A bad EDS ends in a sentence with file, line and what to try; never in a traceback."""
 
+import os
 import re
 import time
 from pathlib import Path
@@ -187,6 +188,33 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         read_eds(tmp_path / "folder.eds", 5)
     with pytest.raises(FileError, match=r"has to end in \.eds or \.dcf"):
         read_eds(tmp_path / "drive.xdd", 5)
+    # Whoever opens it waits for a writer.
+    os.mkfifo(tmp_path / "pipe.eds")
+    with pytest.raises(FileError, match=r"that is a pipe or a device, and no file\."):
+        read_eds(tmp_path / "pipe.eds", 5)
+
+
+def compact(number: int) -> str:
+    return (
+        f"[{number:04X}]\nParameterName=x\nObjectType=8\nDataType=5\nAccessType=rw\n"
+        "CompactSubObj=254\n"
+    )
+
+
+def test_a_small_file_does_not_stand_for_a_million_entries() -> None:
+    """One thousand arrays of 254 elements are 80 kB of text."""
+    begin = time.process_time()
+    told = sentence(DRIVE + "".join(compact(index) for index in range(0x7000, 0x7000 + 1000)))
+    assert re.search(r"line \d+: so far the file lists 65\d\d\d entries, by sections and by", told)
+    assert time.process_time() - begin < 2
+
+
+def test_all_elements_of_an_array_are_as_it_is_described() -> None:
+    text = DRIVE + compact(0x7000).replace("=x", "=Speed") + "[7000Name]\nNrOfEntries=1\n7=Last\n"
+    entries = parse_eds(PATH, text, 5).objects[0x7000].entries
+    assert len(entries) == 255
+    assert [entries[sub].name for sub in (1, 7, 254)] == ["Speed", "Last", "Speed"]
+    assert {known.mux.sub_index for known in entries.values()} == set(range(255))
 
 
 def entry(number: int) -> str:
@@ -203,6 +231,7 @@ LARGE = {
     "many semicolons": DRIVE.replace("DefaultValue=0x19A", "DefaultValue=" + ";" * 3_000_000, 1),
     "many lines of nothing": "\n" * 4_000_000,
     "many sections": DRIVE + "".join(f"[x{number}]\n" for number in range(300_000)),
+    "a list of misspelt names": "".join(f"[x{number}]\n" for number in range(150_000)),
     "many keys": DRIVE + "[X]\n" + "".join(f"k{number}=1\n" for number in range(300_000)),
 }
 

@@ -1,5 +1,6 @@
 """``device.toml``: what it may say, and the sentence for what it may not."""
 
+import os
 import time
 from pathlib import Path
 
@@ -176,6 +177,16 @@ HOSTILE = {
     "a long table name": "[a" + ".a" * 30_000 + "]",
     "a huge number": "node-id = " + "9" * 60_000,
     "an endless text": 'eds = """' + "\n" * 60_000,
+    "a number too long to be shown": "node-id = 0x" + "F" * 4_000,
+    "such a number in a list": "permissions = [0x" + "F" * 4_000 + "]",
+    "such a bit rate": "[can]\nbitrate = 0x" + "F" * 4_000,
+    "such an option": "[can]\noptions = {port = 0x" + "F" * 4_000 + "}",
+    "many long dotted keys": "\n".join(f"a{n}" + ".b" * 2_000 + " = 1" for n in range(200)),
+    "many dotted keys": "\n".join(f"a{n}" + ".b" * 40 + " = 1" for n in range(5_000)),
+    "a list of everything": "[objects]\nnever = [" + '"2000",\n' * 50_000 + "]",
+    "blanks behind brackets": 'eds = """\n'
+    + ("[" + " " * 4000 + "\n") * 200
+    + '"""\nnode-id = 400',
     "many quotes": "eds = " + '"' * 60_000,
     "many comments": "#\n" * 30_000,
     "many keys": "\n".join(f"k{number} = 1" for number in range(5_000)),
@@ -187,6 +198,13 @@ def test_hostile_files_end_soon(tmp_path: Path, text: str) -> None:
     begin = time.process_time()
     assert len(outcome(tmp_path, text)) < 600
     assert time.process_time() - begin < 5
+
+
+def test_a_pipe_is_no_file(tmp_path: Path) -> None:
+    """Whoever opens it waits for a writer."""
+    os.mkfifo(tmp_path / "device.toml")
+    with pytest.raises(FileError, match="that is a pipe or a device, and no file"):
+        read_description(tmp_path / "device.toml")
 
 
 def test_files_that_are_no_text(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """The list of known deviations: what is read, what is refused in a sentence, what is written."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -161,6 +162,13 @@ def test_what_is_written_is_read(
     path = tmp_path_factory.mktemp("known") / "known.toml"
     write_deviations(path, deviations)
     assert read_deviations(path) == tuple(deviations)
+
+
+def test_many_stars_are_soon_matched() -> None:
+    begin = time.process_time()
+    assert not Deviation("*a" * 1000 + "b", "slow").names("block-download." + "a" * 3000)
+    assert Deviation("od.*[[10*]", "odd").names("od.read[[1018h:00]")
+    assert time.process_time() - begin < 1
 
 
 def test_a_draft_can_be_used_and_is_not_done() -> None:
