@@ -70,7 +70,7 @@ def conclude_tries(
     """Conclude a case that was ended by ``error``, if by any; return the try that counts.
 
     What a lost frame may explain is tried again from the start: what it read can be read again,
-    and what it wrote is back. It fails where it fails twice at the same place.
+    and what it wrote is back. It fails where that is certain.
     """
     run, error = try_again(item, run, error, begin_again)
     result = _conclude(item, run, error)
@@ -80,16 +80,16 @@ def conclude_tries(
         tries.append(way)
         if is_certain(tries):
             return run, error, result
-        if len(tries) == doubts.MOST_TRIES:
-            break
         failed = result
         take_back(run)
+        if len(tries) == doubts.MOST_TRIES:
+            break
         run = begin_again()
         item.stash[CASE_RUN] = run
         run, error = try_again(item, run, _perform(item, run), begin_again)
         result = _conclude(item, run, error)
     if tries and (result.verdict not in BREACHES or len(tries) == doubts.MOST_TRIES):
-        doubt(run, failed)
+        doubt(run, failed, tries[-1])
     return run, error, result
 
 

@@ -7,7 +7,14 @@ from typing import Any
 import pytest
 
 from conformance.about import about_run
-from conformance.bus.errors import BenchError, DeviceLost, NotWritten, SilentNode, SuiteError
+from conformance.bus.errors import (
+    BenchError,
+    DeviceLost,
+    FailedOnce,
+    NotWritten,
+    SilentNode,
+    SuiteError,
+)
 from conformance.device.known_deviations import Deviation, write_deviations
 from conformance.outcome import Evidence, SummaryTerminal
 from conformance.recorder import Recorder, as_place
@@ -153,7 +160,9 @@ class Closing:
         findings = self._state.findings
         if self._state.stop.requests and session.exitstatus == pytest.ExitCode.INTERRUPTED:
             return
-        if findings.bench_errors:
+        only_once = all(isinstance(error, FailedOnce) for error in findings.bench_errors)
+        failed = session.exitstatus == pytest.ExitCode.TESTS_FAILED
+        if findings.bench_errors and not (only_once and failed):
             session.exitstatus = _exit_code(findings.bench_errors)
         elif session.exitstatus == pytest.ExitCode.OK and findings.unrestored:
             session.exitstatus = ExitCode.BENCH_ERROR

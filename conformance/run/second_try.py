@@ -5,7 +5,7 @@ What stays of a try that does not count is its trace.
 
 from conformance.run.doubts import MOST_TRIES, Stumble
 from conformance.run.session import CaseRun
-from conformance.run.verdict import BREACHES, CaseResult, Verdict
+from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import NO_REBOOT
 
 EACH_ELSEWHERE = (
@@ -17,17 +17,22 @@ EACH_ELSEWHERE = (
 def stumble(run: CaseRun) -> Stumble | None:
     """Say how a case has failed where a frame that was lost may be why; else None.
 
-    A cause that is known already is no chance, and no such frame stops or starts a device.
+    A cause that is known already is no chance, and no such frame stops or starts a device. What
+    only the suite's tidying has met counts as well: the run would fail for it.
     """
     result, session = run.result, run.session
-    known = {str(cause) for cause in run.causes_before}
-    lossy = session.channel.link.may_lose and run.bench_error is None
-    if not lossy or result.verdict not in BREACHES or result.cause in known:
+    if not session.channel.link.may_lose or session.lost or result.verdict is Verdict.BENCH_ERROR:
         return None
-    lost = session.lost or result.broken_rule_id == NO_REBOOT.id
-    if lost or not session.doubts.excuses(result.cause):
+    before = run.causes_before
+    new = {str(cause): each for cause, each in session.causes if cause not in before}
+    if result.verdict in BREACHES:
+        known = {str(cause) for cause, each in before.items() if not each.aside}
+        cause = "" if result.cause in known else result.cause
+    else:
+        cause = next((cause for cause, each in new.items() if each.aside), "")
+    if not cause or rule_of_cause(cause) == NO_REBOOT.id or not session.doubts.excuses(cause):
         return None
-    return Stumble(result.cause, run.own_frames)
+    return Stumble(cause, run.own_frames)
 
 
 def take_back(run: CaseRun) -> None:
@@ -35,24 +40,24 @@ def take_back(run: CaseRun) -> None:
     run.session.causes.return_to(run.causes_before)
 
 
-def doubt(run: CaseRun, failed: CaseResult) -> None:
-    """Take that a case did not fail again as it had failed before.
+def doubt(run: CaseRun, failed: CaseResult, stumbled: Stumble) -> None:
+    """Take that a case did not fail again as it had failed, or stumbled, before.
 
     Where it failed all the same, each time at another place, nothing can be said of it.
     """
     result, session = run.result, run.session
-    session.doubts.add(result.case_id, failed.cause)
+    session.doubts.add(result.case_id, stumbled.cause)
     if result.verdict in BREACHES:
-        take_back(run)
         result.verdict, result.broken_rule, result.cause = Verdict.NOT_TESTABLE, "", ""
         last = f"expected {result.expected}; got {result.actual}"
         result.notes.append(f"bench: the last of {MOST_TRIES} tries failed so: {last}")
         result.expected, result.actual = "", EACH_ELSEWHERE
         return
-    result.notes.append(
-        f"bench: it failed once and not when it was tried again: {failed.broken_rule} "
-        f"expected {failed.expected}; got {failed.actual}"
-    )
+    if failed.verdict in BREACHES:
+        met = f"{failed.broken_rule} expected {failed.expected}; got {failed.actual}"
+    else:
+        met = stumbled.cause
+    result.notes.append(f"bench: it failed once and not when it was tried again: {met}")
     if result.verdict is Verdict.PASS:
         result.verdict = Verdict.INFO
     again = session.trace(run.own_frames, run.sdo.channels, aside=False, decisive=False)
