@@ -182,6 +182,9 @@ class NetworkSteps(BlockSteps):
     def end_heartbeats(self) -> None:
         """Write 0 to 1017h, and expect no heartbeat beyond those that had been queued before."""
         self.download(HEARTBEAT_TIME, bytes(2))
+        # A device that takes its time to confirm that has told its state meanwhile.
+        while self.channel.receive_error_control(0.0) is not None:
+            pass
         for _ in range(MOST_QUEUED):
             if self.channel.receive_error_control(self._period / 2) is None:
                 break
