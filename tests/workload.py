@@ -14,17 +14,15 @@ import tempfile
 import time
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import pairwise
-from pathlib import Path
 
 import pytest
 
 from conformance.reporting.workload import family_of, service_of
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT
+from conformance.state import STATE
 
 # A family stands alone that has so much of all answers, silences or time.
 PART = 0.002
-SENT, RECEIVED = "T", "R"
 
 
 @dataclass
@@ -54,29 +52,37 @@ class Timer:
 
     def __init__(self) -> None:
         self.cases: dict[str, Count] = {}
-        self._log: Path | None = None
-        self._before = 0.0
+        self._session: pytest.Session | None = None
+        self._before = Count()
+        self._waited = 0.0
+
+    def pytest_sessionstart(self, session: pytest.Session) -> None:
+        self._session = session
 
     def pytest_runtest_logstart(self) -> None:
-        self._before = self._before or time.process_time()
+        if not self._before.cases:
+            self._before = self._now()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self._waited += getattr(report, "conformance", {"waited": 0.0})["waited"]
 
     def pytest_runtest_logfinish(self, nodeid: str) -> None:
-        now = time.process_time()
-        self.cases[nodeid] = Count(1, seconds=now - self._before)
+        now = self._now()
+        self.cases[nodeid] = Count(
+            1,
+            now.answers - self._before.answers,
+            now.silences - self._before.silences,
+            now.seconds - self._before.seconds,
+        )
         self._before = now
 
-    def count(self, results: Path, log: Path) -> None:
-        """Count the answers of each case in the log of the run: what is right behind a request."""
-        directions = [line[-1] for line in log.read_text(encoding="utf-8").splitlines()]
-        records = map(json.loads, results.read_text(encoding="utf-8").splitlines())
-        found = [record for record in records if record["record"] == "case"]
-        for (name, count), record in zip(self.cases.items(), found, strict=True):
-            assert name.endswith(record["result"]["case_id"]), name
-            count.silences = record["result"]["waited"] / DEFAULT_RESPONSE_TIMEOUT
-            place = record["frames"]
-            if place is not None:
-                part = directions[place["first"] - 1 : place["last"]]
-                count.answers = sum(pair == (SENT, RECEIVED) for pair in pairwise(part))
+    def _now(self) -> Count:
+        """Return what was counted since the beginning of the run."""
+        assert self._session is not None
+        bench = self._session.config.stash[STATE].bench
+        assert bench is not None
+        answers = sum(session.channel.pace.answers for session in bench.sessions.values())
+        return Count(1, answers, self._waited / DEFAULT_RESPONSE_TIMEOUT, time.process_time())
 
 
 def run() -> dict[str, Count]:
@@ -90,10 +96,8 @@ def run() -> dict[str, Count]:
             status = pytest.main([*arguments, f"--rootdir={folder}"], plugins=[timer])
         finally:
             os.chdir(here)
-        if status:
-            raise SystemExit(f"the self-test fails: {status}")
-        (report,) = Path(folder, "reports").glob("*-node-*")
-        timer.count(report / "results.jsonl", report / "bus.log")
+    if status:
+        raise SystemExit(f"the self-test fails: {status}")
     return timer.cases
 
 

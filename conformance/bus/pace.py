@@ -1,11 +1,14 @@
 """How fast a device answers, and how often it does not: what one may expect of it from then on."""
 
-from collections import deque
+from collections import Counter, deque
 
 # Requests that were left unanswered for the whole time-out, before it is cut short.
 PROVEN = 10
-# How much longer than its slowest answer a device is waited for then, and at least, in seconds.
-MARGIN, SHORTEST = 20.0, 0.1
+# How much longer than nearly all of its answers took a device is waited for then, and at least, in
+# seconds.
+MARGIN, SHORTEST = 10.0, 0.1
+# Of so many answers one may have been kept waiting by the machine.
+NEARLY_ALL = 100
 # Of so many plain reads, each behind an answer, a device that is sound leaves none unanswered.
 LOOKED_AT, TOO_MANY = 60, 12
 
@@ -13,26 +16,32 @@ LOOKED_AT, TOO_MANY = 60, 12
 class Pace:
     """The answers of one device within one run; times are in seconds.
 
-    ``slowest`` is the longest time to an answer, ``total`` the time to all of them.
+    ``total`` is the time to all of them, ``silences`` the number of those that did not come.
     """
 
     def __init__(self) -> None:
         """Nothing was asked yet."""
         self.answers = 0
         self.total = 0.0
-        self.slowest = 0.0
         self.silences = 0
+        # By the power of two in milliseconds within which they came.
+        self._within: Counter[int] = Counter()
+        self._latest = 0.0
         self._reads: deque[bool] = deque(maxlen=LOOKED_AT)
 
     def answered(self, seconds: float) -> None:
         """Take an answer that came after some time."""
         self.answers += 1
         self.total += seconds
-        self.slowest = max(self.slowest, seconds)
+        self._within[int(seconds * 1000).bit_length()] += 1
 
     def unanswered(self) -> None:
         """Take that a request, which had to be answered, was not, within the time for it."""
         self.silences += 1
+
+    def late(self, seconds: float) -> None:
+        """Take that an answer came when nobody waited for it any more."""
+        self._latest = max(self._latest, seconds)
 
     def read(self, *, answered: bool) -> None:
         """Take a plain read right behind an answer, with no transfer open: it has to be served."""
@@ -42,11 +51,21 @@ class Pace:
         """Return how long to wait for an answer that has to come within ``timeout``.
 
         A device that was seen again and again to leave a request unanswered is waited for only
-        as long as makes sure: far longer than it has ever taken for an answer.
+        as long as makes sure: far longer than nearly all of its answers took, and any late one.
         """
         if self.silences < PROVEN:
             return timeout
-        return min(timeout, max(self.slowest * MARGIN, SHORTEST))
+        return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, SHORTEST))
+
+    @property
+    def nearly_all(self) -> float:
+        """Within which time nearly all answers have come."""
+        late = self.answers // NEARLY_ALL
+        for power in sorted(self._within, reverse=True):
+            late -= self._within[power]
+            if late < 0:
+                return float(1 << power) / 1000
+        return 0.0
 
     @property
     def typical(self) -> float:

@@ -430,6 +430,7 @@ class Wire:
             stray.append(data)
             if self._unanswered_at is not None and self.answered_after is None:
                 self.answered_after = time.monotonic() - self._unanswered_at
+                self.channel.pace.late(self.answered_after)
             if len(stray) > most:
                 raise unsolicited(stray, read=self.read_as)
         if retried:
