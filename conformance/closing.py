@@ -29,6 +29,7 @@ from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.running import ExitCode
+from conformance.selection import FOLDER
 from conformance.state import RunState, uses_device
 from conformance.workers import Controller
 
@@ -52,6 +53,8 @@ class Closing:
         self._told: set[tuple[int, str]] = set()
         self._repeated: set[str] = set()
         self._stale: list[Deviation] = []
+        self._suite_cases = 0
+        self._suite_left_out = False
         self._recorder: Recorder | None = None
 
     @pytest.hookimpl(wrapper=True)
@@ -84,6 +87,7 @@ class Closing:
                 recorder.device(device)
         if values is None or recorder is None:
             return
+        self._suite_cases += report.nodeid.startswith(f"{FOLDER}/")
         result = CaseResult.from_dict(values)
         recorder.case(result, as_place(getattr(report, "conformance_frames", None)))
         self._tell_once(report, result)
@@ -170,6 +174,20 @@ class Closing:
             findings.unjudged or findings.beside or self._stale
         ):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
+        elif session.exitstatus == pytest.ExitCode.OK and self._leaves_out_the_suite(session):
+            self._suite_left_out = True
+            session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
+
+    def _leaves_out_the_suite(self, session: pytest.Session) -> bool:
+        """Say whether a green run would tell of a device that was not tested.
+
+        Whoever names files of his own, and has them talk to it, wants just that.
+        """
+        if self._suite_cases or session.config.option.collectonly:
+            return False
+        paths = (Path(argument.partition("::")[0]) for argument in session.config.args)
+        folder = session.config.invocation_params.dir
+        return not self._state.results or any((folder / path).is_dir() for path in paths)
 
     def _how(self, session: pytest.Session) -> str:
         """Say how the run has ended, if not by itself."""
@@ -243,6 +261,13 @@ class Closing:
             write(
                 f"the values are whole in {self._state.report_dir}: 'conformance restore "
                 f"{self._state.report_dir}' writes them back"
+            )
+        if self._suite_left_out:
+            write(
+                "none of the suite's cases was run: to run them beside your own tests, add "
+                f"{FOLDER!r} to the arguments; to run your own alone, name their files, and let "
+                "them ask for the device",
+                red=True,
             )
         if findings.bench_errors:
             terminalreporter.section("the bench", red=True)

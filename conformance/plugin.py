@@ -17,6 +17,7 @@ from conformance.outlook import Outlook
 from conformance.parcels import Receiver, Sender
 from conformance.run.bench import RunSettings
 from conformance.running import Running
+from conformance.selection import NAMED, is_beside, read_arguments
 from conformance.state import STATE, RunState, is_left_to
 from conformance.stopping import Stopping
 from conformance.values import left_lines
@@ -65,6 +66,8 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
         config.args = [str(CASES)]
+    else:
+        config.args, config.stash[NAMED] = read_arguments(config.args, config.invocation_params.dir)
 
 
 def _outlook(config: pytest.Config, options: Options) -> Outlook:
@@ -127,11 +130,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     A list of cases is read, and keeps each file together.
     """
     state = config.stash.get(STATE, None)
+    _deselect(config, items)
     items[:] = ordered(items, by_risk=not config.option.collectonly)
     if state is not None and state.options.share.worker:
         items[:] = [
             item for place, item in enumerate(items) if is_left_to(state.options, item, place)
         ]
+
+
+def _deselect(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what is in a file with cases that are named, and is none of them."""
+    named = config.stash.get(NAMED, {})
+    left_out = [item for item in items if isinstance(item, CaseFunction) and is_beside(item, named)]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        gone = set(left_out)
+        items[:] = [item for item in items if item not in gone]
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

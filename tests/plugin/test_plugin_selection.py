@@ -1,9 +1,13 @@
 """Which cases a command line runs: all of them from any folder, or what it names."""
 
+from itertools import chain
+from pathlib import Path
+
 import pytest
 from plugin_runs import NO_HYPOTHESIS, case_ids, reference, reports, run, self_test, the_report
 
 from conformance.collection import CASES
+from conformance.selection import read_arguments
 
 pytest_plugins = ["pytester"]
 
@@ -53,7 +57,72 @@ def test_a_path_runs_only_what_it_names(pytester: pytest.Pytester) -> None:
 
 def test_a_folder_is_a_path_too(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=OWN_TEST)
-    self_test(pytester, ".").assert_outcomes(passed=1)
+    result = self_test(pytester, ".")
+    result.assert_outcomes(passed=1)
+    # Whoever names a folder need not know that the suite's cases are none of it.
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    result.stdout.fnmatch_lines(["none of the suite's cases was run: to run them beside*'cases'*"])
+
+
+def test_own_tests_and_cases_run_together(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine=OWN_TEST)
+    result = self_test(pytester, ".", "abort.own")
+    assert result.ret == pytest.ExitCode.OK
+    ids = case_ids(the_report(pytester) / "junit.xml")
+    assert ids[0] == "test_mine"
+    assert {case.partition("[")[0] for case in ids[1:]} == {"abort.own"}
+
+
+def test_a_run_that_asks_no_device_anything_is_not_green(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_plain(): pass")
+    result = self_test(pytester, "test_a_run_that_asks_no_device_anything_is_not_green.py")
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    assert "none of the suite's cases was run" in result.stdout.str()
+
+
+PRINTED = "cases/test_abort.py::abort.own"
+FILE = str(CASES / "test_abort.py")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "paths", "named"),
+    [
+        ([PRINTED], [FILE], ["abort.own"]),
+        ([f"{PRINTED}[1]", "abort.own[2]@6"], [FILE], ["abort.own[1]", "abort.own[2]@6"]),
+        (["abort.own[a::b/c]"], [FILE], ["abort.own[a::b/c]"]),
+        (["abort"], [FILE], ["abort"]),
+        (["cases/test_abort.py", "abort.own"], [FILE], []),
+        (["abort.own", "cases"], [FILE, str(CASES)], []),
+        (["test_mine.py::test_abort", "."], ["test_mine.py::test_abort", "."], []),
+        ([f"{FILE}::abort.own"], [f"{FILE}::abort.own"], []),
+        (["abort.ow"], ["abort.ow"], []),
+        (["cases/test_none.py"], ["cases/test_none.py"], []),
+    ],
+)
+def test_whatever_is_printed_of_a_case_can_be_an_argument(
+    arguments: list[str], paths: list[str], named: list[str], tmp_path: Path
+) -> None:
+    (tmp_path / "test_mine.py").touch()
+    found, cases = read_arguments(arguments, tmp_path)
+    assert found == paths
+    assert list(chain.from_iterable(cases.values())) == named
+
+
+def test_a_folder_of_the_users_own_is_his(tmp_path: Path) -> None:
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "test_abort.py").touch()
+    assert read_arguments([PRINTED], tmp_path) == ([PRINTED], {})
+
+
+def test_ids_as_they_are_printed_run_these_cases_and_no_other(pytester: pytest.Pytester) -> None:
+    def listed(*arguments: str) -> list[str]:
+        lines = self_test(pytester, "--collect-only", "-q", *arguments).outlines
+        return [line for line in lines if "::" in line]
+
+    printed = listed("segmented-upload.toggle")
+    assert len(printed) > 2
+    assert listed(*printed[:2]) == printed[:2]
+    assert listed(*[line.partition("::")[2] for line in printed[-2:]]) == printed[-2:]
 
 
 def test_a_file_of_cases_may_be_named(pytester: pytest.Pytester) -> None:

@@ -1,0 +1,72 @@
+"""What the arguments of a command line name: the suite's cases, by whatever is printed of them.
+
+pytest knows files. A case is printed as ``cases/test_abort.py::abort.own[1]``, wherever the suite
+is installed, and as ``abort.own[1]`` in reports and summaries; with several devices a node-ID may
+stand behind it. All of these, and what ids begin with, can be arguments again.
+"""
+
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from conformance.collection import CASE_FILES, CASES, CaseFunction, case_files
+
+FOLDER = CASES.name
+# The files of which cases are named, and their ids, or what they begin with; else all are meant.
+Named = dict[Path, list[str]]
+NAMED = pytest.StashKey[Named]()
+_ID = re.compile(r'^@\w+\(\s*"([a-z0-9-]+\.[a-z0-9.-]+)"', re.MULTILINE)
+# How an id goes on of which an argument is the beginning.
+_BOUNDARY = (".", "-", "[")
+
+
+def read_arguments(arguments: Iterable[str], beside: Path) -> tuple[list[str], Named]:
+    """Return the arguments as pytest takes them, and the cases that are named in them.
+
+    What there is ``beside``, in the folder of the command, is what it was.
+    """
+    paths: dict[str, None] = {}
+    named: Named = {}
+    whole: set[Path] = set()
+    for argument in arguments:
+        path, _, case = argument.partition("::")
+        folder, _, name = path.replace("\\", "/").partition("/")
+        if (beside / path).exists():
+            paths[argument] = None
+        elif folder == FOLDER and (file := CASES / name).exists():
+            paths[str(file)] = None
+            if case:
+                named.setdefault(file, []).append(case)
+            else:
+                whole |= {file, *file.glob(CASE_FILES)}
+        elif files := _files_of(argument):
+            for file in files:
+                paths[str(file)] = None
+                named.setdefault(file, []).append(argument)
+        else:
+            paths[argument] = None
+    return list(paths), {file: ids for file, ids in named.items() if file not in whole}
+
+
+def _files_of(argument: str) -> set[Path]:
+    """Return the files with cases of an id, or of ids that begin so."""
+    base = re.split(r"[\[@]", argument, maxsplit=1)[0]
+    return {path for case, path in _ids().items() if _begins(case, base)}
+
+
+@cache
+def _ids() -> dict[str, Path]:
+    return {case: path for path in case_files() for case in _ID.findall(path.read_text("utf-8"))}
+
+
+def _begins(case: str, beginning: str) -> bool:
+    return case == beginning or case.startswith(tuple(beginning + mark for mark in _BOUNDARY))
+
+
+def is_beside(item: CaseFunction, named: Named) -> bool:
+    """Say whether an item is another case in a file of which some are named, on any device."""
+    ids = named.get(item.path, ()) if item.is_own else ()
+    return bool(ids) and not any(one == item.name or _begins(item.case_id, one) for one in ids)
