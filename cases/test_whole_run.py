@@ -5,35 +5,39 @@ from conformance.run.dialogue import Dialogue
 from conformance.run.session import Incident, WholeRun
 from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED
 
+NOT_ZERO = "other than 0"
 
-def judge(sdo: Dialogue, incidents: list[Incident], expected: str) -> None:
-    """Fail with the first of the incidents and their number."""
+
+def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -> None:
+    """Fail with the first of the incidents and their number; ``cause`` is what they all are."""
     if incidents:
         first = incidents[0]
-        raise sdo.breach(
+        found = sdo.breach(
             expected,
             f"{len(incidents)} times not; first in {first.case_id}: {first.violation.actual}",
         )
+        found.habit = (first.violation.rule.id, cause)
+        raise found
 
 
 @must("run.reserved", "2.13-reserved")
 def test_reserved(sdo: Dialogue, whole_run: WholeRun) -> None:
     """In no response of the whole run a reserved bit or byte was other than 0."""
     found = [incident for incident in whole_run.incidents if incident.violation.rule is RESERVED]
-    judge(sdo, found, "reserved bits and bytes are 0")
+    judge(sdo, found, "reserved bits and bytes are 0", NOT_ZERO)
 
 
 @should("run.filler", "2.13-filler")
 def test_filler(sdo: Dialogue, whole_run: WholeRun) -> None:
     """In no response of the whole run a byte without data was other than 0."""
     found = [incident for incident in whole_run.incidents if incident.violation.rule is FILLER]
-    judge(sdo, found, "bytes without data are 0")
+    judge(sdo, found, "bytes without data are 0", NOT_ZERO)
 
 
 @must("run.no-late-response", "2.13-no-response")
 def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
     """No response came after its case was over."""
-    judge(sdo, whole_run.late, "no response between the cases")
+    judge(sdo, whole_run.late, "no response between the cases", "answers behind their cases")
 
 
 @must("run.beside-the-cases", "2.13-no-response")

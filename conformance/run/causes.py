@@ -20,6 +20,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     DownloadInitiate,
     Request,
+    Unknown,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
@@ -41,6 +42,8 @@ from conformance.sdo.rules import (
 ABORT_ANSWERED = rule_of("abort.not-answered")
 BOOTING = rule_of("nmt.initialising")
 BOOTED_AS_HEARTBEAT = (BOOTING.id, "a boot-up message with 7Fh instead of 00h")
+# Of a case that has not sent anything itself yet.
+NOTHING_SENT = Unknown(b"")
 # Broken by an answer of any kind to a request of any kind: the request tells their causes apart.
 GENERAL = {
     **dict.fromkeys((ANSWERED.id, SPECIFIER.id, NOT_REFUSED.id, UNSOLICITED.id), "to"),
@@ -160,7 +163,7 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
         return SWITCHED
     if rule.id in GENERAL and answer == OTHER_DATA:
         pass  # wrong data are that, whatever was asked last
-    elif rule.id in GENERAL:
+    elif rule.id in GENERAL and request != NOTHING_SENT:
         asked = violation.asked or kind_of_request(request)
         answer = f"{answer} {GENERAL[rule.id]} {asked}"
     elif rule.id == FRAME_SHAPE.id:

@@ -16,7 +16,7 @@ from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import DEVICE_TYPE, Device, NotTestable
 from conformance.device.safety import written_by
 from conformance.run.allowance import Allowance
-from conformance.run.causes import DEAF, Causes, kind_of_answer
+from conformance.run.causes import DEAF, NOTHING_SENT, Causes, kind_of_answer
 from conformance.run.delivered import Delivered
 from conformance.run.early import INITIATES, EarlyAborts, is_early
 from conformance.run.odd_frames import check_shape, in_words, unasked, unsolicited
@@ -50,7 +50,6 @@ MOST_NOTED = 100
 MOST_DRAINED = 10_000
 SEGMENTS_PER_LOOK = 4
 _ABORTS = b"\x80"
-NOTHING_SENT = Unknown(b"")
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 
 
