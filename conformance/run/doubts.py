@@ -9,6 +9,7 @@ it has lost. What comes more often than adapters lose frames is not excused any 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import prod
 
 from conformance.device.device import Device
 from conformance.run.causes import Causes
@@ -18,6 +19,9 @@ MOST_TRIES = 5
 # What fails in so many tries at the same place is the device's. Two are too few: whichever segment
 # of a sub-block is lost, or whichever of many answers comes twice, the end may be the same.
 CERTAIN = 3
+# Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
+# comes by chance more seldom than that comes of something else.
+LOST, CHANCE = 0.001, 0.0001
 # Of one cause so many cases are excused, and so many more for each thousand frames.
 ALWAYS, PER_THOUSAND = 3, 2
 MOST_SHOWN = 20
@@ -82,5 +86,8 @@ def in_doubt(beginnings: Sequence[Beginning]) -> list[str]:
 
 
 def is_certain(tries: Sequence[Stumble]) -> bool:
-    """Say whether what failed is the device's: it has failed there often enough."""
-    return tries.count(tries[-1]) >= CERTAIN
+    """Say whether what failed is the device's: it has failed so often that no losses explain it."""
+    last = tries[-1]
+    alike = [one for one in tries if one.cause == last.cause]
+    chance = prod(min(one.frames * LOST, 1) for one in alike)
+    return tries.count(last) >= CERTAIN or (len(alike) > 1 and chance < CHANCE)

@@ -49,17 +49,22 @@ def test_what_is_told() -> None:
     ("tries", "certain"),
     [
         ("a9", False),
-        ("a9 a9", False),
-        ("a9 a9 a9", True),
-        ("a9 a8 a9", False),
-        ("a9 b9 a9 a9", True),
-        ("a9 a9 a8 b9 a7", False),
+        ("a0", False),
+        ("a9 a8", True),
+        ("a9 b8", False),
+        ("a30 a31", False),
+        ("a30 a31 a32", True),
+        ("a30 b30 a31 a31", True),
+        ("a300 a301 a302 a303 a304", False),
+        ("a300 a300", False),
+        ("a300 a300 a300", True),
+        ("a300 a299 a300 b300 a300", True),
     ],
 )
 def test_what_fails_at_the_same_place_again_and_again_is_the_device_s(
     tries: str, certain: bool
 ) -> None:
-    assert is_certain([Stumble(each[0], int(each[1])) for each in tries.split()]) is certain
+    assert is_certain([Stumble(each[0], int(each[1:])) for each in tries.split()]) is certain
 
 
 @pytest.mark.parametrize(
