@@ -7,8 +7,8 @@ import pytest
 
 from conformance.device.objects import KnownObject
 from conformance.outcome import SummaryTerminal
-from conformance.reporting.estimate import Estimate
-from conformance.run.verdict import Verdict
+from conformance.reporting.estimate import Estimate, Taken
+from conformance.run.verdict import CaseResult, Verdict
 from conformance.workers import Worker, is_controller
 
 # The first cases tell how fast the device is: so many, or so much of the work, whichever is later.
@@ -85,7 +85,7 @@ class Outlook:
         self._begin: dict[str, float] = {}
         self._started: float | None = None
         self._next: float | None = None
-        self._results: dict[str, tuple[bool, float]] = {}
+        self._results: dict[str, CaseResult] = {}
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Take the cases of this process; a controller of workers has none."""
@@ -107,13 +107,12 @@ class Outlook:
         begin = self._begin.setdefault(worker, now - report.duration)
         values = getattr(report, "conformance", None)
         if values is not None:
-            tried = values["verdict"] not in UNTRIED
-            self._results[report.nodeid] = (tried, values["waited"])
+            self._results[report.nodeid] = CaseResult.from_dict(values)
         if report.when != "teardown":
             return
         self._begin[worker] = now
-        tried, waited = self._results.pop(report.nodeid, (True, 0.0))
-        self._estimate.finish(report.nodeid, now - begin, worker, waited=waited, tried=tried)
+        taken = _taken(now - begin, self._results.pop(report.nodeid, None))
+        self._estimate.finish(report.nodeid, taken, worker)
         self._look(now - self._started)
 
     def _look(self, elapsed: float) -> None:
@@ -136,3 +135,11 @@ class Outlook:
             f"device's pace about {in_words(left)} left{hint}",
             behind_dots=True,
         )
+
+
+def _taken(seconds: float, result: CaseResult | None) -> Taken:
+    """Return how long a test has taken, as far as it is known; not each has a result."""
+    if result is None:
+        return Taken(seconds, tried=False)
+    tried = result.verdict not in UNTRIED
+    return Taken(seconds, result.answers, result.answering, result.waited, tried)

@@ -31,41 +31,40 @@ class _Kind:
         return (self.taken + before * doubt) / (self.due + doubt) if self.due else before
 
 
-@dataclass(slots=True)
-class Pace:
-    """What a second of the built-in device's work takes here, and what an answer takes, in seconds.
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """How long a case has taken, in seconds: all in all, ``answering`` and for silences ``waited``.
 
-    They are what explains best how long cases have taken, by least squares.
+    One that was not ``tried`` says nothing of the pace.
     """
 
-    _ww: float = 0.0
-    _wa: float = 0.0
-    _aa: float = 0.0
-    _wt: float = 0.0
-    _at: float = 0.0
+    seconds: float
+    answers: int = 0
+    answering: float = 0.0
+    waited: float = 0.0
+    tried: bool = True
 
-    def add(self, work: Work, taken: float) -> None:
-        """Take how long a case has taken; one that takes ten times as long may be ten times off."""
-        part = 1 / _weight(work)
-        self._ww += part * work.seconds**2
-        self._wa += part * work.seconds * work.answers
-        self._aa += part * work.answers**2
-        self._wt += part * work.seconds * taken
-        self._at += part * work.answers * taken
+
+@dataclass(slots=True)
+class Pace:
+    """What a second of the built-in device's work takes here, and what an answer takes."""
+
+    answers: int = 0
+    answering: float = 0.0
+    work: float = 0.0
+    working: float = 0.0
+
+    def add(self, work: Work, taken: Taken) -> None:
+        """Take how long a case has taken."""
+        self.answers += taken.answers
+        self.answering += taken.answering
+        self.work += work.seconds
+        self.working += max(taken.seconds - taken.answering - taken.waited, 0.0)
 
     def fit(self) -> tuple[float, float]:
-        """Return the seconds for a second of work, and for an answer; neither is below 0."""
-        if not self._ww:
-            return 1.0, 0.0
-        determinant = self._ww * self._aa - self._wa**2
-        if determinant > 1e-6 * self._ww * self._aa:
-            work = (self._wt * self._aa - self._at * self._wa) / determinant
-            answer = (self._at * self._ww - self._wt * self._wa) / determinant
-            if work >= 0 and answer >= 0:
-                return work, answer
-            if work < 0:
-                return 0.0, self._at / self._aa
-        return self._wt / self._ww, 0.0
+        """Return the seconds for a second of work, and for an answer."""
+        answer = self.answering / self.answers if self.answers else 0.0
+        return (self.working / self.work if self.work else 1.0), answer
 
 
 @dataclass(slots=True)
@@ -80,33 +79,22 @@ class Estimate:
     selected: int = 0
     done: int = 0
     _left: dict[str, dict[str, Work]] = field(default_factory=dict)
-    _taken: list[tuple[Work, float]] = field(default_factory=list)
+    _taken: list[tuple[Work, Taken]] = field(default_factory=list)
 
     def select(self, names: Iterable[str], worker: str = "") -> None:
         """Take the cases that a process is going to run."""
         self._left[worker] = {name: work_of(name) for name in names}
         self.selected += len(self._left[worker])
 
-    def finish(
-        self,
-        name: str,
-        seconds: float,
-        worker: str = "",
-        *,
-        waited: float = 0.0,
-        tried: bool = True,
-    ) -> None:
-        """Take a case that is done; one that was not ``tried`` says nothing of the pace.
-
-        So many of the ``seconds`` it has ``waited`` for answers that did not come.
-        """
+    def finish(self, name: str, taken: Taken, worker: str = "") -> None:
+        """Take a case that is done."""
         work = self._left.get(worker, {}).pop(name, None)
         if work is None:
             return
         self.done += 1
-        self._taken.append((work, seconds))
-        if tried:
-            self.pace.add(work, max(seconds - waited, 0.0))
+        self._taken.append((work, taken))
+        if taken.tried:
+            self.pace.add(work, taken)
 
     @property
     def part(self) -> float:
@@ -122,7 +110,7 @@ class Estimate:
         for work, taken in self._taken:
             for name in (work.service, work.family):
                 kind = kinds[name]
-                kind.taken += taken
+                kind.taken += taken.seconds
                 kind.due += work.due(*fit)
                 kind.done += 1
         return max(

@@ -334,6 +334,7 @@ class CaseRun:
         # The wait for answers that did not come is the price of a silent device.
         result.waited = self.sdo.waited
         result.latency = self.sdo.latency
+        result.answers, result.answering = self.sdo.answers, self.sdo.answering
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.notes
         if result.verdict is Verdict.FAIL and self._session.device.answers_twice:

@@ -54,7 +54,8 @@ class CaseResult:
 
     ``level`` is that of the case, or of the breach that made the verdict. ``rows`` are the rules
     that the case names. Times are in seconds: ``duration`` of the case, the longest ``latency`` of
-    an answer, and what was ``waited`` for answers that did not come. ``trace`` holds the decoded
+    an answer, what was ``waited`` for answers that did not come, and the time ``answering`` of all
+    ``answers`` that did. ``trace`` holds the decoded
     frames, a line each, ``reproduce`` the commands that send the requests again. ``reason`` is why
     a known deviation may be one, ``output`` what a device that was lost has written last;
     ``progress`` says how many of its examples a random case has tried. ``cause`` is
@@ -80,6 +81,8 @@ class CaseResult:
     duration: float = 0.0
     latency: float = 0.0
     waited: float = 0.0
+    answers: int = 0
+    answering: float = 0.0
     reason: str = ""
     output: list[str] = field(default_factory=list)
     progress: str = ""

@@ -79,7 +79,8 @@ class Wire:
         self._sub_blocks = SubBlocks()
         self.pauses = Pauses(device.server_timeout)
         self.latency = 0.0
-        self.waited = 0.0
+        self.waited = self.answering = 0.0
+        self.answers = 0
         self.channels = [channel.ids]
         self._sent = b""
         self._last_sent: Request = NOTHING_SENT
@@ -299,6 +300,8 @@ class Wire:
             if self._sent_at != self._answered:  # what comes behind it is no answer of its own
                 self._answered = self._sent_at
                 self.channel.pace.answered(latency)
+                self.answers += 1
+                self.answering += latency
                 if self.allowance is not None:
                     self.allowance.take(latency)
             self._note_received(frame)
