@@ -54,7 +54,10 @@ def read_arguments(arguments: Iterable[str], beside: Path) -> tuple[list[str], N
 def _files_of(argument: str) -> set[Path]:
     """Return the files with cases of an id, or of ids that begin so."""
     base = re.split(r"[\[@]", argument, maxsplit=1)[0]
-    return {path for case, path in _ids().items() if _begins(case, base)}
+    known = _ids()
+    if base in known:
+        return {known[base]}
+    return {path for case, path in known.items() if _begins(case, base)}
 
 
 @cache
@@ -69,4 +72,10 @@ def _begins(case: str, beginning: str) -> bool:
 def is_beside(item: CaseFunction, named: Named) -> bool:
     """Say whether an item is another case in a file of which some are named, on any device."""
     ids = named.get(item.path, ()) if item.is_own else ()
-    return bool(ids) and not any(one == item.name or _begins(item.case_id, one) for one in ids)
+    return bool(ids) and not any(_names(one, item) for one in ids)
+
+
+def _names(one: str, item: CaseFunction) -> bool:
+    if one in _ids():
+        return item.case_id.partition("[")[0] == one
+    return one == item.name or _begins(item.case_id, one)
