@@ -4,17 +4,16 @@ pytest-xdist sends six messages for each case. It takes a report apart and write
 Python. Of sixteen devices side by side that took more time than all else the controller does.
 """
 
-import pickle
 from collections.abc import Generator
 from typing import Any
 
 import pytest
 
+from conformance.packing import pack, unpack
+
 PARCEL = "conformance-parcel"
 AROUND = "conformance_around"
 BUNDLED = pytest.StashKey[bool]()
-# The controller may run another Python than its workers: one that all of them can read.
-PROTOCOL = 4
 
 Values = dict[str, Any]
 
@@ -73,9 +72,17 @@ class Sender:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_report_to_serializable(self) -> Generator[None, Values | None, Values | None]:
-        """Pack what pytest and other plugins have made of a report: strings, numbers, lists."""
+        """Pack what pytest and other plugins have made of a report: strings, numbers, lists.
+
+        What holds anything else goes as it would without this.
+        """
         values = yield
-        return None if values is None else {PARCEL: pickle.dumps(values, PROTOCOL)}
+        if values is None:
+            return None
+        try:
+            return {PARCEL: pack(values)}
+        except TypeError:
+            return values
 
 
 class Receiver:
@@ -89,7 +96,7 @@ class Receiver:
     def pytest_report_from_serializable(self, data: Values) -> None:
         """Unpack a report for whoever knows how to read it."""
         if PARCEL in data:
-            data.update(pickle.loads(data.pop(PARCEL)))  # noqa: S301 - our own process wrote it
+            data.update(unpack(data.pop(PARCEL)))
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> Generator[None, None, None]:
