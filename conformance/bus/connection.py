@@ -3,7 +3,6 @@
 import socket
 
 from conformance.bus.errors import InterfaceLost
-from conformance.bus.opening import BusSettings
 
 GREETING = b"< hi >"
 # Within so many seconds a daemon greets who connects.
@@ -17,10 +16,10 @@ class Connection:
     the daemon greets each new one.
     """
 
-    def __init__(self, host: str, port: int, patience: float = PATIENCE) -> None:
-        """Take where it listens."""
+    def __init__(self, host: str, port: int, patience: float | None = None) -> None:
+        """``patience`` is the time in seconds within which the daemon has to greet."""
         self._address = host, port
-        self._patience = patience
+        self._patience = PATIENCE if patience is None else patience
 
     def check(self) -> None:
         """Raise InterfaceLost where the daemon does not greet."""
@@ -34,15 +33,6 @@ class Connection:
             trouble = str(error)
         host, port = self._address
         raise InterfaceLost(
-            f"The connection to socketcand at {host}, port {port}, is frozen: {trouble}. Check the "
-            "network and the daemon; what the device does meanwhile cannot be seen."
+            f"socketcand at {host}, port {port}, is not reached: {trouble}. Check the network and "
+            "the daemon; what the device does meanwhile cannot be seen."
         )
-
-
-def connection_of(settings: BusSettings) -> Connection | None:
-    """Return what a bus is reached over, where that is known and can be looked at."""
-    options = dict(settings.options)
-    host, port = options.get("host"), options.get("port", "")
-    if settings.interface != "socketcand" or not host or not port.isdigit():
-        return None
-    return Connection(host, int(port))

@@ -7,7 +7,8 @@ from typing import Any
 import can
 from can.util import load_config, load_environment_config, load_file_config
 
-from conformance.bus.errors import BusNotOpened, advice
+from conformance.bus.connection import Connection
+from conformance.bus.errors import BusNotOpened, InterfaceLost, advice
 
 DEFAULT_INTERFACE = "socketcan"
 DEFAULT_CHANNEL = "can0"
@@ -88,8 +89,23 @@ def _unknown_interface(name: str) -> str:
     return f"python-can has no interface called {name!r}. It knows: {known}."
 
 
+def connection_of(settings: BusSettings) -> Connection | None:
+    """Return what a bus is reached over, where that is known and can be looked at."""
+    options = dict(settings.options)
+    host, port = options.get("host"), options.get("port", "")
+    if settings.interface != "socketcand" or not host or not port.isdigit():
+        return None
+    return Connection(host, int(port))
+
+
 def open_bus(settings: BusSettings) -> can.BusABC:
     """Open a bus that was resolved; raises BusNotOpened with what to do."""
+    connection = connection_of(settings)
+    if connection is not None:
+        try:
+            connection.check()  # python-can would wait for its greeting for ever
+        except InterfaceLost as error:
+            raise BusNotOpened(f"{settings} cannot be opened: {error}") from error
     arguments: dict[str, Any] = {"interface": settings.interface, **dict(settings.options)}
     if settings.channel is not None:
         arguments["channel"] = settings.channel

@@ -11,7 +11,6 @@ from typing import Any
 import can
 
 from conformance.bus.channel import Channel
-from conformance.bus.connection import connection_of
 from conformance.bus.counters import counted_since, read_counters
 from conformance.bus.errors import (
     BenchError,
@@ -21,7 +20,7 @@ from conformance.bus.errors import (
     TwoDevices,
 )
 from conformance.bus.link import Captured, Link
-from conformance.bus.opening import BusSettings, open_bus
+from conformance.bus.opening import BusSettings, connection_of, open_bus
 from conformance.bus.stop import Stop
 from conformance.device.changes import Changes
 from conformance.device.device import STORAGE_TIME, Device

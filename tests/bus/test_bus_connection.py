@@ -8,9 +8,9 @@ from contextlib import closing
 import pytest
 from bus_fakes import READ, Bench
 
-from conformance.bus.connection import Connection, connection_of
-from conformance.bus.errors import InterfaceLost
-from conformance.bus.opening import BusSettings
+from conformance.bus.connection import Connection
+from conformance.bus.errors import BusNotOpened, InterfaceLost
+from conformance.bus.opening import BusSettings, connection_of, open_bus
 
 PATIENCE = 0.05
 
@@ -37,15 +37,25 @@ def test_a_daemon_that_greets(daemon: socket.socket) -> None:
 def test_a_daemon_that_is_frozen(daemon: socket.socket) -> None:
     """The machine takes the connection, and nobody speaks."""
     port = daemon.getsockname()[1]
-    with pytest.raises(InterfaceLost, match=f"127.0.0.1, port {port}, is frozen: timed out"):
+    with pytest.raises(InterfaceLost, match=f"127.0.0.1, port {port}, is not reached: timed out"):
         Connection("127.0.0.1", port, PATIENCE).check()
 
 
 def test_a_daemon_that_is_gone(daemon: socket.socket) -> None:
     port = daemon.getsockname()[1]
     daemon.close()
-    with pytest.raises(InterfaceLost, match=r"is frozen: .*refused"):
+    with pytest.raises(InterfaceLost, match=r"is not reached: .*refused"):
         Connection("127.0.0.1", port, PATIENCE).check()
+
+
+def test_a_daemon_that_is_frozen_cannot_be_opened(
+    daemon: socket.socket, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """python-can would wait for it for ever."""
+    monkeypatch.setattr("conformance.bus.connection.PATIENCE", PATIENCE)
+    options = (("host", "127.0.0.1"), ("port", str(daemon.getsockname()[1])))
+    with pytest.raises(BusNotOpened, match=r"socketcand can0, .* is not reached: timed out"):
+        open_bus(BusSettings("socketcand", "can0", options=options))
 
 
 @pytest.mark.parametrize(

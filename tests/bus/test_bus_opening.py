@@ -212,6 +212,7 @@ def test_what_python_can_is_given(
 ) -> None:
     refusing = Refusing(can.CanInitializationError("no"))
     monkeypatch.setattr("can.Bus", refusing)
+    monkeypatch.setattr("conformance.bus.opening.connection_of", lambda settings: None)
     with pytest.raises(BusNotOpened):
         open_bus(settings)
     assert refusing.arguments == arguments
