@@ -35,6 +35,7 @@ from conformance.sdo.oracle.reasons import (
     Reason,
     Reasons,
     announced_reasons,
+    distinct,
     excess_reasons,
     final_reasons,
     must_refuse,
@@ -214,7 +215,7 @@ class SubBlock(_BlockDownload):
         reasons = self.reasons + self._excess(len(data), memory)
         if request.last:
             reasons += self._shortfall(len(data), memory)
-        reasons = tuple(dict.fromkeys(reasons))
+        reasons = distinct(reasons)
         taken = replace(self, data=data, reasons=reasons, expected=self.expected + 1, stale=None)
         if self._completes(request):
             row = "B2" if request.last else "B1"
@@ -354,7 +355,7 @@ class BlockDownloadEnd(_BlockDownload):
         reasons = tuple(
             replace(reason, tolerated=(*reason.tolerated, *NOT_VALID)) for reason in reasons
         )
-        branches = refused(self, self.mux, tuple(dict.fromkeys(reasons)), memory)
+        branches = refused(self, self.mux, distinct(reasons), memory)
         if must_refuse(reasons):
             return branches
         after = quiet(IDLE, memory.learned(self.mux, data), "E1")

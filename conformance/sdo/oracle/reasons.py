@@ -67,6 +67,8 @@ class Reason:
 
 
 Reasons = tuple[Reason, ...]
+# There may be no room for what is sent of a value of any length.
+TOO_FULL: Reasons = (Reason("I26", NO_ROOM, binding=False, late=True),)
 
 
 def must_refuse_now(reasons: Iterable[Reason]) -> bool:
@@ -147,8 +149,17 @@ def excess_reasons(facts: Facts, announced: int | None, count: int, row: str) ->
     if length is not None and count > length:
         return (Reason(row, TOO_LONG, late=True),)
     if length is None and (facts.capacity is None or count > facts.capacity):
-        return (Reason("I26", NO_ROOM, binding=False, late=True),)
+        return TOO_FULL
     return ()
+
+
+def distinct(reasons: Iterable[Reason]) -> Reasons:
+    """Leave out what is there already. They are few, and soon compared; hashed they are not."""
+    found: list[Reason] = []
+    for reason in reasons:
+        if reason not in found:
+            found.append(reason)
+    return tuple(found)
 
 
 def final_reasons(facts: Facts, announced: int | None, data: bytes, row: str) -> Reasons:

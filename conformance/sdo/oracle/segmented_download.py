@@ -27,6 +27,7 @@ from conformance.sdo.oracle.reasons import (
     Reason,
     Reasons,
     announced_reasons,
+    distinct,
     excess_reasons,
     final_reasons,
     must_refuse,
@@ -144,12 +145,13 @@ class SegmentedDownload(Running):
         reasons = self.reasons + excess_reasons(facts, self.size, len(whole), "D4")
         if last:
             reasons += final_reasons(facts, self.size, whole, "D5")
+        reasons = distinct(reasons)
         branches = refused(self, self.mux, reasons, memory)
         if last and must_refuse(reasons):
             return branches
         after = quiet(IDLE, memory.learned(self.mux, whole), "D2")
         if not last:
-            late = tuple(dict.fromkeys(reason for reason in reasons if reason.late))
+            late = tuple(reason for reason in reasons if reason.late)
             going = replace(self, reasons=late, data=whole, toggle=self.toggle ^ 1)
             after = quiet(going, memory, "D1")
         words = f"{0x20 | self.toggle << 4:02X}h, download segment response, t={self.toggle}"
