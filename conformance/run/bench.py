@@ -33,6 +33,7 @@ from conformance.run.causes import Causes
 from conformance.run.channel_steps import TEST_CHANNELS
 from conformance.run.discovery import discover, unseen
 from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
+from conformance.run.first_request import FirstRequest
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.run.watch import Watch
@@ -161,8 +162,10 @@ class Bench:
         settings = self._settings
         channel = Channel(link, node_id, settings.response_timeout, settings.sdo_channel)
         revival = self._revival(channel)
+        first = None
         if revival is not None:
             revival.start()
+            first = FirstRequest(channel, revival)
         if self._before is not None:
             self._before(channel)
         watch = Watch(channel, revival)
@@ -173,6 +176,8 @@ class Bench:
         finally:
             watch.close()
         watch.keep(session.causes)
+        if first is not None:
+            first.keep(session)
 
     def _begin(self, channel: Channel, revival: Revival | None) -> DeviceSession:
         """Read and survey a device; again where a frame may have been lost on the way."""

@@ -14,12 +14,16 @@ LOOK = 0.1
 
 
 class Revival:
-    """Starts a device, and starts it again whenever it was lost; ``is_active`` while it does."""
+    """Starts a device, and starts it again whenever it was lost; ``is_active`` while it does.
+
+    ``has_booted``: it has sent its boot-up message the last time, and was asked nothing before.
+    """
 
     def __init__(self, settings: ProcessSettings, process: DeviceProcess, channel: Channel) -> None:
         """Take the program, which is not running yet, and the channel on which it will answer."""
         self.process = process
         self.is_active = False
+        self.has_booted = False
         self._channel = channel
         self._start_limit = settings.start_limit
         self._attempts = settings.attempts
@@ -59,6 +63,7 @@ class Revival:
         """Wait for the boot-up message or an answer to a read of 1000h, whichever comes first."""
         channel = self._channel
         channel.overheard.clear()
+        self.has_booted = False
         begin = time.monotonic()
         ask_at, asked = begin + channel.response_timeout, False
         while (now := time.monotonic()) < begin + self._start_limit:
@@ -68,7 +73,8 @@ class Revival:
                 ask_at, asked = now + channel.response_timeout, True
             if channel.receive(LOOK) is not None:
                 return
-            if self._has_booted():
+            if self._booted():
+                self.has_booted = not asked
                 # What was asked before may be answered still: the run must not meet it.
                 if asked:
                     channel.receive()
@@ -80,7 +86,7 @@ class Revival:
             f"{self.process.last_words()}"
         )
 
-    def _has_booted(self) -> bool:
+    def _booted(self) -> bool:
         return error_control(self._channel.node_id, NmtState.INITIALISING) in (
             self._channel.overheard
         )

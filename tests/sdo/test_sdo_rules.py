@@ -45,6 +45,7 @@ ROWS = [
 OF_THE_SUITE = {
     *(rule.id for rule in RULES if rule.id.startswith("communication.")),
     "object.constant",
+    "server.first-request",
     "server.no-reboot",
     "server.part-written",
     "storage.load-defaults",

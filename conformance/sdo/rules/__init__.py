@@ -2,6 +2,7 @@
 
 from conformance.sdo.rules.aftermath import (
     CONSTANT,
+    FIRST_REQUEST,
     IDLE_AFTERWARDS,
     NO_REBOOT,
     PART_WRITTEN,
@@ -42,6 +43,7 @@ __all__ = [
     "CHAPTERS",
     "CONSTANT",
     "FILLER",
+    "FIRST_REQUEST",
     "FRAME_SHAPE",
     "IDLE_AFTERWARDS",
     "MISSING_REFUSED",

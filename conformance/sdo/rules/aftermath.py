@@ -27,6 +27,13 @@ NO_REBOOT = Rule(
     "No SDO request makes a device start again.",
     untestable="Every case watches for the boot-up message; no request should bring it about.",
 )
+FIRST_REQUEST = Rule(
+    "server.first-request",
+    "7.3.2.2.1",
+    MUST,
+    "A device that has sent its boot-up message answers the first request, by nothing else.",
+    untestable="It is judged where the suite starts the device's program, before the first case.",
+)
 SUBSTITUTE = Rule(
     "abort.precise-code",
     ABORT,
@@ -93,4 +100,5 @@ AFTERMATH_RULES = (
     SUBSTITUTE,
     CONSTANT,
     NO_REBOOT,
+    FIRST_REQUEST,
 )

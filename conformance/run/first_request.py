@@ -1,0 +1,63 @@
+"""The first request behind a boot-up message: a device that has just started answers it."""
+
+from conformance.bus.channel import Channel
+from conformance.device.device import DEVICE_TYPE
+from conformance.run.causes import Cause, kind_of_answer
+from conformance.run.habits import FIRST_SEEN
+from conformance.run.revival import Revival
+from conformance.run.session import DeviceSession
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import describe, describe_response
+from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse
+from conformance.sdo.rules import FIRST_REQUEST, Violation
+
+# What else comes for it comes within so many seconds.
+REST = 0.05
+
+
+def ask_first(channel: Channel) -> Violation | None:
+    """Read 1000h of a device that has just booted; return what was wrong with its answer, if any.
+
+    Where it does not answer another read either, that is for others to say.
+    """
+    request = UploadInitiate(DEVICE_TYPE)
+    channel.send(request)
+    frame = channel.receive()
+    if frame is None:
+        wrong = f"nothing within {channel.response_timeout * 1000:g} ms"
+    else:
+        response = decode_response(frame.data)
+        serves = isinstance(response, UploadInitiateResponse | Abort)
+        if serves and getattr(response, "mux", None) == DEVICE_TYPE:
+            return None
+        wrong = describe_response(frame.data)
+    while channel.receive(REST) is not None:
+        pass
+    channel.send(request)
+    if channel.receive() is None:
+        return None
+    expected = f"an answer to the first request: {describe(request)}"
+    found = Violation(FIRST_REQUEST, expected=expected, actual=wrong)
+    found.request = request
+    return found
+
+
+class FirstRequest:
+    """What came of the first request to a device that was started; once more where it was lost."""
+
+    def __init__(self, channel: Channel, revival: Revival) -> None:
+        """Ask it."""
+        self._found = ask_first(channel) if revival.has_booted else None
+        self._again = self._found
+        if self._found is not None and channel.link.may_lose and not revival.attempt():
+            self._again = ask_first(channel) if revival.has_booted else self._found
+
+    def keep(self, session: DeviceSession) -> None:
+        """Add what was wrong to the causes: no case has failed for it."""
+        if self._found is None:
+            return
+        cause = Cause(FIRST_REQUEST.id, kind_of_answer(self._found.actual))
+        if self._again is None:
+            session.doubts.add("before the first case", str(cause))
+        else:
+            session.causes.add(cause, FIRST_SEEN, self._found, aside=True)
