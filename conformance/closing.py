@@ -164,9 +164,9 @@ class Closing:
         findings = self._state.findings
         if self._state.stop.requests and session.exitstatus == pytest.ExitCode.INTERRUPTED:
             return
-        only_once = all(isinstance(error, FailedOnce) for error in findings.bench_errors)
-        failed = session.exitstatus == pytest.ExitCode.TESTS_FAILED
-        if findings.bench_errors and not (only_once and failed):
+        # What failed once makes no run green; what fails each time is the device's all the same.
+        once = [error for error in findings.bench_errors if isinstance(error, FailedOnce)]
+        if len(once) < len(findings.bench_errors):
             session.exitstatus = _exit_code(findings.bench_errors)
         elif session.exitstatus == pytest.ExitCode.OK and findings.unrestored:
             session.exitstatus = ExitCode.BENCH_ERROR
@@ -174,6 +174,8 @@ class Closing:
             findings.unjudged or findings.beside or self._stale
         ):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
+        elif session.exitstatus == pytest.ExitCode.OK and once:
+            session.exitstatus = ExitCode.BENCH_ERROR
         elif session.exitstatus == pytest.ExitCode.OK and self._leaves_out_the_suite(session):
             self._suite_left_out = True
             session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED

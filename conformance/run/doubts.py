@@ -77,12 +77,16 @@ def beginning(device: Device, causes: Causes) -> Beginning:
 def is_settled(beginnings: Sequence[Beginning]) -> bool:
     """Say whether what was met last is the device's: nothing, or the same as before."""
     *others, last = beginnings
-    return last <= frozenset().union(*others) or len(beginnings) >= MOST_TRIES
+    before = [cause for other in others for cause in {cause for cause, _ in other}]
+    known = frozenset().union(*others)
+    sure = all(met in known or before.count(met[0]) >= CERTAIN - 1 for met in last)
+    return sure or len(beginnings) >= MOST_TRIES
 
 
 def in_doubt(beginnings: Sequence[Beginning]) -> list[str]:
     """Return what was met, but not the last time."""
-    return [cause for cause, _ in sorted(frozenset().union(*beginnings) - beginnings[-1])]
+    last = {cause for cause, _ in beginnings[-1]}
+    return sorted({cause for each in beginnings for cause, _ in each} - last)
 
 
 def is_certain(tries: Sequence[Stumble]) -> bool:

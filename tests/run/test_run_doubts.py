@@ -77,7 +77,9 @@ def test_what_fails_at_the_same_place_again_and_again_is_the_device_s(
         ([{A, B}, {A}], True, ["b"]),
         ([{A}, {B}], False, ["a"]),
         ([{A}, {B}, {A}], True, ["b"]),
-        ([{("a", str(number))} for number in range(MOST_TRIES)], True, ["a"] * (MOST_TRIES - 1)),
+        ([{A}, {("a", "elsewhere")}], False, []),
+        ([{A}, {("a", "elsewhere")}, {("a", "nowhere")}], True, []),
+        ([{(str(number), "")} for number in range(MOST_TRIES)], True, ["0", "1", "2", "3"]),
     ],
 )
 def test_what_was_met_before_the_first_case(
