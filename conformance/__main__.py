@@ -27,9 +27,9 @@ from conformance.reporting.journal import bus_of, journals, put_back_left, read_
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_report
 from conformance.reporting.summary import verdict_counts
-from conformance.reporting.text import inert
 from conformance.rule_listing import rule_lines
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
+from conformance.sdo.inert import inert
 from conformance.sdo.rules import UnknownRule
 
 DONE, BROKEN_BENCH, WRONG_USE, NOT_ALLOWED = 0, 1, 2, 3

@@ -23,8 +23,8 @@ from can.io.blf import BLFParseError
 
 from conformance.bus.messages import to_frame
 from conformance.device.files import shortened
-from conformance.reporting.text import inert
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.inert import inert
 from conformance.sdo.layout import FRAME_LENGTH
 
 STANDARD_INPUT = "-"

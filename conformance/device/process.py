@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import BinaryIO, Self
 
 from conformance.bus.errors import ProcessFailed
+from conformance.sdo.inert import inert
 
 # How long things may take, in seconds: to end when asked to, and to recover a device.
 END_LIMIT = 5.0
@@ -168,11 +169,12 @@ class DeviceProcess:
             )
 
     def tail(self) -> list[str]:
-        """Return the last lines that were written."""
+        """Return the last lines that were written; what would steer a terminal stands as text."""
         try:
             with self._log.open("rb") as log:
                 log.seek(max(0, self._log.stat().st_size - _TAIL_BYTES))
-                return log.read().decode("utf-8", "replace").splitlines()[-TAIL_LINES:]
+                lines = log.read().decode("utf-8", "replace").splitlines()[-TAIL_LINES:]
+                return [inert(line, keep="\t") for line in lines]
         except OSError:
             return []
 

@@ -1,6 +1,8 @@
-"""Text that any terminal and any reader of the reports can take, whatever bytes a device sent."""
+"""Text that any reader of the reports can take, whatever bytes a device sent."""
 
 import re
+
+from conformance.sdo.inert import in_ascii
 
 # XML 1.0 allows tab, line feed, carriage return and what lies above the control characters. A
 # carriage return would be read back as a line feed, and the C1 controls are legal but junit-xml
@@ -13,20 +15,5 @@ def xml_text(text: str) -> str:
     return _NOT_XML.sub(_escaped, text)
 
 
-def inert(text: str, keep: str = "") -> str:
-    r"""Return the text with whatever would not be shown written as ``\xNN``, but for ``keep``.
-
-    That is what moves the cursor, colours the terminal, sets its title, or turns the direction of
-    writing round.
-    """
-    if text.isprintable():
-        return text
-    return "".join(char if char.isprintable() or char in keep else _in_ascii(char) for char in text)
-
-
 def _escaped(match: re.Match[str]) -> str:
-    return _in_ascii(match.group())
-
-
-def _in_ascii(char: str) -> str:
-    return char.encode("unicode_escape", "surrogatepass").decode("ascii")
+    return in_ascii(match.group())

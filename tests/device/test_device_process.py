@@ -83,6 +83,12 @@ def test_one_that_ended_by_itself(tmp_path: Path) -> None:
     process.stop()
 
 
+def test_what_it_writes_steers_no_terminal(tmp_path: Path) -> None:
+    (tmp_path / "log").write_bytes(b"\x1b]0;title\x07\tgone\x1b[2J\n\xff\n")
+    process = DeviceProcess(program("pass"), tmp_path / "log")
+    assert process.tail() == ["\\x1b]0;title\\x07\tgone\\x1b[2J", "\ufffd"]
+
+
 def test_the_output_of_all_starts_is_kept(tmp_path: Path) -> None:
     process = DeviceProcess(
         program("import time; print('hi', flush=True); time.sleep(3600)"), tmp_path / "log"
