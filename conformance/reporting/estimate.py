@@ -15,6 +15,8 @@ from conformance.reporting.workload import Work, work_of
 ANSWER = 0.001
 # How many cases like on the built-in device speak against those that were done.
 DOUBT = 3.0
+# What is left of a case where the same was not testable for another service: for want of room, say.
+LACKING = 0.05
 
 
 @dataclass(slots=True)
@@ -107,14 +109,17 @@ class Estimate:
         """Return how many seconds the run will take yet."""
         fit = (*self.pace.fit(), self.silence)
         kinds: defaultdict[str, _Kind] = defaultdict(_Kind)
+        tried: defaultdict[str, bool] = defaultdict(bool)
         for work, taken in self._taken:
+            tried[work.point] |= taken.tried
             for name in (work.service, work.family):
                 kind = kinds[name]
                 kind.taken += taken.seconds
                 kind.due += work.due(*fit)
                 kind.done += 1
         return max(
-            (_seconds(works.values(), fit, kinds) for works in self._left.values()), default=0.0
+            (_seconds(works.values(), fit, kinds, tried) for works in self._left.values()),
+            default=0.0,
         )
 
 
@@ -123,10 +128,14 @@ def _weight(work: Work) -> float:
 
 
 def _seconds(
-    works: Iterable[Work], fit: tuple[float, float, float], kinds: dict[str, _Kind]
+    works: Iterable[Work],
+    fit: tuple[float, float, float],
+    kinds: dict[str, _Kind],
+    tried: dict[str, bool],
 ) -> float:
     total = 0.0
     for work in works:
-        service = kinds[work.service].ratio(1.0)
-        total += work.due(*fit) * kinds[work.family].ratio(service)
+        lacking = work.point in tried and not tried[work.point]
+        before = LACKING if lacking else kinds[work.service].ratio(1.0)
+        total += work.due(*fit) * kinds[work.family].ratio(before)
     return total

@@ -32,6 +32,15 @@ class Work:
     seconds: float
     at_most: float = inf
 
+    @property
+    def point(self) -> str:
+        """What the case is about, whatever the service.
+
+        >>> work_of("cases/test_block_upload.py::block-upload.beyond-16-bits").point
+        'beyond-16-bits'
+        """
+        return self.family.partition(".")[2]
+
     def due(self, work: float, answer: float, silence: float) -> float:
         """Return how long it takes where a second of work, an answer, a silence take so long."""
         seconds = self.seconds * work + self.answers * answer + self.silences * silence

@@ -67,6 +67,21 @@ def test_what_a_device_lacks_takes_no_time_later_on_either() -> None:
     assert estimate.left() < due / 5
 
 
+def test_what_needs_more_room_than_there_is_takes_no_time_for_other_services_either() -> None:
+    """The longest cases of all are those that a device with little room cannot be put to."""
+    cases = [
+        f"cases/test_{service}.py::{service.replace('_', '-')}.{point}"
+        for point in ("beyond-16-bits", "size[1]")
+        for service in ("block_download", "block_upload", "segmented_download")
+    ]
+    estimate = Estimate()
+    estimate.select(cases)
+    estimate.finish(cases[0], Taken(0.0, tried=False))
+    estimate.finish(cases[3], Taken(work_of(cases[3]).seconds))
+    due = sum(work_of(name).seconds for name in [*cases[1:3], *cases[4:]])
+    assert estimate.left() < due / 10
+
+
 def test_a_random_case_ends_in_its_time() -> None:
     assert work_of("cases/test_random.py::random.soup").due(1.0, 1.0, 0.0) == 60.0
 
