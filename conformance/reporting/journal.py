@@ -24,6 +24,7 @@ except ImportError:  # there are systems without
 NAME = "not-restored"
 RUN, DEVICE = "run", "device"
 Values = dict[str, Any]
+_OF_A_RUN = frozenset(("interface", "channel", "bitrate", "options", "self_test"))
 
 
 class Journal:
@@ -90,15 +91,21 @@ def read_journal(path: Path) -> tuple[Values, list[LeftBehind]]:
     """
     about: Values = {}
     left: dict[int, LeftBehind] = {}
-    for line in path.read_bytes().split(b"\n")[:-1]:
-        record = json.loads(line)
-        if record["record"] == RUN:
-            about = record
-        elif record["record"] == DEVICE:
-            node_id = record["node_id"]
-            left[node_id] = LeftBehind(path, node_id, record["sdo_channel"], record["identity"])
-        else:
-            left[record["node_id"]].take(record)
+    for number, line in enumerate(path.read_bytes().split(b"\n")[:-1], start=1):
+        try:
+            record = json.loads(line)
+            if record["record"] == RUN:
+                about = record
+            elif record["record"] == DEVICE:
+                node_id = record["node_id"]
+                left[node_id] = LeftBehind(path, node_id, record["sdo_channel"], record["identity"])
+            else:
+                left[record["node_id"]].take(record)
+        except (AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+            why = f"{path}, line {number} cannot be read: {error!r}."
+            raise ValueError(why) from error
+    if not about.keys() >= _OF_A_RUN:
+        raise ValueError(f"{path} does not say on which bus the run was.")
     return about, [each for each in left.values() if not each.is_all_back]
 
 
@@ -124,7 +131,7 @@ def left_behind(folder: Path, node_ids: Collection[int]) -> Iterator[LeftBehind]
             continue
         try:
             about, left = read_journal(path)
-        except (OSError, ValueError, KeyError):
+        except (OSError, ValueError):
             continue  # what is no journal has nothing to tell
         if not about.get("self_test", True):
             yield from (each for each in left if each.node_id in node_ids)

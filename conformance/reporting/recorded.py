@@ -6,11 +6,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from conformance.device.files import shown
 from conformance.reporting.bus_log import Place
 from conformance.reporting.results import CASE, DEVICE, END, FORMAT, MERGED, RESULTS, RUN, SELECTED
 from conformance.run.verdict import CaseResult, Verdict
 
 Values = dict[str, Any]
+# A case has some kB, one of a long conversation a MB.
+LONGEST_LINE = 64 * 2**20
 
 
 class NotRecorded(ValueError):
@@ -76,13 +79,16 @@ def read_run(folder: Path) -> RecordedRun:
     about = next(lines, None)
     if about is None or about.get("record") != RUN:
         raise NotRecorded(f"{path} does not begin with a line about the run.")
-    if about["format"] != FORMAT:
-        raise NotRecorded(f"{path} has format {about['format']}; this version reads {FORMAT}.")
+    if about.get("format") != FORMAT:
+        found = shown(about.get("format")).strip("'")
+        raise NotRecorded(f"{path} has format {found}; this version reads {FORMAT}.")
+    if not isinstance(about.get("node_ids"), list) or not isinstance(about.get("properties"), dict):
+        raise NotRecorded(f"{path}, line 1 does not say what was tested.")
     run = RecordedRun(about)
     for number, values in enumerate(lines, start=2):
         try:
             _take(run, values)
-        except (KeyError, TypeError, ValueError) as error:
+        except (LookupError, TypeError, ValueError) as error:
             raise NotRecorded(f"{path}, line {number} cannot be read: {error!r}.") from error
     return run
 
@@ -104,15 +110,23 @@ def _take(run: RecordedRun, values: Values) -> None:
 
 def _lines(path: Path) -> Iterator[Values]:
     try:
-        text = path.read_bytes()
+        with path.open("rb") as file:
+            number = 0
+            # What stands behind the last end of a line was not written to its end.
+            while (line := file.readline(LONGEST_LINE)).endswith(b"\n"):
+                number += 1
+                yield _values(path, number, line)
+            if len(line) >= LONGEST_LINE:
+                raise NotRecorded(f"{path}, line {number + 1} has more than {LONGEST_LINE} bytes.")
     except OSError as error:
         raise NotRecorded(f"There is no record of a run: {error}.") from error
-    # What stands behind the last end of a line was not written to its end.
-    for number, line in enumerate(text.split(b"\n")[:-1], start=1):
-        try:
-            values = json.loads(line)
-        except ValueError as error:
-            raise NotRecorded(f"{path}, line {number} is no line of a record: {error}.") from error
-        if not isinstance(values, dict):
-            raise NotRecorded(f"{path}, line {number} is no line of a record.")
-        yield values
+
+
+def _values(path: Path, number: int, line: bytes) -> Values:
+    try:
+        values = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise NotRecorded(f"{path}, line {number} is no line of a record: {error}.") from error
+    if not isinstance(values, dict):
+        raise NotRecorded(f"{path}, line {number} is no line of a record.")
+    return values

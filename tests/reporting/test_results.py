@@ -8,6 +8,7 @@ import pytest
 from junit_schema import breaches
 from reporting_results import PASSED, result
 
+from conformance.reporting import recorded as module
 from conformance.reporting.appending import GrowingFile
 from conformance.reporting.bus_log import Place
 from conformance.reporting.recorded import NotRecorded, read_run
@@ -183,3 +184,31 @@ def test_no_link_is_followed(tmp_path: Path) -> None:
 def test_passed_is_one_line(tmp_path: Path) -> None:
     ResultsFile(tmp_path).case(PASSED)
     assert (tmp_path / RESULTS).read_bytes().count(b"\n") == 1
+
+
+HOSTILE = {
+    "no JSON": "nonsense",
+    "no object": "[1, 2]",
+    "no run": '{"record": "case"}',
+    "no format": '{"record": "run"}',
+    "no devices": '{"record": "run", "format": 1}',
+    "deep": "[" * 100_000,
+    "no case": '{"record": "run", "format": 1, "node_ids": [5], "properties": {}}\n'
+    '{"record": "case", "result": {"case_id": 5}}',
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
+def test_what_is_no_record_is_a_sentence(tmp_path: Path, text: str) -> None:
+    (tmp_path / RESULTS).write_text(text + "\n", encoding="utf-8")
+    with pytest.raises(NotRecorded, match=rf"{RESULTS}\b.*(line \d+|does not begin|has format)"):
+        read_run(tmp_path)
+
+
+def test_of_a_line_without_end_little_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(module, "LONGEST_LINE", 1000)
+    (tmp_path / RESULTS).write_bytes(bytes(5000))
+    with pytest.raises(NotRecorded, match="line 1 has more than 1000 bytes"):
+        read_run(tmp_path)
