@@ -33,6 +33,7 @@ from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.rules import (
+    IDLE_AFTERWARDS,
     NO_REBOOT,
     NOT_REFUSED,
     UNSOLICITED,
@@ -476,6 +477,9 @@ class CaseRun:
             session.keep_late(self.result.case_id)
             if session.restorer.gone:
                 session.lost, self.result.afterwards = True, Afterwards.LOST
+                expected = "an ordinary answer where a value is put back"
+                gone = Violation(IDLE_AFTERWARDS, expected=expected, actual="no answer")
+                self._judgement.aside(gone, self.sdo.last_sent)
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)
         incidental = [found for found in self.sdo.minor if found.rule in INCIDENTAL]
         session.whole_run.incidents += [

@@ -96,7 +96,10 @@ def test_nothing_else_is_in_the_wheel(names: list[str]) -> None:
     assert not [name for name in names if "/tests/" in name or "__pycache__" in name]
     assert len(set(names)) == len(names)
     suffixes = {Path(name).suffix for name in names if name.startswith("conformance/")}
-    assert suffixes == {".py", ".typed"}
+    assert suffixes == {".py", ".typed", ".json"}
+    assert [name for name in names if name.endswith(".json")] == [
+        "conformance/reporting/workload.json"
+    ]
 
 
 def test_what_the_wheel_says_of_itself(wheel: Path, names: list[str]) -> None:

@@ -4,7 +4,7 @@ import pytest
 from plugin_runs import case_ids, parsed, self_test, the_report
 
 from conformance.device.device import Device
-from conformance.run.afterwards import Restorer
+from conformance.run import session
 from conformance.run.dialogue import Dialogue
 from conformance.run.pauses import Pauses
 from conformance.running import ExitCode
@@ -21,11 +21,11 @@ def raise_it(*_: object, **__: object) -> None:
 
 @pytest.mark.parametrize(
     ("owner", "method"),
-    [(Dialogue, "expect_nothing"), (Restorer, "expect")],
+    [(Dialogue, "expect_nothing"), (session, "leave")],
     ids=["in-a-case", "behind-a-case"],
 )
 def test_an_error_of_the_suite_is_no_failure(
-    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, owner: type, method: str
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, owner: object, method: str
 ) -> None:
     monkeypatch.setattr(owner, method, raise_it)
     result = self_test(pytester, *CASE)

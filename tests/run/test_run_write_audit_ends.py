@@ -142,7 +142,8 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester, due: int) -> None:
     assert told == {mux: shown(begin[mux]) for mux in told}
 
 
-@pytest.mark.parametrize("due", LOST)
+# One in a case, one while it is cleaned up behind one.
+@pytest.mark.parametrize("due", LOST[1:3])
 def test_a_device_that_is_lost_and_brought_back(pytester: pytest.Pytester, due: int) -> None:
     server = counting(Wedging, due)
     assert isinstance(server, Wedging)
