@@ -22,12 +22,13 @@ def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> Non
     begun = state(sdo)
     if begun.in_sub_block:
         sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
-    found = sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
-    if isinstance(found, Abort):
-        sdo.info(f"the first request is refused: {describe_response(found.encode())}")
-    due, value = sdo.device.values[VENDOR_ID.mux], sdo.upload(VENDOR_ID)
-    if value != due:
-        raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
+    with sdo.one_transfer():
+        found = sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
+        if isinstance(found, Abort):
+            sdo.info(f"the first request is refused: {describe_response(found.encode())}")
+        due, value = sdo.device.values[VENDOR_ID.mux], sdo.upload(VENDOR_ID)
+        if value != due:
+            raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
     if begun.value is not None:
         sdo.expect_kept(begun.known, begun.value)
     state(sdo)

@@ -27,10 +27,14 @@ GIVEN_UP = (
 
 # What the oracle expects where data of an upload are not those that are due.
 READS_WRONG = " to read as "
-# A segment behind an abort of the server breaks them because what it ended goes on.
+# A frame behind an abort of the server breaks them because what it ended goes on.
 WITHOUT_TRANSFER = frozenset(
     rule_of(rule_id).id
-    for rule_id in ("segmented-download.without-initiate", "segmented-upload.without-initiate")
+    for rule_id in (
+        "segmented-download.without-initiate",
+        "segmented-upload.without-initiate",
+        "specifier.out-of-block",
+    )
 )
 
 

@@ -470,10 +470,14 @@ class Wire:
             self.calm()
 
     def calm(self) -> None:
-        """Take what the device sends though nobody asked, and note it."""
+        """Take what the device sends though nobody asked, and note it.
+
+        Not the segments of a sub-block that were on their way when the client ended the transfer.
+        """
         aborted = self.has_aborted
         for frame in self.fence():
-            self.note(unasked(frame, aborted=aborted, read=self.read_as))
+            if not (aborted and isinstance(self.read_as(frame), BlockSegment)):
+                self.note(unasked(frame, aborted=aborted, read=self.read_as))
 
     def recover(self) -> bool:
         """Leave the server idle after a breach, whatever it may still send.

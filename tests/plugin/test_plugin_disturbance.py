@@ -131,7 +131,7 @@ FEW = "test_abort or upload.identity or specifier.unknown or test_whole_run"
 
 @pytest.mark.parametrize(
     ("pauses", "timeout"),
-    [((0.06,), 1.0), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.25), 0.5)],
+    [((0.03,), 1.0), ((0.0, 0.0, 0.0, 0.0, 0.0, 0.25), 0.5)],
     ids=["slow", "late-now-and-then"],
 )
 def test_a_device_that_takes_its_time(

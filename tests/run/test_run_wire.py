@@ -23,6 +23,8 @@ from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockEnd,
     BlockSegment,
+    BlockUploadInitiate,
+    BlockUploadStart,
     DownloadInitiate,
     UploadInitiate,
     UploadSegment,
@@ -212,3 +214,16 @@ def test_the_answer_to_an_abort_is_taken_away_before_the_next_request(
         while sdo.channel.receive(HASTY) is not None:
             pass
     assert node.requests == sent
+
+
+def test_segments_on_their_way_are_no_answer_to_an_abort() -> None:
+    """The server has sent the whole sub-block before it sees that the client has ended it."""
+    with discovered(recording()) as bench:
+        sdo = bench.dialogue()
+        sdo.send(BlockUploadInitiate(Multiplexer(0x1008), 2))
+        sdo.receive()
+        sdo.send(BlockUploadStart())
+        sdo.receive()
+        sdo.end_transfer()
+        sdo.calm()
+    assert sdo.minor == []

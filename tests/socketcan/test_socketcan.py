@@ -47,7 +47,7 @@ def only(*stems: str, named: str = "") -> list[str]:
     return [*chosen, *(["-k", named] if named else [])]
 
 
-FEW = only("test_", named="frame or run or abort or missing or toggle or lost or 257 or 889")
+FEW = only("test_", named="frame or run or missing or lost or 257 or 889")
 # What foreign servers do in block transfers is seen on the virtual bus.
 FOREIGN = only(
     "test_segmented_download", named="at-the-start or toggle or without or after or 60h or 257"
