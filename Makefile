@@ -10,7 +10,7 @@ WAITING = $(shell expr $(WORKERS) + 1)
 
 OLDEST := .venv-oldest
 
-.PHONY: selftest test tests-on-virtual-buses socketcan check oldest detection fleet bench clean
+.PHONY: selftest test tests-on-virtual-buses socketcan check lint oldest detection fleet bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -55,7 +55,12 @@ $(OLDEST)/installed: $(VENV)/bin/python pyproject.toml
 	$(OLDEST)/bin/pip install --quiet .
 	touch $@
 
-check: test oldest
+# What takes one processor runs beside what else there is.
+check: $(VENV)/installed-for-tests
+	$(MAKE) --no-print-directory --jobs=2 --output-sync=line \
+	    tests-on-virtual-buses socketcan oldest lint
+
+lint: $(VENV)/installed-for-tests
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
