@@ -135,7 +135,15 @@ class Device:
         found = [known for known in self.all_writable() if _takes_any_bytes(known)]
         for known in sorted(found, key=self._last_for_long_transfers):
             return known
-        raise _lacking("a writable string or domain", "2010=visible_string")
+        raise self._lacks_text()
+
+    def _lacks_text(self) -> NotTestable:
+        lacking = _lacking("a writable string or domain", "2010=visible_string")
+        for mux, why in self.unreadable.items():
+            known = self.known.get(mux)
+            if known is not None and _takes_any_bytes(known) and self.policy.permits(mux):
+                return NotTestable(f"{lacking}; {mux} would do, but could not be read: {why}")
+        return lacking
 
     def _last_for_long_transfers(self, known: KnownObject) -> tuple[float, bool, bool]:
         is_large = self.permits.large is not None and known.mux == self.permits.large.mux
@@ -150,7 +158,7 @@ class Device:
         """
         for known in self.varying():
             return known
-        raise _lacking("a writable string or domain", "2010=visible_string")
+        raise self._lacks_text()
 
     def _last_for_short_transfers(self, known: KnownObject) -> tuple[bool, bool]:
         most = self.lengths[known.mux].most

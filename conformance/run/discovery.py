@@ -39,8 +39,8 @@ from conformance.sdo.rules import (
 )
 
 SANITY_ATTEMPTS = 3
-ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
 MOST_SEGMENTS = 8
+ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
 _MANDATORY = (
     KnownObject(DEVICE_TYPE, DataType.UNSIGNED32, Access.CONST),
     *(
@@ -237,7 +237,7 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
             early = sdo.early.met is not None
             if isinstance(error, Violation):
                 sdo.device.misread.add(known.mux)
-                if not early and _goes_astray(error):
+                if not early and (error.rule is not NOT_REFUSED or _goes_astray(error)):
                     sdo.note(error)  # no case may ever write or read what cannot be read
                 sdo.recover()
             if not early or not rest:
@@ -259,8 +259,8 @@ def _goes_astray(error: Violation) -> bool:
 
     It may end an upload for reasons of its own, with other codes.
     """
-    refused = error.rule is NOT_REFUSED and isinstance(error.request, UploadSegment)
-    return refused and any(f"{code:08X}h" in error.actual for code in ASTRAY)
+    segment = isinstance(error.request, UploadSegment)
+    return segment and any(f"{code:08X}h" in error.actual for code in ASTRAY)
 
 
 def _silence(channel: Channel) -> str:

@@ -16,6 +16,7 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SilentNode
+from conformance.device.device import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.faults.catalogue import build_node
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
@@ -263,3 +264,13 @@ def test_an_upload_that_cannot_be_ended_is_told_beside_the_cases() -> None:
     assert "response.not-refused: abort 05040001h to upload segment request" in [
         str(cause) for cause, _ in causes.aside()
     ]
+
+
+def test_what_is_wrong_with_each_long_value_is_told_beside_the_cases() -> None:
+    """None that may be written can be read then, so no case would come to it."""
+    causes = Causes()
+    with undiscovered(build_node("strings-padded+upload-size-8-bit", NODE_ID)) as bench:
+        discover(bench.channel, bench.device, causes)
+        with pytest.raises(NotTestable, match=r"would do, but could not be read: upload\.size"):
+            bench.device.text()
+    assert "upload.size" in [cause.rule_id for cause, _ in causes.aside()]
