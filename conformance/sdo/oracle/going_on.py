@@ -21,23 +21,29 @@ AT_THE_END = "what comes where the end of a block upload is to be confirmed"
 def goes_on(branches: Iterable[Branch], frame: bytes) -> Violation | None:
     """Take a response that fits nowhere for the next part of a block upload; None for another."""
     due = [branch for branch in branches if branch.due is not None]
-    state = next(
-        (branch.state for branch in due if isinstance(branch.state, NotStarted | Unacknowledged)),
-        None,
-    )
-    if state is None:
+    row = next((row for branch in due if (row := _row_of(branch))), None)
+    if row is None:
         return None
     segment = decode_segment(frame)
+    ended = waits_for_the_end(due)
     if isinstance(segment, BlockSegment) and segment.sequence == FIRST:
         shown = describe(segment)
-    elif isinstance(end := decode_response(frame), BlockEnd):
+    elif not ended and isinstance(end := decode_response(frame), BlockEnd):
         shown = describe(end)
     else:
         return None
     expected = " or ".join(dict.fromkeys(branch.due.words for branch in due if branch.due))
-    return Violation(
-        must(state.foreign_row), expected=expected, actual=f"{shown} [{hex_bytes(frame)}]"
-    )
+    return Violation(must(row), expected=expected, actual=f"{shown} [{hex_bytes(frame)}]")
+
+
+def _row_of(branch: Branch) -> str | None:
+    """Return the rule that segments break which come in the place of an answer."""
+    match branch.state:
+        case NotStarted() | Unacknowledged() as state:
+            return state.foreign_row
+        case BlockUploadEnd() if branch.due is not None:
+            return branch.due.row
+    return None
 
 
 def waits_for_the_end(branches: Iterable[Branch]) -> bool:

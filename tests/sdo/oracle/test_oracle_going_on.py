@@ -33,6 +33,17 @@ def test_a_last_segment_is_no_abort_with_reserved_bits() -> None:
     assert found[0].actual.startswith("block segment 1, last")
 
 
+def test_so_is_one_where_the_end_is_to_be_confirmed() -> None:
+    """An acknowledgement once more brought segments again."""
+    begun = ("> A0 10 20 00 02 00 00 00", "< C2 10 20 00 06 00 00 00", "> A3 00 00 00 00 00 00 00")
+    ended = ("< 81 31 4A 50 5F 21 24 00", "> A2 01 7F 00 00 00 00 00", "< C5 00 00 00 00 00 00 00")
+    for first in ("81", "01"):
+        again = ("> A2 01 02 00 00 00 00 00", f"< {first} 31 4A 50 5F 21 24 00")
+        (found,) = reaction(*begun, *ended, *again)
+        assert found.rule.id == "block-upload.acknowledged-again"
+        assert found.actual.startswith("block segment 1")
+
+
 def test_an_abort_of_it_is_one() -> None:
     assert not reaction(*SENT, "> E0 00 00 00 00 00 00 00", "< 80 10 20 00 01 00 04 05")
 
