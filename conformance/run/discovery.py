@@ -186,7 +186,7 @@ def _ask_for_block_upload(sdo: Dialogue) -> None:
         sdo.recover()
 
 
-def _try_common(sdo: Dialogue, named: set[Multiplexer]) -> None:
+def _try_common(sdo: Reading, named: set[Multiplexer]) -> None:
     for entry in COMMON:
         if entry.mux in named:
             continue
@@ -226,7 +226,7 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
     return True
 
 
-def _learn(sdo: Dialogue, known: KnownObject) -> bool:
+def _learn(sdo: Reading, known: KnownObject) -> bool:
     for rest in reversed(range(MOST_TRIES)):
         try:
             value = sdo.upload(known)
@@ -237,9 +237,11 @@ def _learn(sdo: Dialogue, known: KnownObject) -> bool:
             early = sdo.early.met is not None
             if isinstance(error, Violation):
                 sdo.device.misread.add(known.mux)
-                if not early and (error.rule is not NOT_REFUSED or _goes_astray(error)):
+                error.request = error.request or sdo.last_sent
+                wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
+                losses = sdo.losses
+                if sdo.recover() and wrong and sdo.losses == losses:
                     sdo.note(error)  # no case may ever write or read what cannot be read
-                sdo.recover()
             if not early or not rest:
                 return False
     sdo.device.unreadable.pop(known.mux, None)
