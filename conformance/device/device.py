@@ -119,7 +119,8 @@ class Device:
         kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
             length or 4, "unsigned64"
         )
-        raise _lacking(f"a writable number of {length or 'any number of'} bytes", f"2001={kind}")
+        size = "" if length is None else f" of {length} byte{'s' * (length > 1)}"
+        raise _lacking(f"a writable number{size}", f"2001={kind}")
 
     def longest_number(self) -> KnownObject:
         """Return the writable number that has the most bytes."""
