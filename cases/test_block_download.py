@@ -4,12 +4,12 @@ from dataclasses import replace
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.begun import TWO_SEGMENTS, lose_segment, send_again, unused_in
-from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import LOST_SEGMENT
-from conformance.run.steps import same_value, shown
 from conformance.run.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16

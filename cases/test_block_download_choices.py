@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.begun import (
     Gap,
     begin_block_download,
@@ -10,9 +12,7 @@ from conformance.run.begun import (
     send_again,
     unused_in,
 )
-from conformance.run.block_steps import segments_of
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode

@@ -2,9 +2,9 @@
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.begun import TWO_SEGMENTS, begin_block_download, send_blocks, unused_in
 from conformance.run.case import must
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
 from conformance.sdo.abort_codes import AbortCode

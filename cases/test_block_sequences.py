@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.case import must
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort
 

@@ -1,12 +1,12 @@
 """Block uploads that a server has to serve (CiA 301, 7.2.4.3.12 to 7.2.4.3.15)."""
 
-from conformance.device.device import VENDOR_ID, NotTestable
+from conformance.device.device import VENDOR_ID
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.case import may, must, should
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value, shown
 from conformance.run.stimuli import BLOCK_SIZES
-from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import decode_response

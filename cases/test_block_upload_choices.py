@@ -3,13 +3,14 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
-from conformance.device.device import VENDOR_ID, NotTestable
+from conformance.device.device import VENDOR_ID
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
-from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.describe import describe_response

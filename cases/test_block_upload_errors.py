@@ -1,13 +1,13 @@
 """What goes wrong in a block upload (CiA 301, 7.2.4.3.13 to 7.2.4.3.15 and 7.2.4.3.17)."""
 
 from conformance.device.device import IDENTITY_COUNT
+from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import must
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import UNKNOWN_SPECIFIERS
-from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response

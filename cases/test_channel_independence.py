@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Generator
 
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.channels import interleave
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.case import may, must
-from conformance.run.channel_steps import interleave
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded

@@ -1,8 +1,8 @@
 """SDO server parameters, 1200h to 127Fh: which channels there are, how they are configured."""
 
 from conformance.device.device import VENDOR_ID, Device
-from conformance.run.case import may, must
-from conformance.run.channel_steps import (
+from conformance.device.lacking import Unimplemented
+from conformance.dialogue.channels import (
     CLIENT,
     COUNT,
     DEFAULT_RECORD,
@@ -13,9 +13,9 @@ from conformance.run.channel_steps import (
     RESPONSE,
     TEST_CHANNELS,
 )
-from conformance.run.dialogue import Dialogue
+from conformance.dialogue.dialogue import Dialogue
+from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED
-from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import RESTRICTED, ChannelIds, CobId

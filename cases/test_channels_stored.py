@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 
 from conformance.device.deny import NMT, STORE_PARAMETERS
-from conformance.device.device import Device, NotTestable
-from conformance.run.case import must
-from conformance.run.channel_steps import (
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.channels import (
     CLIENT,
     DEFAULT_RECORD,
     FIRST_CLIENT,
@@ -15,8 +15,8 @@ from conformance.run.channel_steps import (
     REQUEST,
     RESPONSE,
 )
-from conformance.run.dialogue import Dialogue
-from conformance.run.verdict import Unimplemented
+from conformance.dialogue.dialogue import Dialogue
+from conformance.run.case import must
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.layout import Multiplexer

@@ -1,8 +1,8 @@
 """Objects of the communication beside SDO: identity, errors, SYNC, TIME, EMCY and PDOs (7.5.2)."""
 
-from conformance.device.device import VENDOR_ID, NotTestable
-from conformance.run.case import must
-from conformance.run.communication_steps import (
+from conformance.device.device import VENDOR_ID
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.communication import (
     COB_ID_ENTRIES,
     CobIdEntry,
     free_mapping,
@@ -13,9 +13,9 @@ from conformance.run.communication_steps import (
     require_writes,
     write_if_configurable,
 )
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import shown
-from conformance.run.verdict import Unimplemented
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import shown
+from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
 from conformance.sdo.errors import ERROR_LIST, ERROR_REGISTER, GENERIC

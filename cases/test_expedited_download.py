@@ -2,9 +2,9 @@
 
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (

@@ -2,17 +2,11 @@
 
 from contextlib import suppress
 
-from conformance.device.device import (
-    DEVICE_TYPE,
-    IDENTITY_COUNT,
-    TEXTS,
-    VENDOR_ID,
-    Device,
-    NotTestable,
-)
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR_ID, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must, should
-from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response

@@ -1,9 +1,10 @@
 """CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.3)."""
 
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must, should
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import EXTENDED, REMOTE, of_length
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame

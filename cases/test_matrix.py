@@ -5,8 +5,8 @@ What is allowed is not written here: the oracle follows each conversation and kn
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must
-from conformance.run.dialogue import Dialogue
 from conformance.run.matrix.perform import perform
 from conformance.run.matrix.risks import in_sub_block, of_stimulus
 from conformance.run.matrix.stimuli import (

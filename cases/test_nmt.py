@@ -1,10 +1,10 @@
 """NMT states: where an SDO server answers and where it does not (CiA 301, 7.3.2)."""
 
 from conformance.device.device import VENDOR_ID
+from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
-from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response

@@ -1,12 +1,11 @@
 """Every object that is listed of the device, in its EDS or by name (CiA 301, 7.4; CiA 306-1)."""
 
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
 from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.objects import KnownObject
-from conformance.run import listed as choose
-from conformance.run.case import may, must, should
-from conformance.run.dialogue import Dialogue
-from conformance.run.dictionary_steps import (
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.objects import (
     NOT_NOW,
     differing_reads,
     encoded,
@@ -23,7 +22,9 @@ from conformance.run.dictionary_steps import (
     unchanged,
     value_of,
 )
-from conformance.run.steps import same_value, shown
+from conformance.dialogue.transfers import same_value, shown
+from conformance.run import listed as choose
+from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response

@@ -2,8 +2,8 @@
 
 from conformance.device.deny import NMT, STORE_PARAMETERS
 from conformance.device.device import Device
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must
-from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer

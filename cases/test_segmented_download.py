@@ -1,9 +1,10 @@
 """Downloads in segments: what is stored, and how they are refused (CiA 301, 7.2.4.3.3 and .4)."""
 
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.run.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response

@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 
-from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
+from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import FOREIGN_IN_DOWNLOAD
 from conformance.sdo.abort_codes import AbortCode

@@ -2,8 +2,8 @@
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must, should
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode

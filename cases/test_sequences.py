@@ -1,9 +1,10 @@
 """Transfers one after another: nothing of one shows in the next (CiA 301, 7.2.4.2)."""
 
-from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device, NotTestable
+from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, UploadInitiate
 

@@ -5,9 +5,9 @@ These cases wait, and no others do.
 
 from collections.abc import Callable, Generator
 
+from conformance.dialogue.dialogue import PROMPT, Dialogue
 from conformance.run.begun import STATES, Begun
 from conformance.run.case import must
-from conformance.run.dialogue import PROMPT, Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step
 from conformance.sdo.frames import Abort

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
+from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
-from conformance.run.dialogue import Dialogue
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
 from conformance.run.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
-from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response

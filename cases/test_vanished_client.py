@@ -3,10 +3,10 @@
 from collections.abc import Callable
 
 from conformance.device.device import VENDOR_ID
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import shown
 from conformance.run.begun import STATES, Begun, risk_of_state
 from conformance.run.case import must
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort

@@ -1,7 +1,7 @@
 """What all cases of a run saw on the way, judged at its end."""
 
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must, should
-from conformance.run.dialogue import Dialogue
 from conformance.run.session import Incident, WholeRun
 from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED
 

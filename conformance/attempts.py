@@ -11,11 +11,11 @@ import pytest
 from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
 from conformance.collection import CaseFunction
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
+from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
 from conformance.run import doubts
 from conformance.run.conversations.search import Search
 from conformance.run.doubts import Stumble, is_certain
-from conformance.run.early import MOST_TRIES, Way, is_systematic
 from conformance.run.second_try import doubt, stumble, take_back
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import BREACHES, CaseResult

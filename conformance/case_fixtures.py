@@ -12,11 +12,12 @@ import pytest
 
 from conformance.attempts import begin
 from conformance.bus.stop import RunStopped
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.conversations.search import Plan, Search
 from conformance.run.conversations.store import FailingStore
-from conformance.run.dialogue import Dialogue
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
 from conformance.state import CASE_RUN, RESULT, STATE, case_of

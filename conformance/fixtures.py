@@ -7,8 +7,8 @@ import pytest
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.conversations.search import Search
-from conformance.run.dialogue import Dialogue
 from conformance.run.session import DeviceSession, WholeRun
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from conformance.bus.errors import BenchError, SuiteError
 from conformance.collection import CASES, CaseFunction
-from conformance.device.device import NotTestable
-from conformance.run.pauses import NOT_JUDGED
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.pauses import NOT_JUDGED
 from conformance.run.session import CaseRun
-from conformance.run.verdict import BREACHES, CaseResult, Unimplemented, Verdict
+from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.rules import Violation
 

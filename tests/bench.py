@@ -28,9 +28,9 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.hosting import virtual_host
 from conformance.run.bench import private_channel
-from conformance.run.dialogue import Dialogue
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule
 

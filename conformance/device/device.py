@@ -8,6 +8,7 @@ from math import inf
 from conformance.device.changes import Changes
 from conformance.device.deny import group_of
 from conformance.device.extents import Extents
+from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
@@ -29,10 +30,6 @@ IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
 VENDOR_ID = KnownObject(Multiplexer(0x1018, 1), DataType.UNSIGNED32, Access.CONST)
 IDENTITY_NAMES = {1: "vendor-id", 2: "product-code", 3: "revision-number", 4: "serial-number"}
-
-
-class NotTestable(Exception):
-    """A case needs something that this device description lacks; says what to add."""
 
 
 @dataclass(slots=True)

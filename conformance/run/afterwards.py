@@ -4,13 +4,14 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from conformance.device.device import DEVICE_TYPE, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.run.channel_steps import is_cob_id
-from conformance.run.dialogue import Dialogue
+from conformance.dialogue.channels import is_cob_id
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.odd_frames import unasked, unsolicited
+from conformance.dialogue.transfers import same_value, shown
 from conformance.run.mappings import in_order, is_count, needed_for
-from conformance.run.odd_frames import unasked, unsolicited
-from conformance.run.steps import same_value, shown
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.run.block_steps import segments_of
-from conformance.run.dialogue import Dialogue
+from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.risks import LOST_SEGMENT, Risk
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.crc import crc16

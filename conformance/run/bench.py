@@ -29,8 +29,8 @@ from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
-from conformance.run.causes import Causes
-from conformance.run.channel_steps import TEST_CHANNELS
+from conformance.dialogue.causes import Causes
+from conformance.dialogue.channels import TEST_CHANNELS
 from conformance.run.discovery import discover, unseen
 from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
 from conformance.run.first_request import FirstRequest

@@ -5,17 +5,17 @@ from collections.abc import Callable
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
+from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
-from conformance.run.causes import Causes
-from conformance.run.dialogue import Dialogue
-from conformance.run.early import MOST_TRIES
+from conformance.dialogue.causes import Causes
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.early import MOST_TRIES
+from conformance.dialogue.payload import PRINTABLE_OBJECTS
+from conformance.dialogue.transfers import EXISTS
 from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.listed import is_error_place
 from conformance.run.losses import ENOUGH
-from conformance.run.payload import PRINTABLE_OBJECTS
-from conformance.run.steps import EXISTS
 from conformance.run.twins import examine, look_for_second
-from conformance.run.verdict import Unimplemented
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from math import prod
 
 from conformance.device.device import Device
-from conformance.run.causes import Causes
+from conformance.dialogue.causes import Causes
 
 # Of a case that fails in so many tries, each at another place, nothing can be said.
 MOST_TRIES = 5

@@ -2,7 +2,7 @@
 
 from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE
-from conformance.run.causes import Cause, kind_of_answer
+from conformance.dialogue.causes import Cause, kind_of_answer
 from conformance.run.habits import FIRST_SEEN
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession

@@ -9,10 +9,11 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from conformance.bus.errors import DeviceLost
-from conformance.device.device import DEVICE_TYPE, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import filled_up
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import filled_up
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK

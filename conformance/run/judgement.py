@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
-from conformance.device.device import NotTestable
-from conformance.run.causes import Cause, Causes, Standing, cause_of, kind_of_answer
-from conformance.run.verdict import CaseResult, Unimplemented, Verdict
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.causes import Cause, Causes, Standing, cause_of, kind_of_answer
+from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe, describe_response

@@ -6,12 +6,12 @@ from itertools import takewhile
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
-from conformance.run.causes import OTHER_DATA, kind_of_answer
-from conformance.run.dialogue import GOES_ON, Dialogue
-from conformance.run.early import INITIATES
-from conformance.run.sub_blocks import SubBlocks
+from conformance.dialogue.causes import OTHER_DATA, kind_of_answer
+from conformance.dialogue.dialogue import GOES_ON, Dialogue
+from conformance.dialogue.early import INITIATES
+from conformance.dialogue.sub_blocks import SubBlocks
+from conformance.dialogue.wire import MOST_STRAY
 from conformance.run.verdict import INCIDENTAL
-from conformance.run.wire import MOST_STRAY
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request

@@ -11,10 +11,10 @@ from conformance.device.device import IDENTITY_NAMES, Device
 from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import shown
 from conformance.run.afterwards import Restorer
-from conformance.run.dialogue import Dialogue
 from conformance.run.discovery import record_baseline
-from conformance.run.steps import shown
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation

@@ -8,12 +8,12 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
+from conformance.dialogue.allowance import Allowance
+from conformance.dialogue.causes import ABORT_ANSWERED, Cause, Causes, Standing
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.early import Way
 from conformance.run.afterwards import Leaving, Restorer, leave
-from conformance.run.allowance import Allowance
-from conformance.run.causes import ABORT_ANSWERED, Cause, Causes, Standing
-from conformance.run.dialogue import Dialogue
 from conformance.run.doubts import Doubts
-from conformance.run.early import Way
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
 from conformance.run.judgement import Judgement, Point, confirmed_and_refused, crossing

@@ -39,10 +39,6 @@ class Afterwards(StrEnum):
     UNKNOWN = "not looked at"
 
 
-class Unimplemented(Exception):
-    """An optional service was properly refused; the text holds the refusal."""
-
-
 def rule_of_cause(cause: str) -> str:
     """Return the id of the rule of a cause; empty for none."""
     return cause.partition(":")[0]

@@ -5,7 +5,7 @@ from collections import deque
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
-from conformance.run.causes import Causes, cause_of
+from conformance.dialogue.causes import Causes, cause_of
 from conformance.run.evidence import trace_lines
 from conformance.run.habits import FIRST_SEEN
 from conformance.run.revival import Revival

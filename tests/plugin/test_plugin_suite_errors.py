@@ -4,9 +4,9 @@ import pytest
 from plugin_runs import case_ids, parsed, self_test, the_report
 
 from conformance.device.device import Device
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.pauses import Pauses
 from conformance.run import session
-from conformance.run.dialogue import Dialogue
-from conformance.run.pauses import Pauses
 from conformance.running import ExitCode
 
 pytest_plugins = ["pytester"]

@@ -15,9 +15,9 @@ from conformance.device.device import Device
 from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.bench import private_channel
-from conformance.run.dialogue import Dialogue
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
 from conformance.sdo.can_frame import CanFrame

@@ -11,9 +11,9 @@ from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.device.objects import by_multiplexer
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.wire import SEGMENTS_PER_LOOK
 from conformance.faults.simulated import SimulatedBus
-from conformance.run.dialogue import Dialogue
-from conformance.run.wire import SEGMENTS_PER_LOOK
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, BlockAck, BlockDownloadInitiateResponse
 from conformance.sdo.layout import Multiplexer

@@ -4,8 +4,8 @@ import pytest
 from run_bench import NUMBER, RULE, discovered, recording
 
 from conformance.bus.pace import Pace
-from conformance.device.device import NotTestable
-from conformance.run.allowance import FACTOR, KNOWN, LEAST, Allowance
+from conformance.device.lacking import NotTestable
+from conformance.dialogue.allowance import FACTOR, KNOWN, LEAST, Allowance
 from conformance.run.verdict import Afterwards, Verdict
 
 
@@ -40,7 +40,7 @@ def test_without_a_pace_there_is_no_limit() -> None:
 def test_a_case_on_a_device_that_has_become_slow_says_nothing_of_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("conformance.run.allowance.LEAST", -1.0)
+    monkeypatch.setattr("conformance.dialogue.allowance.LEAST", -1.0)
     with discovered(recording()) as bench:
         session = bench.session()
         session.channel.pace = pace(0.0)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.run.causes import (
+from conformance.dialogue.causes import (
     MOST_WORDS,
     TIMED_OUT,
     Cause,
@@ -11,7 +11,7 @@ from conformance.run.causes import (
     kind_of_answer,
     kind_of_request,
 )
-from conformance.run.one_defect import NO_ANSWER
+from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (

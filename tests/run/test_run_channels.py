@@ -6,13 +6,13 @@ import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
 from conformance.device.deny import PERMISSIONS
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.channels import TEST_CHANNELS, interleave
 from conformance.faults.catalogue import build_node
-from conformance.run.channel_steps import TEST_CHANNELS, interleave
 from conformance.run.session import CaseRun, DeviceSession
-from conformance.run.verdict import Unimplemented, Verdict
+from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.cob_id import CobId

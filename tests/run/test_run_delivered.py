@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.run.delivered import Delivered, is_written_through
+from conformance.dialogue.delivered import Delivered, is_written_through
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,

@@ -17,8 +17,8 @@ from run_bench import (
 )
 
 from conformance.device.objects import KnownObject
+from conformance.dialogue.dialogue import GOES_ON, OLD_GOES_ON, Dialogue
 from conformance.faults.catalogue import build_node
-from conformance.run.dialogue import GOES_ON, OLD_GOES_ON, Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,

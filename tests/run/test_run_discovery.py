@@ -16,11 +16,11 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SilentNode
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
-from conformance.run.causes import Causes
 from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request

@@ -3,7 +3,7 @@
 import pytest
 
 from conformance.device.device import Device
-from conformance.run.causes import Cause, Causes
+from conformance.dialogue.causes import Cause, Causes
 from conformance.run.doubts import (
     ALWAYS,
     MOST_SHOWN,

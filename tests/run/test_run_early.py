@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from conformance.run.early import EarlyAborts, Way, is_early, is_systematic
+from conformance.dialogue.early import EarlyAborts, Way, is_early, is_systematic
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, UploadInitiate, UploadSegment

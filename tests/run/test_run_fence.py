@@ -16,8 +16,8 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.dialogue.wire import MOST_STRAY
 from conformance.faults.catalogue import build_node
-from conformance.run.wire import MOST_STRAY
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer

@@ -3,7 +3,7 @@
 import pytest
 from run_bench import DOMAIN, NODE_ID, TEXT, discovered
 
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.faults.catalogue import build_node
 from conformance.run.begun import lose_segment, send_again

@@ -7,8 +7,8 @@ import pytest
 from run_bench import BASELINE, HASTY, READ, TEXT, Scripted, discovered, recording, undiscovered
 
 from conformance.bus.channel import Channel
-from conformance.run.dialogue import Dialogue
-from conformance.run.pauses import Pauses
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.pauses import Pauses
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate

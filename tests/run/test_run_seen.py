@@ -6,12 +6,12 @@ import pytest
 from run_bench import NODE_ID, NUMBER, RULE, TEXT, Recording, Workbench, discovered, recording
 
 from conformance.device.deny import NMT
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import MUCH_ROOM
 from conformance.faults.catalogue import build_node
 from conformance.run.afterwards import Restorer
-from conformance.run.dialogue import Dialogue
-from conformance.run.room_steps import MUCH_ROOM
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,

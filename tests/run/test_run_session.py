@@ -18,12 +18,12 @@ from run_bench import (
 )
 
 from conformance.bus.errors import BenchError, InterfaceLost, SecondClient, WriteNotPermitted
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.device import reference_entries
-from conformance.run.dialogue import Dialogue
 from conformance.run.evidence import ASIDE, DECISIVE
 from conformance.run.session import MOST_INCIDENTS, CaseRun, DeviceSession
-from conformance.run.verdict import Afterwards, CaseResult, Unimplemented, Verdict
+from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted

@@ -6,10 +6,10 @@ from run_bench import BASELINE, HASTY, NODE_ID, READ, RULE, Scripted, discovered
 from conformance.bus.errors import DeviceLost
 from conformance.bus.pace import PROVEN, SHORTEST, TOO_MANY
 from conformance.device.objects import KnownObject
+from conformance.dialogue.causes import Causes
+from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.faults.sick import DiesAtOnce
-from conformance.run.causes import Causes
-from conformance.run.dialogue import Dialogue
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards
 from conformance.sdo.layout import Multiplexer

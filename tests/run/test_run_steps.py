@@ -19,11 +19,11 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.faults.catalogue import build_node
 from conformance.faults.device import reference_entries
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, DownloadInitiate, Response

@@ -12,17 +12,18 @@ from conformance.bus.host import NodeHost
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.deny import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.faults.listing import listing_of, permits_for
 from conformance.faults.storage import STORED
 from conformance.run.bench import private_channel
-from conformance.run.dialogue import Dialogue
 from conformance.run.discovery import discover
-from conformance.run.verdict import Afterwards, Unimplemented, Verdict
+from conformance.run.verdict import Afterwards, Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand

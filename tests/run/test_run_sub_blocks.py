@@ -1,6 +1,6 @@
 """Segments beyond a sub-block are told apart from answers, and from a server that counts on."""
 
-from conformance.run.sub_blocks import SubBlocks
+from conformance.dialogue.sub_blocks import SubBlocks
 from conformance.sdo.frames import BlockAck, BlockUploadInitiate, BlockUploadStart
 from conformance.sdo.layout import Multiplexer
 

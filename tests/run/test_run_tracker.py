@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.run.tracker import TransferTracker
+from conformance.dialogue.tracker import TransferTracker
 from conformance.sdo.layout import Multiplexer
 
 TEXT, NAME = Multiplexer(0x2010), Multiplexer(0x1008)

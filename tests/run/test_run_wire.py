@@ -13,8 +13,8 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SecondClient, WriteNotPermitted
-from conformance.run.causes import ABORT_ANSWERED, Cause
-from conformance.run.odd_frames import check_shape
+from conformance.dialogue.causes import ABORT_ANSWERED, Cause
+from conformance.dialogue.odd_frames import check_shape
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId

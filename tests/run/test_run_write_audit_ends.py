@@ -10,8 +10,8 @@ from run_audit import WRITABLE, asked_to_write, run
 from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
+from conformance.dialogue.transfers import shown
 from conformance.faults.device import reference_entries
-from conformance.run.steps import shown
 from conformance.running import ExitCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer

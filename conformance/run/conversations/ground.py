@@ -8,15 +8,16 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from conformance.device.device import IDENTITY_COUNT, Device, NotTestable
+from conformance.device.device import IDENTITY_COUNT, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import written_by
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
+from conformance.dialogue.room import NO_ROOM
 from conformance.run.conversations.transfers import Transfer
-from conformance.run.dialogue import Dialogue
 from conformance.run.lockstep import knowledge_of
 from conformance.run.matrix.stimuli import Targets
-from conformance.run.payload import MOST_PLAIN, mux_bytes, text
-from conformance.run.room_steps import NO_ROOM
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe_response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer

@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator, Sequence
 from itertools import chain, repeat
 
 from conformance.bus.errors import WriteNotPermitted
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.conversations.ground import Ground
 from conformance.run.conversations.transfers import (
     Conversation,
@@ -17,7 +18,6 @@ from conformance.run.conversations.transfers import (
     Service,
     Transfer,
 )
-from conformance.run.dialogue import Dialogue
 from conformance.run.lockstep import Lockstep
 from conformance.run.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
 from conformance.sdo.abort_codes import AbortCode

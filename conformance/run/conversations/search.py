@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.strategies import SearchStrategy
 
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 from conformance.run.conversations.ground import Ground, survey
 from conformance.run.conversations.store import FailingStore
 from conformance.run.conversations.transfers import Conversation

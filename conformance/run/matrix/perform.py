@@ -1,8 +1,9 @@
 """One field of the matrix: lead the server into a state, send one frame, judge what follows."""
 
-from conformance.device.device import DEVICE_TYPE, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.run.dialogue import Dialogue
+from conformance.dialogue.dialogue import Dialogue
 from conformance.run.lockstep import Lockstep, knowledge_of
 from conformance.run.matrix.states import BETWEEN, LEAST, SIZE, STATES
 from conformance.run.matrix.stimuli import Stimulus, Targets

@@ -7,10 +7,11 @@ the server's block size asks for. What a download finds there is the device's ow
 
 from collections.abc import Callable
 
-from conformance.device.device import THREE_SEGMENTS, NotTestable
+from conformance.device.device import THREE_SEGMENTS
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.run.block_steps import segments_of
-from conformance.run.dialogue import Dialogue
+from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.frames import BlockAck
 

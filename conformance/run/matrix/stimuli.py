@@ -7,7 +7,7 @@ carries a multiplexer it is that of the object that the state is about, if nothi
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from conformance.run.payload import mux_bytes
+from conformance.dialogue.payload import mux_bytes
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from conformance.run.causes import ABORT_ANSWERED
+from conformance.dialogue.causes import ABORT_ANSWERED
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.decoding import decode_response

@@ -2,11 +2,11 @@
 
 from collections.abc import Callable, Generator, Sequence
 
-from conformance.device.device import DEVICE_TYPE, NotTestable
+from conformance.device.device import DEVICE_TYPE
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import KnownObject
-from conformance.run.room_steps import RoomSteps
-from conformance.run.steps import Target, mux_of
-from conformance.run.verdict import Unimplemented
+from conformance.dialogue.room import RoomSteps
+from conformance.dialogue.transfers import Target, mux_of
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
 from conformance.sdo.checks import ServerAborted

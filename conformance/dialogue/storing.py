@@ -2,7 +2,7 @@
 
 from collections.abc import Generator
 
-from conformance.run.causes import Way
+from conformance.dialogue.causes import Way
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.layout import Multiplexer
 

@@ -10,9 +10,9 @@ from typing import Self
 
 from conformance.bus.channel import Channel
 from conformance.device.deny import SDO_PARAMETERS
-from conformance.device.device import VENDOR_ID, NotTestable
-from conformance.run.network_steps import NetworkSteps
-from conformance.run.verdict import Unimplemented
+from conformance.device.device import VENDOR_ID
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.network import NetworkSteps
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.checks import ServerAborted

@@ -8,9 +8,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from conformance.device.deny import denial, how_to_permit
-from conformance.device.device import NotTestable
-from conformance.run.dialogue import Dialogue
-from conformance.run.verdict import Unimplemented
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID

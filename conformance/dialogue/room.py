@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable
 
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.run.causes import Way
-from conformance.run.early import MOST_TRIES
-from conformance.run.payload import MOST_PLAIN
-from conformance.run.steps import Steps, shown
+from conformance.dialogue.causes import Way
+from conformance.dialogue.early import MOST_TRIES
+from conformance.dialogue.payload import MOST_PLAIN
+from conformance.dialogue.storing import WAYS
+from conformance.dialogue.transfers import Steps, shown
 from conformance.run.stimuli import BEYOND_16_BITS
-from conformance.run.storing import WAYS
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort

@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.values import Number, decode_number, encode_number
-from conformance.run.dialogue import Dialogue
-from conformance.run.steps import same_value, shown
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.transfers import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response

@@ -7,11 +7,10 @@ So nothing is loaded unless all that would be lost can be put back, and stored a
 from collections.abc import Iterable, Mapping
 
 from conformance.device.deny import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import KnownObject
-from conformance.run.channel_steps import ChannelSteps
-from conformance.run.steps import NOT_NOW, same_value, shown
-from conformance.run.verdict import Unimplemented
+from conformance.dialogue.channels import ChannelSteps
+from conformance.dialogue.transfers import NOT_NOW, same_value, shown
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import DownloadInitiate

@@ -8,9 +8,10 @@ import time
 
 from conformance.bus.channel import Channel
 from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PARAMETERS
-from conformance.device.device import Device, NotTestable
-from conformance.run.block_steps import BlockSteps
-from conformance.run.causes import BOOTED_AS_HEARTBEAT, BOOTING, Causes
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
+from conformance.dialogue.blocks import BlockSteps
+from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT, BOOTING, Causes
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted

@@ -6,7 +6,7 @@ for thousands of them would hold up the run for hours.
 """
 
 from conformance.bus.pace import Pace
-from conformance.device.device import NotTestable
+from conformance.device.lacking import NotTestable
 
 # So many answers tell the pace of a device.
 KNOWN = 100

@@ -1,6 +1,6 @@
 """What a case says to a device and what it expects back: the ``sdo`` that cases are written with.
 
-Steps (see ``steps``) perform what leads to the point of a case; the expectations here are the
+Transfers (see ``transfers``) perform what leads to the point of a case; the expectations here are the
 point, and fail by the case's rule.
 """
 
@@ -9,11 +9,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
-from conformance.run.block_steps import segments_of
-from conformance.run.causes import kind_of_answer
-from conformance.run.delivered import is_written_through
-from conformance.run.steps import Target, filled_up, mux_of, same_value, shown
-from conformance.run.storage_steps import StorageSteps
+from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.causes import kind_of_answer
+from conformance.dialogue.delivered import is_written_through
+from conformance.dialogue.storage import StorageSteps
+from conformance.dialogue.transfers import Target, filled_up, mux_of, same_value, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response

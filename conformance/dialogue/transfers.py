@@ -9,12 +9,13 @@ from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 
 from conformance.bus.channel import Channel
-from conformance.device.device import Device, NotTestable
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import IDENTITY, written_by
-from conformance.run.causes import Cause, Causes, cause_of
-from conformance.run.payload import MOST_PLAIN, text
-from conformance.run.wire import Wire
+from conformance.dialogue.causes import Cause, Causes, cause_of
+from conformance.dialogue.payload import MOST_PLAIN, text
+from conformance.dialogue.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ResponseChecks, ServerAborted

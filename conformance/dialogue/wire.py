@@ -13,17 +13,18 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.strangers import format_of
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
-from conformance.device.device import DEVICE_TYPE, Device, NotTestable
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.lacking import NotTestable
 from conformance.device.safety import written_by
-from conformance.run.allowance import Allowance
-from conformance.run.causes import DEAF, NOTHING_SENT, Causes, kind_of_answer
-from conformance.run.delivered import Delivered
-from conformance.run.early import INITIATES, EarlyAborts, is_early
-from conformance.run.odd_frames import check_shape, in_words, unasked, unsolicited
-from conformance.run.one_defect import NO_ANSWER
-from conformance.run.pauses import Pauses
-from conformance.run.sub_blocks import SubBlocks
-from conformance.run.tracker import TransferTracker
+from conformance.dialogue.allowance import Allowance
+from conformance.dialogue.causes import DEAF, NOTHING_SENT, Causes, kind_of_answer
+from conformance.dialogue.delivered import Delivered
+from conformance.dialogue.early import INITIATES, EarlyAborts, is_early
+from conformance.dialogue.odd_frames import check_shape, in_words, unasked, unsolicited
+from conformance.dialogue.one_defect import NO_ANSWER
+from conformance.dialogue.pauses import Pauses
+from conformance.dialogue.sub_blocks import SubBlocks
+from conformance.dialogue.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE

@@ -7,7 +7,7 @@ in the same way is no chance: the server refuses the service.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from conformance.run.causes import kind_of_request
+from conformance.dialogue.causes import kind_of_request
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
