@@ -202,7 +202,7 @@ def _faults(options: argparse.Namespace) -> int:
     for title, deviations in (("faulty", faults()), ("unusual, but right", unusual())):
         print(f"{title}:")
         for deviation in deviations:
-            marks = f" [{deviation.defect_class}]" if deviation.defect_class else ""
+            marks = f" [{deviation.defect}]" if deviation.defect else ""
             soft = " (SHOULD)" if deviation.soft else ""
             print(f"  {deviation.name}{marks}{soft}\n      {deviation.sentence}")
     return DONE

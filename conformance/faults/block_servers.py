@@ -3,12 +3,38 @@
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import (
     BlockAck,
+    BlockEnd,
     BlockSegment,
     BlockUploadInitiate,
     Request,
     Response,
 )
+from conformance.sdo.objects import Entry
 from conformance.sdo.server import BlockDownload, BlockUpload, Server
+
+
+class StoresOtherwise(Server):
+    """Stores something else than what came in blocks; its CRC and its size are checked before."""
+
+    ending: tuple[BlockDownload, BlockEnd] | None = None
+
+    def on_block_end(self, request: BlockEnd) -> list[Response]:
+        """Remember what ends."""
+        if isinstance(self.transfer, BlockDownload):
+            self.ending = (self.transfer, request)
+        try:
+            return super().on_block_end(request)
+        finally:
+            self.ending = None
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        """Change the data of block downloads."""
+        super().store(entry, self.stored(data, *self.ending) if self.ending else data)
+
+    def stored(self, data: bytes, transfer: BlockDownload, request: BlockEnd) -> bytes:
+        """Return what is stored."""
+        del transfer, request
+        return data
 
 
 class ReadsAcknowledgements(Server):

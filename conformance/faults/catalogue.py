@@ -1,123 +1,28 @@
 """All faulty and unusual servers by name."""
 
 import difflib
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
 
 from conformance.device.listing import Listing
-from conformance.faults import (
-    aborts,
-    block_choice_variants,
-    block_download_aborts,
-    block_download_checks,
-    block_download_choices,
-    block_downloads,
-    block_leaks,
-    block_lost_segments,
-    block_requests,
-    block_upload_choices,
-    block_upload_ends,
-    block_upload_frames,
-    block_upload_losses,
-    block_upload_sizes,
-    block_upload_states,
-    block_variants,
-    capacities,
-    channel_parameters,
-    channel_traffic,
-    channel_variants,
-    communication,
-    dictionary_reads,
-    dictionary_variants,
-    dictionary_writes,
-    download_segments,
-    downloads,
-    early_variants,
-    frames,
-    gap_variants,
-    histories,
-    leaks,
-    length_variants,
-    narrow,
-    nmt_states,
-    part_variants,
-    pervasive,
-    pervasive_nodes,
-    pervasive_states,
-    server_timeouts,
-    sick,
-    states,
-    storage,
-    upload_access,
-    upload_segments,
-    uploads,
-    variants,
-)
+from conformance.faults import faulty as faulty_servers
+from conformance.faults import unusual as unusual_servers
 from conformance.faults.described import described_device
 from conformance.faults.dictionary import reference_device
-from conformance.faults.registry import Deviation, assemble, combine, deviations_in
-from conformance.sdo.layout import Multiplexer
+from conformance.faults.registry import NOTHING, Deviation, assemble, combine, deviations_in
 from conformance.sdo.node import Node
 from conformance.sdo.server import Server
 
-_MODULES = (
-    frames,
-    uploads,
-    upload_segments,
-    upload_access,
-    downloads,
-    download_segments,
-    states,
-    leaks,
-    aborts,
-    block_downloads,
-    block_lost_segments,
-    block_download_checks,
-    block_download_aborts,
-    block_upload_ends,
-    block_upload_losses,
-    block_upload_sizes,
-    block_upload_frames,
-    block_upload_states,
-    block_leaks,
-    block_requests,
-    narrow,
-    block_download_choices,
-    block_upload_choices,
-    server_timeouts,
-    channel_parameters,
-    channel_traffic,
-    nmt_states,
-    communication,
-    dictionary_reads,
-    dictionary_writes,
-    storage,
-    capacities,
-    histories,
-    pervasive,
-    pervasive_states,
-    pervasive_nodes,
-    sick,
-    variants,
-    part_variants,
-    block_variants,
-    block_choice_variants,
-    gap_variants,
-    early_variants,
-    channel_variants,
-    dictionary_variants,
-    length_variants,
-)
-
-
-NONE: frozenset[Multiplexer] = frozenset()
-
 
 class UnknownServer(LookupError):
-    """No fault or variant has that name."""
+    """No faulty or unusual server has that name."""
 
 
 def all_deviations() -> list[Deviation]:
-    """Return faults and variants."""
-    return deviations_in(_MODULES)
+    """Return the faulty servers and the unusual ones."""
+    return deviations_in(_modules())
 
 
 def faults() -> list[Deviation]:
@@ -131,7 +36,7 @@ def unusual() -> list[Deviation]:
 
 
 def find_deviation(name: str | None) -> Deviation | None:
-    """Return the fault or variant of that name; None stands for the reference server.
+    """Return the faulty or unusual server of that name; None stands for the reference server.
 
     Two names with a + between them are a server that deviates in both ways. Raises UnknownServer
     with the nearest name.
@@ -142,6 +47,12 @@ def find_deviation(name: str | None) -> Deviation | None:
     return combine(_known(first), _known(second)) if plus else _known(name)
 
 
+def _modules() -> Iterator[ModuleType]:
+    for package in (faulty_servers, unusual_servers):
+        for found in iter_modules(package.__path__, f"{package.__name__}."):
+            yield import_module(found.name)
+
+
 def _known(name: str) -> Deviation:
     known = {deviation.name: deviation for deviation in all_deviations()}
     if name in known:
@@ -149,7 +60,7 @@ def _known(name: str) -> Deviation:
     near = difflib.get_close_matches(name, known, n=1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     raise UnknownServer(
-        f"There is no fault or variant called {name!r}.{hint} "
+        f"There is no faulty or unusual server called {name!r}.{hint} "
         "'python -m conformance faults' lists them."
     )
 
@@ -161,13 +72,13 @@ def build_node(
     *,
     server_timeout: float | None = None,
 ) -> Node:
-    """Return the reference node, or the fault or variant of that name.
+    """Return the reference node, or the faulty or unusual one of that name.
 
     It is the built-in device, or the one that ``listing`` describes. ``server_timeout`` is the
     time in seconds after which it gives up a silent client, None for never. Raises UnknownServer.
     """
     deviation = find_deviation(name)
-    lacking: frozenset[Multiplexer] = getattr(deviation and deviation.kind, "lacking", NONE)
+    lacking = deviation.lacking if deviation else NOTHING
     objects = described_device(listing) if listing else reference_device(node_id, lacking)
     if deviation is not None:
         return deviation.build(node_id, objects, server_timeout=server_timeout)

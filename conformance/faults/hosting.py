@@ -17,7 +17,7 @@ def virtual_host(
     *,
     server_timeout: float | None = None,
 ) -> NodeHost:
-    """Return a host for the reference server, or the fault or variant of that name.
+    """Return a host for the reference server, or the faulty or unusual one of that name.
 
     ``delay`` is the time in seconds that it takes for an answer, ``server_timeout`` that after
     which it gives up a silent client, None for never. Raises UnknownServer.

@@ -1,4 +1,4 @@
-"""What a faulty or an unusual server is: a class, and the name and sentence that go with it."""
+"""What a faulty or an unusual server is: a class, and what goes with it."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -6,6 +6,7 @@ from enum import StrEnum
 from types import ModuleType
 from typing import TypeVar
 
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
 from conformance.sdo.segmented_server import SegmentedServer
@@ -14,51 +15,71 @@ from conformance.sdo.server import Server
 Kind = type[SegmentedServer] | type[Node]
 Base = TypeVar("Base", SegmentedServer, Node)
 ATTRIBUTE = "conformance_deviations"
+NOTHING: frozenset[Multiplexer] = frozenset()
 # The channels that the built-in device has beside the default one: 1201h and 1202h.
 FURTHER_CHANNELS = 2
 
 
-class DefectClass(StrEnum):
-    """The families of defects that servers in the field have."""
+class Defect(StrEnum):
+    """The kinds of defects that servers in the field have."""
 
-    UNUSED_COUNT = "A"
-    LAST_FLAG = "B"
-    LEAK = "C"
-    LOST_SEGMENTS = "D"
-    ABORT = "E"
-    BLOCK_SIZE = "F"
-    FIELD_WIDTH = "G"
-    ACCESS_OR_SIZE = "H"
-    CRC = "I"
-    TIMING = "J"
-    FRAME_SHAPE = "K"
-    BACK_TO_BACK = "L"
-    ZERO_LENGTH = "M"
-    ROBUSTNESS = "N"
-    STATE = "state"
+    UNUSED_COUNT = "count of unused bytes"
+    LAST_FLAG = "mark of the last segment"
+    LEAK = "left by what was before"
+    LOST_SEGMENTS = "lost segments"
+    ABORT = "aborts"
+    BLOCK_SIZE = "block size"
+    FIELD_WIDTH = "width of a field"
+    ACCESS_OR_SIZE = "access or size"
+    CRC = "CRC"
+    TIMING = "time"
+    FRAME_SHAPE = "shape of frames"
+    BACK_TO_BACK = "frames back to back"
+    ZERO_LENGTH = "values without data"
+    ROBUSTNESS = "robustness"
+    STATE = "state of a transfer"
 
 
-@dataclass(frozen=True, slots=True)
+class About(StrEnum):
+    """What there is to see of a deviation, and where."""
+
+    TRANSFERS = "single transfers, on any channel"
+    LENGTHS = "how long values are"
+    OBJECTS = "the object dictionary, and what is stored of it"
+    CHANNELS = "several channels, and their parameters"
+    NMT = "NMT states, and what is sent unasked"
+    TIME = "how long something takes"
+    HISTORY = "many transfers one after another"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
     """A named way in which a server differs from the reference server.
 
-    A fault is wrong: ``defect_class`` is its family, ``caught_by`` the beginning of the id of a
-    case that says what is wrong. A variant is unusual and right; both are empty. What is ``soft``
-    misses a SHOULD and no MUST. ``server`` is the server of a ``kind`` that is a node.
+    A fault is wrong: ``defect`` says in what, and ``caught_by`` how the ids of cases begin that
+    have to fail; the first says what is wrong, further ones are there because no other fault fails
+    them. An unusual server is right; it has neither.
     """
 
     name: str
     kind: Kind
     sentence: str
-    defect_class: DefectClass | None = None
-    caught_by: str = ""
+    defect: Defect | None = None
+    caught_by: tuple[str, ...] = ()
+    about: About = About.TRANSFERS
     soft: bool = False
+    """It misses a SHOULD, and no MUST."""
+    timed: bool = False
+    """It shows where the server's own time-out is declared, and nowhere else."""
+    lacking: frozenset[Multiplexer] = NOTHING
+    """Entries of the built-in device that it is without."""
     server: type[SegmentedServer] = Server
+    """What serves the channels of a ``kind`` that is a node."""
 
     @property
     def is_fault(self) -> bool:
         """Whether a device like that has to fail."""
-        return self.defect_class is not None
+        return self.defect is not None
 
     def build(
         self, node_id: int, objects: ObjectDictionary, *, server_timeout: float | None = None
@@ -84,6 +105,8 @@ def combine(first: Deviation, second: Deviation) -> Deviation:
         kind=_joined(name, nodes) if nodes else _joined(name, servers),
         sentence=f"{first.sentence} {second.sentence}",
         soft=first.soft and second.soft,
+        timed=first.timed or second.timed,
+        lacking=first.lacking | second.lacking,
         server=_joined(name, servers) if nodes and servers else Server,
     )
 
@@ -101,24 +124,54 @@ def assemble(
 
 
 def fault(
-    name: str, defect_class: DefectClass, caught_by: str, *, soft: bool = False
+    name: str,
+    defect: Defect,
+    *caught_by: str,
+    about: About = About.TRANSFERS,
+    soft: bool = False,
+    timed: bool = False,
 ) -> Callable[[Kind], Kind]:
     """Mark a faulty server or node; its docstring says what is wrong with it."""
 
     def mark(kind: Kind) -> Kind:
-        deviation = Deviation(name, kind, _sentence(kind), defect_class, caught_by, soft)
-        setattr(kind, ATTRIBUTE, deviation)
-        return kind
+        return _marked(
+            Deviation(
+                name=name,
+                kind=kind,
+                sentence=_sentence(kind),
+                defect=defect,
+                caught_by=caught_by,
+                about=about,
+                soft=soft,
+                timed=timed,
+            )
+        )
 
     return mark
 
 
-def variant(name: str, *, soft: bool = False) -> Callable[[Kind], Kind]:
+def unusual(
+    name: str,
+    *,
+    about: About = About.TRANSFERS,
+    soft: bool = False,
+    timed: bool = False,
+    lacking: frozenset[Multiplexer] = NOTHING,
+) -> Callable[[Kind], Kind]:
     """Mark an unusual server or node; its docstring says what is unusual about it."""
 
     def mark(kind: Kind) -> Kind:
-        setattr(kind, ATTRIBUTE, Deviation(name, kind, _sentence(kind), soft=soft))
-        return kind
+        return _marked(
+            Deviation(
+                name=name,
+                kind=kind,
+                sentence=_sentence(kind),
+                about=about,
+                soft=soft,
+                timed=timed,
+                lacking=lacking,
+            )
+        )
 
     return mark
 
@@ -138,6 +191,11 @@ def deviations_in(modules: Iterable[ModuleType]) -> list[Deviation]:
                 raise ValueError(f"two deviations are called {deviation.name}")
             found[deviation.name] = deviation
     return list(found.values())
+
+
+def _marked(deviation: Deviation) -> Kind:
+    setattr(deviation.kind, ATTRIBUTE, deviation)
+    return deviation.kind
 
 
 def _joined(name: str, kinds: Sequence[type[Base]]) -> type[Base]:

@@ -93,7 +93,7 @@ def run_cases(
 ) -> Run:
     """Run the cases against a server in this process; for None the reference server.
 
-    The ``plugins`` may look at the ``run`` while it goes on.
+    The ``plugins`` may look at the ``run`` while it goes on. What it holds already is added to.
     """
     run = run or Run(name or "reference server")
     begin = time.monotonic()
@@ -108,9 +108,10 @@ def run_cases(
         here = os.getcwd()
         os.chdir(folder)  # neither the options nor the tests of the checkout
         try:
-            run.exit_code = int(pytest.main(command, plugins=[_Collector(run), *plugins]))
+            status = int(pytest.main(command, plugins=[_Collector(run), *plugins]))
+            run.exit_code = run.exit_code or status
         finally:
             os.chdir(here)
-    run.seconds = time.monotonic() - begin
-    run.output = out.getvalue()
+    run.seconds += time.monotonic() - begin
+    run.output += out.getvalue()
     return run

@@ -2,14 +2,15 @@
 
     python tests/faults/detection.py [--quick] [--workers N] [NAME ...]
 
-Fails when a fault is not caught by a case whose id says why, when an unusual server is failed, or
+Fails when a fault is not caught by each case that it names, when an unusual server is failed, or
 when a case fails against no faulty server at all: a case like that proves nothing.
 
-With ``--quick`` a fault meets only the cases whose ids say why, unless these are random ones, and
-an unusual server each eighth of the scripts that are about the like, but for those on 65,536 bytes;
-the others take turns from server to server. Without it an unusual server meets all cases,
-the matrix and the random ones as well. A faulty one meets them too, until a script, the matrix and
-a random conversation have each caught it; from then on only cases that no server has failed yet.
+With ``--quick`` a fault meets only the cases that it names, unless it takes a history to see it.
+An unusual server meets each eighth of the scripts that are about the like, but for those on 65,536
+bytes; the others take turns from server to server. Without ``--quick`` an unusual server meets all
+cases, the matrix and the random ones as well. A faulty one meets them too, until a script, the
+matrix and a random conversation have each caught it; from then on only cases that no server has
+failed yet.
 """
 
 import argparse
@@ -22,9 +23,8 @@ import pytest
 from case_runs import Choice, Run, run_cases
 
 from conformance.collection import CASES, CaseFunction, case_files
-from conformance.faults import server_timeouts
 from conformance.faults.catalogue import all_deviations, unusual
-from conformance.faults.registry import Deviation
+from conformance.faults.registry import About, Deviation
 from conformance.running import ExitCode
 
 # A faulty server may keep silent a hundred times; a right one never does.
@@ -58,9 +58,13 @@ FILES = {
     "independence": "test_channel_independence",
     "nmt": "test_nmt",
     "od": "test_object_dictionary",
+    "matrix": "test_matrix",
     "random": "test_random",
+    "run": "test_whole_run",
 }
 GENERATED = ("test_matrix", "test_random")
+# An unusual server that is about these meets the files below as well when it is quick.
+MORE_THAN_TRANSFERS = (About.LENGTHS, About.OBJECTS, About.CHANNELS, About.NMT)
 BEYOND_TRANSFERS = (
     "test_object_dictionary",
     "test_object_dictionary_storage",
@@ -105,23 +109,28 @@ class Sieve:
     def wants(self, case_id: str) -> bool:
         """Say whether a case may tell what is not known yet."""
         failed = self._run.failed(strict=self._deviation.soft)
-        if case_id.startswith(self._deviation.caught_by):
-            return not any(case.startswith(self._deviation.caught_by) for case in failed)
+        reason = self._deviation.caught_by[0]
+        if case_id.startswith(reason):
+            return not any(case.startswith(reason) for case in failed)
         if subject_of(case_id) not in self._proven:
             return True
         return not any(kind_of(case) == kind_of(case_id) for case in failed)
 
 
 def timing_of(deviation: Deviation) -> list[str]:
-    """Return what declares a time-out of the server, for those servers that are about one."""
-    if deviation.kind.__module__ != server_timeouts.__name__:
+    """Return what declares a time-out of the server, for those servers that need one.
+
+    Cases on time-outs look at the clock, which stands still on a simulated bus.
+    """
+    if not deviation.timed:
         return []
     return [SERVER_TIMEOUT_OF_FAULTS if deviation.is_fault else SERVER_TIMEOUT]
 
 
-def files_of(stem: str) -> list[str]:
-    """Return the files of the cases on a service, by the beginning of their ids."""
-    return sorted(map(str, CASES.glob(f"{FILES[stem]}*.py")))
+def files_of(*begins: str) -> list[str]:
+    """Return the files of cases whose ids begin like that, and of others on the same services."""
+    services = {FILES[begin.partition(".")[0]] for begin in begins}
+    return sorted({str(path) for service in services for path in CASES.glob(f"{service}*.py")})
 
 
 def scripts(*without: str) -> list[str]:
@@ -130,46 +139,57 @@ def scripts(*without: str) -> list[str]:
     return [str(path) for path in case_files() if path.stem not in left_out]
 
 
-def about_more_than_transfers(deviation: Deviation) -> bool:
-    """Say whether a server is unusual in its objects, its channels or its NMT states."""
-    module = deviation.kind.__module__.rpartition(".")[2]
-    return module.startswith(("dictionary", "channel", "nmt", "storage", "length"))
-
-
 def run_deviation(
     deviation: Deviation, proven: frozenset[str] = frozenset(), *, quick: bool
 ) -> Run:
     """Run the cases against a faulty or an unusual server."""
-    arguments = timing_of(deviation)
-    if arguments and not deviation.is_fault:
-        arguments += files_of("server-timeout")  # in all else it is the reference server
-    elif quick and deviation.is_fault and deviation.name not in AGAINST_ALL:
-        chosen = files_of(deviation.caught_by.partition(".")[0])
-        arguments += ["-k", deviation.caught_by, *chosen]
-    elif quick and about_more_than_transfers(deviation):
-        arguments += scripts()
-    elif quick:
-        arguments += scripts(*BEYOND_TRANSFERS)
-    if deviation.is_fault:
-        arguments.append(f"--response-timeout={TIMEOUT_OF_FAULTS}")
-        if deviation.caught_by.startswith("random."):
-            arguments.append(f"--examples={EXAMPLES_OF_FAULTS}")
-    plugins: list[object] = []
-    if quick and not deviation.is_fault and not timing_of(deviation):
-        arguments += ["-k", f"not {HUGE}"]
-        plugins = [Choice(share=QUICK_SHARE, turn=unusual().index(deviation))]
-    # Cases on time-outs look at the clock, which stands still on a simulated bus.
-    sifted = deviation.is_fault and not quick and deviation.name not in AGAINST_ALL
+    if not deviation.is_fault:
+        return run_unusual(deviation, quick=quick)
     run = Run(deviation.name)
-    if sifted:
-        plugins = [Sieve(deviation, run, proven)]
-    return run_cases(
+    reason, *further = deviation.caught_by
+    if deviation.name in AGAINST_ALL:
+        run_fault(deviation, run)
+    elif quick:
+        run_named(deviation, run, reason)
+    else:
+        run_fault(deviation, run, plugins=[Sieve(deviation, run, proven)])
+    for begin in further:
+        run_named(deviation, run, begin)
+    return run
+
+
+def run_named(deviation: Deviation, run: Run, begin: str) -> None:
+    """Run cases by the beginning of their ids: with others one may be in the way of another."""
+    run_fault(deviation, run, "-k", begin, *files_of(begin))
+
+
+def run_fault(
+    deviation: Deviation, run: Run, *arguments: str, plugins: Sequence[object] = ()
+) -> None:
+    """Run cases against a faulty server, and add to what they said of it before."""
+    examples = [f"--examples={EXAMPLES_OF_FAULTS}"] if deviation.about is About.HISTORY else []
+    run_cases(
         deviation.name,
+        *timing_of(deviation),
         *arguments,
-        simulated=not timing_of(deviation),
+        f"--response-timeout={TIMEOUT_OF_FAULTS}",
+        *examples,
+        simulated=not deviation.timed,
         plugins=plugins,
         run=run,
     )
+
+
+def run_unusual(deviation: Deviation, *, quick: bool) -> Run:
+    """Run the cases against an unusual server."""
+    if deviation.timed:  # in all else it is the reference server
+        timed = (*timing_of(deviation), *files_of("server-timeout"))
+        return run_cases(deviation.name, *timed, simulated=False)
+    if not quick:
+        return run_cases(deviation.name)
+    beyond = () if deviation.about in MORE_THAN_TRANSFERS else BEYOND_TRANSFERS
+    choice = Choice(share=QUICK_SHARE, turn=unusual().index(deviation))
+    return run_cases(deviation.name, *scripts(*beyond), "-k", f"not {HUGE}", plugins=[choice])
 
 
 def problem_with(deviation: Deviation, run: Run, *, whole: bool = False) -> str:
@@ -186,8 +206,13 @@ def problem_with(deviation: Deviation, run: Run, *, whole: bool = False) -> str:
     lost = run.exit_code == ExitCode.DEVICE_LOST
     if not failed and not lost:
         return "NOT CAUGHT"
-    if not lost and not any(case_id.startswith(deviation.caught_by) for case_id in failed):
-        return f"caught, but by no case called {deviation.caught_by}: {', '.join(failed[:5])}"
+    missed = [
+        begin
+        for begin in deviation.caught_by
+        if not any(case_id.startswith(begin) for case_id in failed)
+    ]
+    if missed and not lost:
+        return f"caught, but by no case called {', '.join(missed)}: {', '.join(failed[:5])}"
     return ""
 
 
@@ -257,7 +282,7 @@ def main() -> int:
         deviation
         for deviation in all_deviations()
         if deviation.name in options.names
-        or not (options.names or (options.quick and deviation.caught_by.startswith("random.")))
+        or not (options.names or (options.quick and deviation.about is About.HISTORY))
     ]
     problems = []
     proven: set[str] = set()

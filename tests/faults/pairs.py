@@ -47,7 +47,11 @@ PERVASIVE = (
     "first-request-unanswered",
     "nmt-boot-up-as-heartbeat",
 )
-"""The table "what hides everything else", in its order."""
+"""Faults that hide much else; each was met in devices that others made.
+
+They leave what they are not about to the class that follows, so that each can be put together with
+any other fault.
+"""
 
 SPECIFIC = (
     "upload-last-segment-n-off-by-one",
@@ -164,12 +168,11 @@ def choice_for(pervasive: Run, specific: Run, *, share: int, turn: int) -> Choic
 def quick_pair(pervasive: str, specific: str, turn: int) -> Pair:
     """Run few cases against each of two faults, and against both together."""
     found = [find_deviation(name) for name in (pervasive, specific)]
-    begins = tuple(each.caught_by for each in found if each is not None)
-    files = {file for begin in begins for file in files_of(begin.partition(".")[0])}
-    files.add(str(CASES / WHOLE_RUN))
+    begins = tuple(each.caught_by[0] for each in found if each is not None)
+    files = [*files_of(*begins), str(CASES / WHOLE_RUN)]
     choice = Choice(begins=begins, share=QUICK_SHARE, turn=turn)
     names = (pervasive, specific, f"{pervasive}+{specific}")
-    runs = [alone(name, choice, *sorted(files)) for name in names]
+    runs = [alone(name, choice, *files) for name in names]
     return Pair(*runs)
 
 

@@ -38,7 +38,7 @@ def test_a_fault_has_to_be_caught_by_the_case_that_it_names() -> None:
     caught = {"segmented-upload.toggle-first": Verdict.FAIL}
     assert problem_with(fault, Run(fault.name, verdicts=dict(caught))) == ""
     assert problem_with(fault, Run(fault.name)) == "NOT CAUGHT"
-    elsewhere = replace(fault, caught_by="segmented-download.toggle")
+    elsewhere = replace(fault, caught_by=("segmented-download.toggle",))
     assert "by no case called" in problem_with(elsewhere, Run(fault.name, verdicts=caught))
 
 
@@ -76,7 +76,7 @@ def test_a_case_that_no_server_fails_is_named() -> None:
 
 def test_what_can_say_nothing_new_of_a_faulty_server_is_left_out() -> None:
     fault = known("upload-toggle-ignored")
-    named, script, field = fault.caught_by, "abort.repeated", "matrix.idle[40h]"
+    named, script, field = fault.caught_by[0], "abort.repeated", "matrix.idle[40h]"
     run = Run(fault.name)
     sieve = Sieve(fault, run, frozenset({"abort.repeated", "matrix.idle"}))
     assert all(map(sieve.wants, (named, script, field)))

@@ -5,7 +5,7 @@ from case_runs import Run
 from pairs import HIDDEN, MOST_CASES, PERVASIVE, SPECIFIC, Pair, Table, problem_with_pervasive
 
 from conformance.faults.catalogue import UnknownServer, build_node, find_deviation
-from conformance.faults.registry import DefectClass, Deviation
+from conformance.faults.registry import Defect, Deviation
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.node import Node
@@ -115,7 +115,7 @@ def test_a_pervasive_fault_fails_few_cases_in_few_causes() -> None:
 
 def test_the_specific_faults_are_of_all_classes() -> None:
     assert (len(set(PERVASIVE)), len(set(SPECIFIC))) == (16, 24)
-    assert {known(name).defect_class for name in SPECIFIC} == set(DefectClass)
+    assert {known(name).defect for name in SPECIFIC} == set(Defect)
     assert all(known(name).is_fault for name in PERVASIVE)
 
 

@@ -62,8 +62,8 @@ REQUIRED = [
 
 
 def catchers(fault: Deviation) -> list[CaseInfo]:
-    """Return the cases that have to catch a fault."""
-    begin = fault.caught_by.partition("[")[0]
+    """Return the cases that say what is wrong with a fault."""
+    begin = fault.caught_by[0].partition("[")[0]
     exact = [case for case in CASES if case.rule.id == begin]
     return exact or [case for case in CASES if case.rule.id.startswith(begin)]
 

@@ -25,8 +25,8 @@ from foreign_objects import DOMAIN, NODE_ID, payload
 from lossy_bus import Relay, relayed
 
 from conformance.bus.host import NodeHost
-from conformance.faults.block_variants import BlocksOf21
 from conformance.faults.dictionary import reference_device
+from conformance.faults.unusual.block_download import BlocksOf21
 from conformance.run.bench import private_channel
 from conformance.sdo.frames import BlockAck, BlockSegment, Request, Response
 from conformance.sdo.node import Node

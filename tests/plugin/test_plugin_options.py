@@ -58,8 +58,8 @@ WRONG = {
     "--fault=answers-late": "--fault=answers-late goes with --self-test.",
     "--simulated": "--simulated goes with --self-test",
     "--self-test --fault=answer-late": "called 'answer-late'. Did you mean 'answers-late'?",
-    "--self-test --fault=qqqq": "There is no fault or variant called 'qqqq'.",
-    "--self-test --fault=": "There is no fault or variant called ''.",
+    "--self-test --fault=qqqq": "There is no faulty or unusual server called 'qqqq'.",
+    "--self-test --fault=": "There is no faulty or unusual server called ''.",
     "--self-test --fault=answer-late --collect-only": "Did you mean 'answers-late'?",
 }
 

@@ -15,7 +15,7 @@ from run_bench import (
 from conformance.device.objects import KnownObject
 from conformance.device.safety import WritePolicy
 from conformance.faults.device import reference_entries
-from conformance.faults.variants import ShortFramesServed
+from conformance.faults.unusual.frame_shape import ShortFramesServed
 from conformance.run.afterwards import Restorer
 from conformance.run.lockstep import knowledge_of
 from conformance.sdo.abort_codes import AbortCode

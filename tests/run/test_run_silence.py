@@ -9,7 +9,7 @@ from conformance.device.objects import KnownObject
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node
-from conformance.faults.sick import DiesAtOnce
+from conformance.faults.faulty.expedited_upload import DiesAtOnce
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards
 from conformance.sdo.layout import Multiplexer

@@ -20,7 +20,7 @@ from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.faults.listing import listing_of, permits_for
-from conformance.faults.storage import STORED
+from conformance.faults.unusual.object_dictionary_storage import STORED
 from conformance.run.bench import private_channel
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards, Verdict

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from conformance.faults.device import reference_entries
-from conformance.faults.registry import Deviation, assemble
+from conformance.faults.registry import About, Deviation, assemble
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, Entry, ObjectDictionary
@@ -52,15 +52,7 @@ def of_the_protocol(deviations: list[Deviation]) -> list[str]:
 
     It knows nothing of other channels, of NMT, of clocks, and little of the object dictionary.
     """
-    beyond = (
-        *("channel_", "nmt_", "server_timeouts", "dictionary_", "capacities", "histories"),
-        "sick",
-    )
-    return [
-        deviation.name
-        for deviation in deviations
-        if not deviation.kind.__module__.rpartition(".")[2].startswith(beyond)
-    ]
+    return [found.name for found in deviations if found.about is About.TRANSFERS]
 
 
 @dataclass

@@ -1,0 +1,192 @@
+"""Servers that are wrong in aborts: those that they send, and those that they get."""
+
+from conformance.faults.registry import Defect, fault
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    Request,
+    Response,
+    UploadInitiate,
+    UploadInitiateResponse,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Refusal
+from conformance.sdo.segmented_server import NO_MULTIPLEXER, Upload
+from conformance.sdo.server import Server
+
+
+@fault("refusals-run-out", Defect.ROBUSTNESS, "abort.many")
+class RefusalsRunOut(Server):
+    """Answers refused uploads for good with another code after 30 in a row."""
+
+    count = 0
+
+    def react(self, request: Request) -> list[Response]:
+        """Start again with a request that is served."""
+        responses = super().react(request)
+        self.count = 0
+        return responses
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        self.count += 1
+        if self.count > 30:
+            code = AbortCode.OUT_OF_MEMORY
+        return super().refuse(request, code)
+
+
+@fault("transfers-run-out", Defect.ROBUSTNESS, "abort.many-transfers")
+class TransfersRunOut(Server):
+    """Loses memory with each transfer that the client aborts, until none is left."""
+
+    lost = 0
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        self.lost += isinstance(self.transfer, Upload)
+        return super().on_abort(request)
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        """Refuse when nothing is left; a whole transfer clears the heap."""
+        if self.lost > 30 and len(data) > 4:
+            self.lost = 0
+            raise Refusal(AbortCode.OUT_OF_MEMORY)
+        return super().start_upload(mux, data)
+
+
+@fault("abort-answered-when-idle", Defect.ABORT, "abort.not-answered")
+class AnsweredWhenIdle(Server):
+    """Answers an abort that meets no transfer with an abort."""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        if self.transfer is None:
+            return [Abort(request.mux, AbortCode.COMMAND_NOT_VALID)]
+        return super().on_abort(request)
+
+
+@fault("abort-undoes-last-download", Defect.ABORT, "abort.after-a-transfer")
+class UndoesLast(Server):
+    """Takes back the last expedited download when an abort follows it."""
+
+    def on_download_initiate(self, request: DownloadInitiate) -> list[Response]:
+        value = self.objects.writable(request.mux).value
+        responses = super().on_download_initiate(request)
+        if request.expedited:
+            self.undo = (request.mux, value)
+        return responses
+
+    undo: tuple[Multiplexer, bytes] | None = None
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        if self.undo is not None and self.undo[0] == request.mux:
+            self.objects.find(request.mux).value = self.undo[1]
+        return super().on_abort(request)
+
+
+@fault("deaf-after-three-aborts", Defect.ABORT, "abort.repeated")
+class DeafAfterAborts(Server):
+    """Reads 1018h:01 as 0 after three aborts in a row."""
+
+    count = 0
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        self.count += 1
+        return super().on_abort(request)
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        if self.count >= 3 and mux == Multiplexer(0x1018, 1):
+            self.count = 0
+            data = b"\xff\xff\xff\xff"
+        elif mux != Multiplexer(0x1000):
+            self.count = 0
+        return super().start_upload(mux, data)
+
+
+@fault("abort-reserved-bits-served", Defect.ABORT, "abort.reserved-bits")
+class ReservedBitsServed(Server):
+    """Takes 81h to 9Fh for an upload initiate."""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        if request.reserved_bits:
+            return self.on_upload_initiate(UploadInitiate(request.mux))
+        return super().on_abort(request)
+
+
+class _Refusing(Server):
+    """Changes the aborts that it sends."""
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        """Pass each abort through ``changed``."""
+        return [
+            self.changed(response) if isinstance(response, Abort) else response
+            for response in super().refuse(request, code)
+        ]
+
+    def changed(self, abort: Abort) -> Abort:
+        """Return what is sent instead."""
+        return abort
+
+
+@fault("abort-big-endian", Defect.FRAME_SHAPE, "abort.frame")
+class BigEndian(_Refusing):
+    """Sends abort codes with the high byte first."""
+
+    def changed(self, abort: Abort) -> Abort:
+        return Abort(abort.mux, int.from_bytes(abort.code.to_bytes(4, "little"), "big"))
+
+
+@fault("abort-code-private", Defect.FRAME_SHAPE, "abort.frame")
+class PrivateCode(_Refusing):
+    """Sends abort codes of its own."""
+
+    def changed(self, abort: Abort) -> Abort:
+        return Abort(abort.mux, 0x0F00FFC0)
+
+
+@fault("abort-command-81h", Defect.FRAME_SHAPE, "abort.frame")
+class Command81h(_Refusing):
+    """Sends aborts with a reserved bit set."""
+
+    def changed(self, abort: Abort) -> Abort:
+        return Abort(abort.mux, abort.code, 1)
+
+
+@fault("abort-multiplexer-missing", Defect.FRAME_SHAPE, "abort.own-multiplexer")
+class MultiplexerMissing(_Refusing):
+    """Sends aborts without a multiplexer."""
+
+    def changed(self, abort: Abort) -> Abort:
+        return Abort(Multiplexer(0), abort.code)
+
+
+@fault("abort-multiplexer-stale", Defect.FRAME_SHAPE, "abort.own-multiplexer")
+class MultiplexerStale(_Refusing):
+    """Sends the multiplexer of the last object that was served in the abort of the next one."""
+
+    served = Multiplexer(0)
+
+    def react(self, request: Request) -> list[Response]:
+        responses = super().react(request)
+        if isinstance(request, UploadInitiate | DownloadInitiate):
+            self.served = request.mux
+        return responses
+
+    def changed(self, abort: Abort) -> Abort:
+        return Abort(self.served, abort.code)
+
+
+@fault("abort-multiplexer-stale-in-download", Defect.FRAME_SHAPE, "abort.own-multiplexer-download")
+class MultiplexerStaleInDownload(Server):
+    """Sends multiplexer 0 in the abort of a download to a missing object."""
+
+    def refused_multiplexer(self, request: Request) -> Multiplexer:
+        if isinstance(request, DownloadInitiate):
+            return Multiplexer(0)
+        return super().refused_multiplexer(request)
+
+
+@fault("every-abort-answered", Defect.ABORT, "abort.not-answered")
+class EveryAbortAnswered(Server):
+    """Answers every abort with an abort of 0000h:00, as it does commands that it does not know."""
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        return [*super().on_abort(request), Abort(NO_MULTIPLEXER, AbortCode.COMMAND_NOT_VALID)]

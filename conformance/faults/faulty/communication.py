@@ -1,0 +1,194 @@
+"""Nodes that are wrong in their objects for errors, SYNC, TIME, EMCY and PDOs."""
+
+from collections.abc import Iterable
+from functools import partial
+
+from conformance.faults import registry
+from conformance.faults.altered_nodes import AlteredNode
+from conformance.faults.block_servers import KnowsBlockUploads
+from conformance.faults.registry import About, Defect
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.cob_id import CobId
+from conformance.sdo.communication import (
+    EMERGENCY,
+    MAPPING_OF,
+    RECEIVED,
+    SENT,
+    SYNC,
+    TIME,
+    Mapping,
+    cob_id_check,
+)
+from conformance.sdo.errors import ERROR_LIST, ERROR_REGISTER
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType, Entry, Refusal
+from conformance.sdo.parameters import CheckedEntry
+from conformance.sdo.storage import COMMANDS
+
+fault = partial(registry.fault, about=About.OBJECTS)
+COB_IDS = (SYNC, TIME, EMERGENCY, Multiplexer(RECEIVED, 1), Multiplexer(SENT, 1))
+
+
+class _Checks(AlteredNode):
+    """Checks some entries otherwise."""
+
+    entries: tuple[Multiplexer, ...] = ()
+
+    def alter(self) -> None:
+        for mux in self.entries:
+            entry = self.objects.get(mux)
+            if isinstance(entry, CheckedEntry):
+                entry.check = self.check
+
+    def check(self, old: bytes, new: bytes) -> None:
+        """Take anything."""
+
+
+@fault("vendor-id-0", Defect.ACCESS_OR_SIZE, "communication.vendor-id")
+class VendorId0(AlteredNode):
+    """Has no vendor-ID."""
+
+    def alter(self) -> None:
+        self.objects.find(Multiplexer(0x1018, 1)).value = bytes(4)
+
+
+@fault("error-register-without-generic", Defect.ACCESS_OR_SIZE, "communication.error-register")
+class RegisterWithoutGeneric(AlteredNode):
+    """Tells of a communication error in 1001h and leaves bit 0 out."""
+
+    def alter(self) -> None:
+        self.objects.add({ERROR_REGISTER: Entry(b"\x10", DataType.UNSIGNED8, Access.RO)})
+
+
+@fault("storage-capability-as-text", Defect.ACCESS_OR_SIZE, "communication.storage-capability")
+class CapabilityAsText(AlteredNode):
+    """Reads "save" and "load" in 1010h:01 and 1011h:01, as it was written."""
+
+    def alter(self) -> None:
+        for index in COMMANDS:
+            for mux, entry in self.objects.items():
+                if mux == Multiplexer(index, 1):
+                    entry.value = b"save"
+
+
+@fault("stored-eds-empty", Defect.ACCESS_OR_SIZE, "communication.stored-eds")
+class StoredEdsEmpty(AlteredNode):
+    """Has no EDS in 1021h, which it serves."""
+
+    def alter(self) -> None:
+        self.objects.find(Multiplexer(0x1021)).value = b"not available"
+
+
+@fault("stored-eds-cut-in-blocks", Defect.FIELD_WIDTH, "communication.stored-eds")
+class StoredEdsCut(KnowsBlockUploads):
+    """Sends the first 100 bytes of what is longer and read-only in blocks."""
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        cut = self.in_blocks and entry.access is Access.RO
+        return entry.value[:100] if cut else entry.value
+
+
+@fault("error-list-not-cleared", Defect.ACCESS_OR_SIZE, "communication.error-list-cleared")
+class ListNotCleared(_Checks):
+    """Refuses to clear its list of errors."""
+
+    entries = (Multiplexer(ERROR_LIST),)
+
+    def check(self, old: bytes, new: bytes) -> None:
+        raise Refusal(AbortCode.VALUE_INVALID)
+
+
+@fault("error-list-takes-counts", Defect.ACCESS_OR_SIZE, "communication.error-list-count")
+class ListTakesCounts(_Checks):
+    """Takes any number of errors for 1003h:00."""
+
+    entries = (Multiplexer(ERROR_LIST),)
+
+
+@fault(
+    "communication-restricted-identifier",
+    Defect.ACCESS_OR_SIZE,
+    "communication.restricted-identifier",
+)
+class Restricted(_Checks):
+    """Takes CAN-IDs that are kept for other services for SYNC, TIME, EMCY and PDOs."""
+
+    entries = COB_IDS
+
+    def check(self, old: bytes, new: bytes) -> None:
+        if CobId.from_bytes(new).has_stray_bits:
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+
+@fault("communication-identifier-bits", Defect.ACCESS_OR_SIZE, "communication.identifier-bits")
+class StrayBits(_Checks):
+    """Ignores bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs."""
+
+    entries = COB_IDS
+
+    def check(self, old: bytes, new: bytes) -> None:
+        low = int.from_bytes(new, "little") & ~(0x1FFF_FFFF & ~0x7FF)
+        cob_id_check(lambda _: False)(old, low.to_bytes(4, "little"))
+
+
+@fault("communication-valid-moved", Defect.ACCESS_OR_SIZE, "communication.valid-keeps-identifier")
+class ValidMoved(_Checks):
+    """Lets the COB-IDs of SYNC, TIME, EMCY and PDOs move while they are in use."""
+
+    entries = COB_IDS
+
+    def check(self, old: bytes, new: bytes) -> None:
+        cob_id_check(lambda _: False)(old, new)
+
+
+@fault("pdo-reserved-entry-served", Defect.ACCESS_OR_SIZE, "communication.reserved-entry")
+class ReservedEntry(AlteredNode):
+    """Serves sub-index 04h of 1800h."""
+
+    def alter(self) -> None:
+        self.objects.add({Multiplexer(SENT, 4): Entry(b"\0", DataType.UNSIGNED8)})
+
+
+@fault("pdo-transmission-type-any", Defect.ACCESS_OR_SIZE, "communication.transmission-type")
+class AnyType(_Checks):
+    """Takes any transmission type."""
+
+    entries = (Multiplexer(RECEIVED, 2), Multiplexer(SENT, 2))
+
+
+class _MappingOf(Mapping):
+    """Maps what it should not."""
+
+    def check_mapped(self, entry: int) -> None:
+        """Map anything."""
+
+
+class _LongMapping(Mapping):
+    """Maps too much."""
+
+    def check_length(self, lengths: Iterable[int]) -> None:
+        """Map any number of bytes."""
+
+
+class _Mappings(AlteredNode):
+    """Maps otherwise."""
+
+    mapping: type[Mapping] = Mapping
+
+    def alter(self) -> None:
+        for index in (RECEIVED, SENT):
+            self.mapping(self.objects, index + MAPPING_OF).attach()
+
+
+@fault("pdo-maps-missing-object", Defect.ACCESS_OR_SIZE, "communication.mapped-object")
+class MapsMissing(_Mappings):
+    """Maps objects that do not exist."""
+
+    mapping = _MappingOf
+
+
+@fault("pdo-maps-more-than-8-bytes", Defect.ACCESS_OR_SIZE, "communication.mapped-length")
+class MapsTooMuch(_Mappings):
+    """Maps 12 bytes."""
+
+    mapping = _LongMapping

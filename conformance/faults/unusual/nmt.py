@@ -1,0 +1,122 @@
+"""Nodes that are right in NMT, and in what they send unasked, in their own way."""
+
+from functools import partial
+
+from conformance.faults import registry
+from conformance.faults.altered_nodes import AlteredNode
+from conformance.faults.initiates import DOWNLOADS, initiated
+from conformance.faults.registry import About
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.errors import register_of
+from conformance.sdo.frames import Abort
+from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
+from conformance.sdo.node import HEARTBEAT_TIME, Node
+from conformance.sdo.objects import Access, DataType, Refusal
+from conformance.sdo.parameters import CheckedEntry
+
+unusual = partial(registry.unusual, about=About.NMT)
+COMMUNICATION_ERROR = 0x8100
+SHORTEST_HEARTBEAT = 50
+
+
+@unusual("stopped-with-an-abort")
+class StoppedWithAbort(Node):
+    """Ends a transfer that is running when it is stopped with an abort."""
+
+    def follow(self, command: NmtCommand) -> list[CanFrame]:
+        """Say goodbye on every channel that is busy."""
+        frames: list[CanFrame] = []
+        for channel in self.channels if command is NmtCommand.STOP else ():
+            if channel.server.transfer is not None:
+                mux = channel.server.transfer.mux
+                abort = Abort(mux, AbortCode.CONNECTION_NOT_AVAILABLE)
+                frames += self.answers(channel, [abort.encode()])
+        return frames + super().follow(command)
+
+
+@unusual("no-heartbeat")
+class NoHeartbeat(AlteredNode):
+    """Has no 1017h."""
+
+    def alter(self) -> None:
+        self.objects.remove(HEARTBEAT_TIME.index)
+
+
+@unusual("heartbeat-time-constant")
+class HeartbeatConstant(AlteredNode):
+    """Has a 1017h that reads 0 and refuses every write."""
+
+    def alter(self) -> None:
+        self.heartbeat_time.access = Access.CONST
+
+
+@unusual("heartbeat-time-constant-5-ms")
+class HeartbeatConstantFast(AlteredNode):
+    """Tells its state every 5 ms, and refuses every write of 1017h."""
+
+    def alter(self) -> None:
+        self.heartbeat_time.value = b"\x05\0"
+        self.heartbeat_time.access = Access.CONST
+        self.defaults = self.power_on = self.present()
+
+
+@unusual("heartbeat-every-3-ms")
+class HeartbeatEvery3Ms(AlteredNode):
+    """Tells its state every 3 ms until 1017h is written."""
+
+    def alter(self) -> None:
+        self.heartbeat_time.value = b"\3\0"
+        self.defaults = self.power_on = self.present()
+
+
+@unusual("heartbeats-of-20-ms-refused")
+class HeartbeatsRare(AlteredNode):
+    """Takes no time of fewer than 50 ms in 1017h but 0."""
+
+    def alter(self) -> None:
+        entry = CheckedEntry(bytes(2), DataType.UNSIGNED16, check=self.check_period)
+        self.heartbeat_time = entry
+        self.objects.add({HEARTBEAT_TIME: entry})
+        self.defaults = self.power_on = self.present()
+
+    def check_period(self, old: bytes, new: bytes) -> None:
+        """Refuse what is too short."""
+        if 0 < int.from_bytes(new, "little") < SHORTEST_HEARTBEAT:
+            raise Refusal(AbortCode.VALUE_TOO_LOW)
+
+
+@unusual("heartbeats-queued")
+class HeartbeatsQueued(Node):
+    """Sends three heartbeats that were queued when 1017h is written, and one more behind that."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """The answer has the higher priority: it overtakes the last of them."""
+        beating = self.heartbeat_seconds() > 0
+        frames = super().receive(frame)
+        if not beating or initiated(frame, DOWNLOADS) != HEARTBEAT_TIME:
+            return frames
+        return [self.heartbeat()] * 3 + frames + [self.heartbeat()]
+
+
+@unusual("operational-at-once")
+class OperationalAtOnce(Node):
+    """Enters Operational by itself behind its boot-up message."""
+
+    def start(self) -> list[CanFrame]:
+        frames = super().start()
+        return frames + self.follow(NmtCommand.START)
+
+
+@unusual("emergencies-within-transfers")
+class EmergenciesWithinTransfers(Node):
+    """Reports an error with each SDO frame that comes, and one before each that it sends."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Put emergencies between the frames, where they may be sent."""
+        frames = super().receive(frame)
+        if frame.can_id == NMT_ID or not self.state.serves_sdo:
+            return frames
+        error = emergency(self.node_id, COMMUNICATION_ERROR, register_of(COMMUNICATION_ERROR))
+        over = emergency(self.node_id, 0, 0)
+        return [error, *(one for answer in frames for one in (error, answer)), over]
