@@ -10,7 +10,8 @@ from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.nmt import ALL_NODES, NmtCommand, NmtState, decode_nmt
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.follow import REQUEST_BASE, RESPONSE_BASE
-from conformance.sdo.rules import Level, Violation, rule_of
+from conformance.sdo.rules import Level, Violation
+from conformance.sdo.rules.channels import NMT_STOPPED
 
 NMT = 0x000
 ERROR_CONTROL_BASE = 0x700
@@ -20,7 +21,6 @@ NODE_IDS = range(1, 128)
 # that wait for less are not met in the field. The shortest server time-out that is, is 25 ms.
 PATIENCE = 0.1
 SERVER_TIMEOUT = 0.02
-NMT_STOPPED = rule_of("nmt.stopped")
 # What an exchange of two frames begins and ends with. Those that are expedited carry a value.
 EXPEDITED = frozenset((0x23, 0x27, 0x2B, 0x2F, 0x43, 0x47, 0x4B, 0x4F))
 ASKING = frozenset((0x40, 0x23, 0x27, 0x2B, 0x2F))

@@ -36,12 +36,16 @@ from conformance.sdo.rules import (
     UNSOLICITED,
     Rule,
     Violation,
-    rule_of,
+)
+from conformance.sdo.rules.channels import NMT_INITIALISING
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, BLOCK_UNSUPPORTED
+from conformance.sdo.rules.upload_initiates import (
+    ABOVE_THRESHOLD,
+    INVALID_BLOCK_SIZE,
+    NO_SWITCH,
 )
 
-ABORT_ANSWERED = rule_of("abort.not-answered")
-BOOTING = rule_of("nmt.initialising")
-BOOTED_AS_HEARTBEAT = (BOOTING.id, "a boot-up message with 7Fh instead of 00h")
+BOOTED_AS_HEARTBEAT = (NMT_INITIALISING.id, "a boot-up message with 7Fh instead of 00h")
 # Of a case that has not sent anything itself yet.
 NOTHING_SENT = Unknown(b"")
 # Broken by an answer of any kind to a request of any kind: the request tells their causes apart.
@@ -86,16 +90,10 @@ class Cause:
 
 
 # A block upload is answered with an ordinary one, where its client has not allowed that.
-SWITCHED = Cause("block-upload.no-switch", "upload initiate response")
+SWITCHED = Cause(NO_SWITCH.id, "upload initiate response")
 SWITCHES = frozenset(
-    (rule_of(rule_id).id, SWITCHED.answer)
-    for rule_id in (
-        "block-upload.no-switch",
-        "block-upload.above-threshold",
-        "block-upload.invalid-block-size",
-        "block.unsupported",
-        NOT_REFUSED.id,
-    )
+    (rule.id, SWITCHED.answer)
+    for rule in (NO_SWITCH, ABOVE_THRESHOLD, INVALID_BLOCK_SIZE, BLOCK_UNSUPPORTED, NOT_REFUSED)
 )
 # A sub-index that an object lacks is served, FFh among others.
 SERVED = Cause("object.sub-index-missing", "served")
@@ -153,8 +151,8 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     if answer == TIMED_OUT and not rule.id.startswith(OF_TIME):
         return Cause(UNSOLICITED.id, f"{TIMED_OUT} though no transfer is due to end")
     behind_abort = isinstance(request, Abort) and answer != NO_ANSWER and rule.id != NO_REBOOT.id
-    if behind_abort or rule.id == ABORT_ANSWERED.id:
-        return Cause(ABORT_ANSWERED.id, "an answer")
+    if behind_abort or rule.id == ABORT_NOT_ANSWERED.id:
+        return Cause(ABORT_NOT_ANSWERED.id, "an answer")
     if rule.id in WHATEVER_CODE and answer.startswith("abort "):
         answer = "abort"
     if rule.id == ABORT_CODE.id and answer.startswith("abort "):
@@ -251,7 +249,7 @@ class Causes:
     @property
     def aborts_are_answered(self) -> bool:
         """Whether the device was seen to answer an abort of its client."""
-        return any(cause.rule_id == ABORT_ANSWERED.id for cause in self._standing)
+        return any(cause.rule_id == ABORT_NOT_ANSWERED.id for cause in self._standing)
 
     @property
     def sub_blocks_are_exceeded(self) -> bool:
@@ -266,5 +264,5 @@ class Causes:
     @property
     def noisy(self) -> bool:
         """Whether the device was seen to send what nobody asked for."""
-        unasked = (ABORT_ANSWERED.id, UNSOLICITED.id)
+        unasked = (ABORT_NOT_ANSWERED.id, UNSOLICITED.id)
         return any(cause.rule_id in unasked for cause in self._standing)

@@ -1,7 +1,7 @@
 """What a case says to a device and what it expects back: the ``sdo`` that cases are written with.
 
-Transfers (see ``transfers``) perform what leads to the point of a case; the expectations here are the
-point, and fail by the case's rule.
+Transfers (see ``transfers``) perform what leads to the point of a case; the expectations here are
+the point, and fail by the case's rule.
 """
 
 import time

@@ -11,7 +11,7 @@ from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PA
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import BlockSteps
-from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT, BOOTING, Causes
+from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT, Causes
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
@@ -26,6 +26,7 @@ from conformance.sdo.nmt import (
     NmtState,
 )
 from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.rules.channels import NMT_INITIALISING
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
 # What is asked for, in seconds; the second where the first is refused as too short.
@@ -125,7 +126,7 @@ class NetworkSteps(BlockSteps):
         if odd is None:
             raise self.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
         self.nmt_state = NmtState.PRE_OPERATIONAL
-        wrong = Violation(BOOTING, expected="a boot-up message: 00h", actual=f"{odd}")
+        wrong = Violation(NMT_INITIALISING, expected="a boot-up message: 00h", actual=f"{odd}")
         wrong.habit = BOOTED_AS_HEARTBEAT
         self.note(wrong)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 
-from conformance.dialogue.causes import ABORT_ANSWERED
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.decoding import decode_response
@@ -10,6 +9,7 @@ from conformance.sdo.describe import describe, hex_bytes
 from conformance.sdo.frames import Abort, Response
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 MOST_SHOWN = 3
 # Reads a frame in the state in which it came.
@@ -55,7 +55,7 @@ def unasked(frame: bytes, *, aborted: bool, read: Reader = decode_response) -> V
     response = read(frame)
     answers_abort = aborted and isinstance(response, Abort)
     return Violation(
-        ABORT_ANSWERED if answers_abort else UNSOLICITED,
+        ABORT_NOT_ANSWERED if answers_abort else UNSOLICITED,
         expected="no answer to an abort" if answers_abort else "no further answer",
         actual=in_words(response, frame),
     )

@@ -42,11 +42,11 @@ from conformance.sdo.rules import (
     UPLOAD_ENDS,
     Rule,
     Violation,
-    rule_of,
 )
+from conformance.sdo.rules.idle import SUB_INDEX_MISSING
+from conformance.sdo.rules.sizes import VARIABLE_LENGTH
 from conformance.sdo.stepping import Ended, Result, advance
 
-VARIABLE_LENGTH = rule_of("data.variable-length")
 Target = Multiplexer | KnownObject
 # An upload that is refused like this met something: it must not count as missing.
 EXISTS = (
@@ -294,7 +294,7 @@ class Steps(Wire):
         variable = self.device.known.get(Multiplexer(index))
         if variable is not None and self.device.is_variable(variable):
             raise Violation(
-                rule_of("object.sub-index-missing"),
+                SUB_INDEX_MISSING,
                 expected=f"an abort: {index:04X}h is a variable, without sub-indices {names}",
                 actual="each of them is served",
             )

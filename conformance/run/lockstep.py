@@ -19,7 +19,12 @@ from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.rules import Level, Violation, rule_of
+from conformance.sdo.rules import Level, Violation
+from conformance.sdo.rules.idle import (
+    DOWNLOAD_WITHOUT_INITIATE,
+    OUT_OF_BLOCK,
+    UPLOAD_WITHOUT_INITIATE,
+)
 
 GIVEN_UP = (
     "what a server may do here was too much to follow: not every answer of this case was judged"
@@ -29,12 +34,7 @@ GIVEN_UP = (
 READS_WRONG = " to read as "
 # A frame behind an abort of the server breaks them because what it ended goes on.
 WITHOUT_TRANSFER = frozenset(
-    rule_of(rule_id).id
-    for rule_id in (
-        "segmented-download.without-initiate",
-        "segmented-upload.without-initiate",
-        "specifier.out-of-block",
-    )
+    rule.id for rule in (DOWNLOAD_WITHOUT_INITIATE, UPLOAD_WITHOUT_INITIATE, OUT_OF_BLOCK)
 )
 
 

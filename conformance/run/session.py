@@ -9,7 +9,7 @@ from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.dialogue.allowance import Allowance
-from conformance.dialogue.causes import ABORT_ANSWERED, Cause, Causes, Standing
+from conformance.dialogue.causes import Cause, Causes, Standing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import Way
 from conformance.run.afterwards import Leaving, Restorer, leave
@@ -41,6 +41,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back beside the cases.")
 MOST_INCIDENTS = 200
@@ -450,7 +451,7 @@ class CaseRun:
             if follows and leaving.afterwards is not Afterwards.LOST:
                 # What comes behind the answer that was in the way comes of it.
                 result.notes.append(f"also {leaving.violation}")
-            elif self._tidies and leaving.violation.rule is ABORT_ANSWERED:
+            elif self._tidies and leaving.violation.rule is ABORT_NOT_ANSWERED:
                 self._judgement.aside(leaving.violation, asked)
             else:
                 found.append(leaving.violation)

@@ -13,7 +13,7 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SecondClient, WriteNotPermitted
-from conformance.dialogue.causes import ABORT_ANSWERED, Cause
+from conformance.dialogue.causes import Cause
 from conformance.dialogue.odd_frames import check_shape
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -31,6 +31,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, Violation
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 NOT_NAMED = Multiplexer(0x2003)
 
@@ -207,8 +208,8 @@ def test_the_answer_to_an_abort_is_taken_away_before_the_next_request(
     node = Scripted(lambda data: [BASELINE] if data == READ else [REFUSED])
     with undiscovered(node) as bench:
         sdo = bench.dialogue()
-        answered = Violation(ABORT_ANSWERED, expected="no answer", actual="an answer")
-        sdo.causes.add(Cause(ABORT_ANSWERED.id, "an answer"), "before", answered, aside=True)
+        answered = Violation(ABORT_NOT_ANSWERED, expected="no answer", actual="an answer")
+        sdo.causes.add(Cause(ABORT_NOT_ANSWERED.id, "an answer"), "before", answered, aside=True)
         sdo.send(first)
         sdo.send(second)
         while sdo.channel.receive(HASTY) is not None:

@@ -16,13 +16,14 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, State
-from conformance.sdo.oracle.citations import must, should
 from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.levels import must, should
 from conformance.sdo.rules import (
     ABORT_CODE,
     FILLER,
     MULTIPLEXER,
     RESERVED,
+    SUBSTITUTE,
     UNUSED_COUNT,
     Rule,
     Violation,
@@ -46,7 +47,7 @@ class Refusal:
     it need not be one. ``findings`` are noted when the server refuses: where it should not.
     """
 
-    row: str
+    rule: Rule
     codes: Codes = NOT_VALID
     muxes: tuple[Multiplexer, ...] | None = None
     tolerated: Codes = GENERAL
@@ -62,24 +63,24 @@ class Refusal:
 
         def take(frame: bytes) -> Iterable[Branch]:
             if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
-                found = Violation(must(self.row), expected=self.words(), actual=segment)
+                found = Violation(must(self.rule), expected=self.words(), actual=segment)
                 raise Misfit(lambda: found)
             abort = self.read(frame)
             chosen = frozenset((*freedoms, *self._choices(abort)))
-            rest = Branch(after, memory, self.row, freedoms=chosen)
+            rest = Branch(after, memory, self.rule, freedoms=chosen)
             return [rest.noting(*self.breaches(abort, frame), *self.findings)]
 
-        return Branch(before, memory, self.row, Due(self.row, self.words(), take))
+        return Branch(before, memory, self.rule, Due(self.rule, self.words(), take))
 
     def read(self, frame: bytes) -> Abort:
         """Read an abort, or say that the frame is none."""
         abort = decode_response(frame)
         if not isinstance(abort, Abort):
-            raise Misfit(partial(breach, self.row, self.words(), frame))
+            raise Misfit(partial(breach, self.rule, self.words(), frame))
         return abort
 
     def _choices(self, abort: Abort) -> Iterable[Freedom]:
-        yield Freedom(f"abort by {self.row}", describe_code(abort.code))
+        yield Freedom(f"abort by {self.rule.id}", describe_code(abort.code))
         if self.looks_like is not None:
             own = "that of the request" if abort.mux == self.looks_like else "another"
             yield Freedom("multiplexer of an abort without a transfer", own)
@@ -93,10 +94,10 @@ class Refusal:
         if abort.code not in KNOWN_CODES:
             yield violation(ABORT_CODE, self.words(), frame)
         elif abort.code in self.tolerated and abort.code not in self.codes:
-            rule = should("O28") if abort.code == AbortCode.GENERAL_ERROR else should(self.row)
-            yield violation(rule, self.words(), frame)
+            missed = SUBSTITUTE if abort.code == AbortCode.GENERAL_ERROR else self.rule
+            yield violation(should(missed), self.words(), frame)
         elif abort.code not in self.codes:
-            yield breach(self.row, self.words(), frame)
+            yield breach(self.rule, self.words(), frame)
 
     def named(self, *muxes: Multiplexer) -> "Refusal":
         """Say which object the abort has to name."""
@@ -130,16 +131,16 @@ def violation(rule: Rule, expected: str, frame: bytes) -> Violation:
     return Violation(rule, expected=expected, actual=describe_response(frame))
 
 
-def breach(row: str, expected: str, frame: bytes) -> Violation:
-    """Build a breach of a row of the protocol reference by a response."""
-    return violation(must(row), expected, frame)
+def breach(rule: Rule, expected: str, frame: bytes) -> Violation:
+    """Build a breach of a rule by a response that no choice allows."""
+    return violation(must(rule), expected, frame)
 
 
-def expect(kind: type[Kind], frame: bytes, row: str, words: str) -> Kind:
+def expect(kind: type[Kind], frame: bytes, rule: Rule, words: str) -> Kind:
     """Read a response of one kind; raises Misfit for any other."""
     response = decode_response(frame)
     if not isinstance(response, kind):
-        raise Misfit(partial(breach, row, words, frame))
+        raise Misfit(partial(breach, rule, words, frame))
     return response
 
 
@@ -185,15 +186,15 @@ def initiate_shape(
 
 
 def answered(
-    kind: type[Kind], row: str, words: str, before: State, after: Branch, **fields: object
+    kind: type[Kind], rule: Rule, words: str, before: State, after: Branch, **fields: object
 ) -> Branch:
     """Build the branch of a server that has to send one message with the fields given."""
 
     def take(frame: bytes) -> Iterable[Branch]:
-        response = expect(kind, frame, row, words)
+        response = expect(kind, frame, rule, words)
         for name, due in fields.items():
-            rule = MULTIPLEXER if name == "mux" else must(row)
-            require(getattr(response, name) == due, rule, words, frame)
+            broken = MULTIPLEXER if name == "mux" else must(rule)
+            require(getattr(response, name) == due, broken, words, frame)
         return [after.noting(*shape(response, frame))]
 
-    return Branch(before, after.memory, row, Due(row, words, take))
+    return Branch(before, after.memory, rule, Due(rule, words, take))

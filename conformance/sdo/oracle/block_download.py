@@ -44,7 +44,8 @@ from conformance.sdo.oracle.reasons import (
 )
 from conformance.sdo.oracle.segmented_download import refused
 from conformance.sdo.oracle.states import IDLE, Running, begin
-from conformance.sdo.rules import BLOCK_ACK, BLOCK_SIZE
+from conformance.sdo.rules import BLOCK_ACK, BLOCK_SIZE, NOT_REFUSED, Rule, idle
+from conformance.sdo.rules import block_download as rules
 
 SEGMENT = 7
 # Both the size and the CRC of a block download may be wrong at once: either is named.
@@ -62,7 +63,7 @@ def unsupported(service: type, mux: Multiplexer, memory: Memory) -> Reasons:
     A server that has served it for this object has it.
     """
     served = (service, mux) in memory.served
-    return () if served else (Reason("I36", NOT_VALID, binding=False),)
+    return () if served else (Reason(idle.BLOCK_UNSUPPORTED, NOT_VALID, binding=False),)
 
 
 @begin.register
@@ -81,7 +82,7 @@ def _(request: BlockDownloadInitiate, memory: Memory) -> list[Branch]:
     late = tuple(reason for reason in reasons if reason.late)
 
     def take(frame: bytes) -> Iterable[Branch]:
-        response = expect(BlockDownloadInitiateResponse, frame, "B1", words)
+        response = expect(BlockDownloadInitiateResponse, frame, rules.FULL_SUB_BLOCK, words)
         require_mux(response.mux, mux, frame)
         require_block_size(response.block_size, frame)
         begun = memory.begun(mux).serving(BlockDownloadInitiate, mux)
@@ -89,13 +90,10 @@ def _(request: BlockDownloadInitiate, memory: Memory) -> list[Branch]:
         state = SubBlock(
             mux, request.size, late, crc and request.crc_supported, response.block_size
         )
-        return [
-            quiet(state, begun, "I1", *_choices(response.block_size, crc, request)).noting(
-                *shape(response, frame)
-            )
-        ]
+        rest = quiet(state, begun, NOT_REFUSED, *_choices(response.block_size, crc, request))
+        return [rest.noting(*shape(response, frame))]
 
-    return [owing(IDLE, memory, Due("I1", words, take)), *branches]
+    return [owing(IDLE, memory, Due(NOT_REFUSED, words, take)), *branches]
 
 
 def _choices(block_size: int, crc: bool, request: BlockDownloadInitiate) -> Iterable[Freedom]:
@@ -142,7 +140,7 @@ class SubBlock(_BlockDownload):
     disorder: bool = False
     old: int = 0
     name: ClassVar[str] = "block download"
-    abort_row: ClassVar[str] = "B4"
+    abort_rule: ClassVar[Rule] = rules.ABORT_IN_SUB_BLOCK
 
     def decode(self, frame: bytes) -> Request:
         """Within a sub-block everything but an abort is a segment."""
@@ -151,13 +149,15 @@ class SubBlock(_BlockDownload):
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Take, or discard, a segment."""
         if not isinstance(request, BlockSegment):
-            return self.foreign(memory, "B3")
+            return self.foreign(memory, rules.SEGMENTS_ONLY)
         return self._heard(request)._on_segment(request, memory)
 
     def refusals(self) -> list[Refusal]:
         """Return the aborts that may come where no answer is due, best reasons first."""
         found = [reason.refusal(self.mux) for reason in self.reasons]
-        return [*found, Refusal("O14", IMPOSSIBLE, (self.mux,))] if self.disorder else found
+        if self.disorder:
+            found.append(Refusal(rules.SEQUENCE_ZERO, IMPOSSIBLE, (self.mux,)))
+        return found
 
     def behind(self, frames: Iterable[bytes]) -> Self:
         """Return the state that knows of the numbers that have come since, up to an abort."""
@@ -180,7 +180,7 @@ class SubBlock(_BlockDownload):
         branches = self._follow(request, memory)
         if self.stale is not None and request.sequence > self.stale:
             left_over = replace(self, stale=request.sequence)
-            return [quiet(left_over, memory, "B6"), *self._later(request, memory)]
+            return [quiet(left_over, memory, rules.GAP), *self._later(request, memory)]
         return branches
 
     def _follow(self, request: BlockSegment, memory: Memory) -> list[Branch]:
@@ -188,7 +188,7 @@ class SubBlock(_BlockDownload):
         if not 1 <= number <= self.block_size:
             topic = "an impossible sequence number"
             return [
-                quiet(self, memory, "O14", Freedom(topic, "ignored")),
+                quiet(self, memory, rules.SEQUENCE_ZERO, Freedom(topic, "ignored")),
                 *(
                     branch.choosing(Freedom(topic, "breaks"))
                     for branch in self._break(request, memory)
@@ -201,9 +201,9 @@ class SubBlock(_BlockDownload):
         if number > self.expected:
             return self._break(request, memory)
         topic = "a repeated segment"
-        ignored = [quiet(self, memory, "B10", Freedom(topic, "ignored"))]
+        ignored = [quiet(self, memory, rules.REPEATED_SEGMENT, Freedom(topic, "ignored"))]
         if request.last:
-            ignored.append(self._acknowledge(memory, "B10"))
+            ignored.append(self._acknowledge(memory, rules.REPEATED_SEGMENT))
         return [
             *ignored,
             *(branch.choosing(Freedom(topic, "breaks")) for branch in self._break(request, memory)),
@@ -218,10 +218,10 @@ class SubBlock(_BlockDownload):
         reasons = distinct(reasons)
         taken = replace(self, data=data, reasons=reasons, expected=self.expected + 1, stale=None)
         if self._completes(request):
-            row = "B2" if request.last else "B1"
+            rule = rules.LAST_SEGMENT if request.last else rules.FULL_SUB_BLOCK
             branches = refused(self, self.mux, reasons, memory)
-            return [taken._acknowledge(memory, row, request), *branches]
-        return [quiet(taken, memory, "B1")]
+            return [taken._acknowledge(memory, rule, request), *branches]
+        return [quiet(taken, memory, rules.FULL_SUB_BLOCK)]
 
     def _excess(self, count: int, memory: Memory) -> Reasons:
         """Say why so many bytes, fillers of the last segment included, are too many.
@@ -230,14 +230,14 @@ class SubBlock(_BlockDownload):
         """
         facts = memory.facts(self.mux)
         least = max(count - SEGMENT, 0)
-        certain = excess_reasons(facts, self.size, least, "B12")
-        possible = excess_reasons(facts, self.size, least + 1, "B12") if least else ()
+        certain = excess_reasons(facts, self.size, least, rules.TOO_MANY)
+        possible = excess_reasons(facts, self.size, least + 1, rules.TOO_MANY) if least else ()
         return certain or tuple(replace(reason, binding=False) for reason in possible)
 
     def _shortfall(self, count: int, memory: Memory) -> Reasons:
         """Say why a transfer that ends after so many bytes, fillers included, has too few."""
         least = max(self.size or 0, memory.facts(self.mux).length or 0)
-        return (Reason("E5", TOO_SHORT, late=True),) if count < least else ()
+        return (Reason(rules.TOO_FEW, TOO_SHORT, late=True),) if count < least else ()
 
     def _break(self, request: BlockSegment, memory: Memory) -> list[Branch]:
         """Acknowledge what came in sequence before a gap: at once, at the end, or much later.
@@ -246,8 +246,8 @@ class SubBlock(_BlockDownload):
         late, and may leave it to its time-out to say that it lacks one.
         """
         topic = "acknowledges a gap"
-        waiting = quiet(self, memory, "B6", Freedom("behind a gap", "waits for what is due"))
-        at_once = replace(self, stale=request.sequence)._acknowledge(memory, "B6")
+        waiting = quiet(self, memory, rules.GAP, Freedom("behind a gap", "waits for what is due"))
+        at_once = replace(self, stale=request.sequence)._acknowledge(memory, rules.GAP)
         later = self._later(request, memory)
         if self._completes(request):
             # Both are the same, but for what the server thinks of the segments that follow.
@@ -261,20 +261,20 @@ class SubBlock(_BlockDownload):
     def _later(self, request: BlockSegment, memory: Memory) -> list[Branch]:
         """Discard a segment behind a gap; acknowledge what came before it at the end."""
         if self._completes(request):
-            return [replace(self, stale=None)._acknowledge(memory, "B6")]
-        return [quiet(replace(self, broken=True, stale=None), memory, "B6")]
+            return [replace(self, stale=None)._acknowledge(memory, rules.GAP)]
+        return [quiet(replace(self, broken=True, stale=None), memory, rules.GAP)]
 
     def _completes(self, request: BlockSegment) -> bool:
         """Say whether a segment, in sequence or not, is the last one of the sub-block."""
         return request.last or request.sequence >= self.block_size
 
-    def _acknowledge(self, memory: Memory, row: str, last: BlockSegment | None = None) -> Branch:
+    def _acknowledge(self, memory: Memory, rule: Rule, last: BlockSegment | None = None) -> Branch:
         """Build the branch of a server that acknowledges what came in sequence."""
         number = self.expected - 1
         words = f"A2h, block acknowledgement, ackseq {number}"
 
         def take(frame: bytes) -> Iterable[Branch]:
-            response = expect(BlockAck, frame, row, words)
+            response = expect(BlockAck, frame, rule, words)
             require(response.sequence == number, BLOCK_ACK, words, frame)
             require_block_size(response.block_size, frame)
             block_size = response.block_size
@@ -283,7 +283,7 @@ class SubBlock(_BlockDownload):
                     self.mux, self.size, self.reasons, self.crc, block_size, self.data,
                     last.encode(), frame,
                 )  # fmt: skip
-                rest = quiet(ended, memory, row)
+                rest = quiet(ended, memory, rule)
             else:
                 following = replace(
                     self,
@@ -294,15 +294,15 @@ class SubBlock(_BlockDownload):
                     disorder=False,
                     old=self.expected,
                 )
-                rest = quiet(following, memory, row)
+                rest = quiet(following, memory, rule)
             chosen = Freedom("block size of a download", str(block_size))
             return [rest.choosing(chosen).noting(*shape(response, frame))]
 
-        return owing(self, memory, Due(row, words, take))
+        return owing(self, memory, Due(rule, words, take))
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Give up, acknowledge what has come, or wait."""
-        again = replace(self, stale=None)._acknowledge(memory, "B14")
+        again = replace(self, stale=None)._acknowledge(memory, rules.SILENT_IN_SUB_BLOCK)
         chosen = Freedom("server time-out in a sub-block", "acknowledges")
         return [*Running.pass_time(self, memory), again.choosing(chosen)]
 
@@ -317,8 +317,8 @@ class BlockDownloadEnd(_BlockDownload):
     last_segment: bytes = b""
     acknowledgement: bytes = b""
     name: ClassVar[str] = "block download"
-    abort_row: ClassVar[str] = "E10"
-    foreign_row: ClassVar[str] = "E7"
+    abort_rule: ClassVar[Rule] = rules.ABORT_BEFORE_END
+    foreign_rule: ClassVar[Rule] = rules.FOREIGN_AT_END
 
     def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Take the last segment again, or what a frame says otherwise."""
@@ -327,18 +327,17 @@ class BlockDownloadEnd(_BlockDownload):
             return branches
         topic = "the last segment of a block download again"
         return [
-            quiet(self, memory, "E8", Freedom(topic, "ignored")),
+            quiet(self, memory, rules.LAST_AGAIN, Freedom(topic, "ignored")),
             self._acknowledged_again(memory).choosing(Freedom(topic, "acknowledged")),
-            Refusal("E8").branch(self, IDLE, memory, Freedom(topic, "refused")),
+            Refusal(rules.LAST_AGAIN).branch(self, IDLE, memory, Freedom(topic, "refused")),
             *branches,
         ]
 
     def _acknowledged_again(self, memory: Memory) -> Branch:
         due = BlockAck.decode(self.acknowledgement)
         words = f"A2h, block acknowledgement, ackseq {due.sequence}, again"
-        return answered(
-            BlockAck, "E8", words, self, quiet(self, memory, "E8"), sequence=due.sequence
-        )
+        after = quiet(self, memory, rules.LAST_AGAIN)
+        return answered(BlockAck, rules.LAST_AGAIN, words, self, after, sequence=due.sequence)
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Confirm the end, or refuse what came."""
@@ -346,11 +345,11 @@ class BlockDownloadEnd(_BlockDownload):
             return self.foreign(memory)
         facts = memory.facts(self.mux)
         data = self.data[: len(self.data) - request.unused]
-        reasons = self.reasons + excess_reasons(facts, self.size, len(data), "E4")
-        reasons += final_reasons(facts, self.size, data, "E5")
+        reasons = self.reasons + excess_reasons(facts, self.size, len(data), rules.UNUSED_TOO_MANY)
+        reasons += final_reasons(facts, self.size, data, rules.TOO_FEW, block=True)
         wrong_crc = self.crc and request.crc != crc16(data)
         if wrong_crc or (self.crc and must_refuse(reasons)):
-            reasons += (Reason("E2", WRONG_CRC, binding=wrong_crc),)
+            reasons += (Reason(rules.WRONG_CRC, WRONG_CRC, binding=wrong_crc),)
         # A bad end frame may be called just that, though there are better codes.
         reasons = tuple(
             replace(reason, tolerated=(*reason.tolerated, *NOT_VALID)) for reason in reasons
@@ -358,6 +357,6 @@ class BlockDownloadEnd(_BlockDownload):
         branches = refused(self, self.mux, distinct(reasons), memory)
         if must_refuse(reasons):
             return branches
-        after = quiet(IDLE, memory.learned(self.mux, data), "E1")
+        after = quiet(IDLE, memory.learned(self.mux, data), rules.STORED)
         words = "A1h, block end response"
-        return [answered(BlockEndResponse, "E1", words, self, after), *branches]
+        return [answered(BlockEndResponse, rules.STORED, words, self, after), *branches]

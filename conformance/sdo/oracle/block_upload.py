@@ -33,8 +33,8 @@ from conformance.sdo.oracle.answers import (
 )
 from conformance.sdo.oracle.block_download import unsupported
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, owing, quiet
-from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.levels import must
 from conformance.sdo.oracle.reasons import (
     LARGEST_BLOCK,
     Reason,
@@ -49,11 +49,14 @@ from conformance.sdo.rules import (
     BLOCK_CRC,
     BLOCK_SEQUENCE,
     FILLER,
+    NOT_REFUSED,
     RESERVED,
     SIZE,
     Rule,
     Violation,
+    upload_initiates,
 )
+from conformance.sdo.rules import block_upload as rules
 
 SEGMENT = 7
 # In the place of a better code, for what is wrong with a frame of a block transfer.
@@ -78,7 +81,7 @@ def _(request: BlockUploadInitiate, memory: Memory) -> list[Branch]:
 def _block_size_reasons(block_size: int) -> Reasons:
     if 1 <= block_size <= LARGEST_BLOCK:
         return ()
-    return (Reason("I29", (AbortCode.INVALID_BLOCK_SIZE,)),)
+    return (Reason(upload_initiates.INVALID_BLOCK_SIZE, (AbortCode.INVALID_BLOCK_SIZE,)),)
 
 
 def _served(request: BlockUploadInitiate, memory: Memory) -> Branch:
@@ -86,7 +89,7 @@ def _served(request: BlockUploadInitiate, memory: Memory) -> Branch:
     words = f"C0h to C6h, block upload initiate response {mux}"
 
     def take(frame: bytes) -> Iterable[Branch]:
-        response = expect(BlockUploadInitiateResponse, frame, "I1", words)
+        response = expect(BlockUploadInitiateResponse, frame, NOT_REFUSED, words)
         require_mux(response.mux, mux, frame)
         length = memory.facts(mux).length
         size = response.size
@@ -98,10 +101,10 @@ def _served(request: BlockUploadInitiate, memory: Memory) -> Branch:
         findings = [*shape(response, frame)]
         if size is None:
             findings += zero(RESERVED, response.payload, frame)
-        rest = quiet(state, served, "I1", *_choices(size, crc, request))
+        rest = quiet(state, served, NOT_REFUSED, *_choices(size, crc, request))
         return [rest.noting(*findings)]
 
-    return owing(IDLE, memory, Due("I1", words, take))
+    return owing(IDLE, memory, Due(NOT_REFUSED, words, take))
 
 
 def _choices(size: int | None, crc: bool, request: BlockUploadInitiate) -> Iterable[Freedom]:
@@ -128,7 +131,7 @@ class _BlockUpload(Running):
     sent: bytes = b""
     total: int | None = None
     name: ClassVar[str] = BLOCK_UPLOAD
-    abort_row: ClassVar[str] = "F14"
+    abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT
 
     @property
     def acknowledged(self) -> int:
@@ -154,7 +157,7 @@ class _BlockUpload(Running):
         words = "C1h to DDh, block end"
 
         def take(frame: bytes) -> Iterable[Branch]:
-            response = expect(BlockEnd, frame, "F6", words)
+            response = expect(BlockEnd, frame, rules.ENDS, words)
             data = self.data[: len(self.data) - response.unused]
             size = self.size
             require(size in (None, len(data)), SIZE, f"{size} bytes, as announced", frame)
@@ -165,23 +168,23 @@ class _BlockUpload(Running):
             ended = BlockUploadEnd(
                 self.mux, size, self.crc, self.block_size, data, ended_with=frame
             )
-            rest = quiet(ended, memory, "F6")
+            rest = quiet(ended, memory, rules.ENDS)
             return [rest.noting(*shape(response, frame), *zero(FILLER, fillers, frame))]
 
-        return owing(self, memory, Due("F6", words, take))
+        return owing(self, memory, Due(rules.ENDS, words, take))
 
 
 @dataclass(frozen=True, slots=True)
 class NotStarted(_BlockUpload):
     """The initiate is answered, the start is due."""
 
-    foreign_row: ClassVar[str] = "F4"
+    foreign_rule: ClassVar[Rule] = rules.FOREIGN_BEFORE_START
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Send the first sub-block."""
         if not isinstance(request, BlockUploadStart):
             ack = isinstance(request, BlockAck | BlockEndResponse)
-            return self.foreign(memory, "F2" if ack else "F4")
+            return self.foreign(memory, rules.NOT_STARTED if ack else rules.FOREIGN_BEFORE_START)
         branches = self.sends(memory)
         if self.size == 0 or (self.size is None and not memory.value(self.mux)):
             empty = replace(self, data=b"")
@@ -189,7 +192,7 @@ class NotStarted(_BlockUpload):
                 empty.ends(memory).choosing(Freedom("empty block upload", "no segment"))
             )
             branches.append(
-                Refusal("F17", (AbortCode.NO_DATA,), (self.mux,)).branch(self, IDLE, memory)
+                Refusal(rules.EMPTY, (AbortCode.NO_DATA,), (self.mux,)).branch(self, IDLE, memory)
             )
         return branches
 
@@ -206,42 +209,44 @@ class Sending(_BlockUpload):
 
     def segment_due(self, memory: Memory) -> Branch:
         """Build the branch of a server that sends the next segment."""
-        row = "F7" if self._is_repeated() else "F1" if not self.data else "F5"
+        rule = self._rule()
         words = f"block segment {self.number}" + (", last" if self._is_last() else "")
 
         def take(frame: bytes) -> Iterable[Branch]:
             response = decode_segment(frame)
             if not isinstance(response, BlockSegment):
-                raise Misfit(partial(_breach, must(row), words, frame))
+                raise Misfit(partial(_breach, must(rule), words, frame))
             if response.sequence != self.number:
                 raise Misfit(partial(_breach, BLOCK_SEQUENCE, words, frame), near=1)
-            self._check(response, row, words, frame, memory)
+            self._check(response, rule, words, frame, memory)
             return self._sent(response, memory)
 
-        return owing(self, memory, Due(row, words, take))
+        return owing(self, memory, Due(rule, words, take))
 
     @property
     def _position(self) -> int:
         return self.acknowledged + self.number
 
-    def _is_repeated(self) -> bool:
-        return self.number * SEGMENT <= len(self.sent)
+    def _rule(self) -> Rule:
+        if self.number * SEGMENT <= len(self.sent):
+            return rules.ACKNOWLEDGED
+        return rules.NEXT_SUB_BLOCK if self.data else rules.FIRST_SUB_BLOCK
 
     def _is_last(self) -> bool | None:
         """Say whether the segment that is due is the very last; None when it is not known."""
         return None if self.segments is None else self._position == self.segments
 
     def _check(
-        self, response: BlockSegment, row: str, words: str, frame: bytes, memory: Memory
+        self, response: BlockSegment, rule: Rule, words: str, frame: bytes, memory: Memory
     ) -> None:
         marked = self._is_last()
         if marked is not None and response.last != marked:
-            raise Misfit(partial(_breach, must(row), words, frame), near=1)
+            raise Misfit(partial(_breach, must(rule), words, frame), near=1)
         start = (self.number - 1) * SEGMENT
         before = self.sent[start : start + SEGMENT]
         if before and response.payload != before:
             expected = f"{hex_bytes(before)} again"
-            raise Misfit(partial(_breach, must("F7"), expected, frame), near=1)
+            raise Misfit(partial(_breach, rules.ACKNOWLEDGED, expected, frame), near=1)
         due = memory.value(self.mux)
         if due is None:
             return
@@ -250,7 +255,7 @@ class Sending(_BlockUpload):
         end = min(len(data), self.size) if self.size is not None else len(data)
         if not facts.begins(data[: min(end, len(due))], due):
             expected = f"{self.mux} to read as {hex_bytes(due)}"
-            raise Misfit(partial(_breach, must("I1"), expected, frame), near=1)
+            raise Misfit(partial(_breach, NOT_REFUSED, expected, frame), near=1)
 
     def _sent(self, response: BlockSegment, memory: Memory) -> Iterable[Branch]:
         start = (self.number - 1) * SEGMENT
@@ -262,7 +267,7 @@ class Sending(_BlockUpload):
                 self.mux, self.size, self.crc, self.block_size, self.data, known, total,
                 count=self.number,
             )  # fmt: skip
-            return [quiet(acknowledge, memory, "F1")]
+            return [quiet(acknowledge, memory, rules.FIRST_SUB_BLOCK)]
         return [following.segment_due(memory)]
 
 
@@ -279,7 +284,7 @@ class Unacknowledged(_BlockUpload):
     """A sub-block of ``count`` segments was sent, the acknowledgement is due."""
 
     count: int = 0
-    foreign_row: ClassVar[str] = "F11"
+    foreign_rule: ClassVar[Rule] = rules.FOREIGN
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Send what is next, or what was lost, or the end."""
@@ -287,7 +292,7 @@ class Unacknowledged(_BlockUpload):
             return self.foreign(memory)
         if request.sequence > self.count:
             codes = (AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID)
-            return [self._refused(Refusal("F9", codes), memory)]
+            return [self._refused(Refusal(rules.ACKNOWLEDGES_TOO_MANY, codes), memory)]
         taken = request.sequence * SEGMENT
         following = replace(
             self,
@@ -301,7 +306,9 @@ class Unacknowledged(_BlockUpload):
             return ending or following.sends(memory)
         # Behind the last segment nothing is left that a block size could be about.
         topic = "an impossible block size in the last acknowledgement"
-        invalid = Refusal("F10", (AbortCode.INVALID_BLOCK_SIZE,), tolerated=GENERIC)
+        invalid = Refusal(
+            rules.ACKNOWLEDGES_BLOCK_SIZE, (AbortCode.INVALID_BLOCK_SIZE,), tolerated=GENERIC
+        )
         return [
             *(branch.choosing(Freedom(topic, "ignored")) for branch in ending),
             self._refused(invalid, memory).choosing(Freedom(topic, "refused")),
@@ -316,25 +323,26 @@ class BlockUploadEnd(_BlockUpload):
     """The end frame was sent, its confirmation is due, which is not answered."""
 
     ended_with: bytes = b""
-    abort_row: ClassVar[str] = "G4"
-    foreign_row: ClassVar[str] = "G1"
+    abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT_AT_END
+    foreign_rule: ClassVar[Rule] = rules.OVER
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Be idle when the client has everything."""
         if isinstance(request, BlockEndResponse):
             steady = memory.facts(self.mux).steady
             after = memory.learned(self.mux, self.data) if steady else memory
-            return [quiet(IDLE, after, "G1")]
+            return [quiet(IDLE, after, rules.OVER)]
         if not isinstance(request, BlockAck):
             return self.foreign(memory)
+        rule = rules.ACKNOWLEDGED_AGAIN
         topic = "an acknowledgement behind the end of a block upload"
         end = BlockEnd.decode(self.ended_with)
         again = answered(
-            BlockEnd, "G2", f"{describe(end)}, again", self, quiet(self, memory, "G2"),
+            BlockEnd, rule, f"{describe(end)}, again", self, quiet(self, memory, rule),
             unused=end.unused, crc=end.crc,
         )  # fmt: skip
         return [
             again.choosing(Freedom(topic, "end repeated")),
-            quiet(self, memory, "G2", Freedom(topic, "ignored")),
-            *(branch.choosing(Freedom(topic, "refused")) for branch in self.foreign(memory, "G2")),
+            quiet(self, memory, rule, Freedom(topic, "ignored")),
+            *(branch.choosing(Freedom(topic, "refused")) for branch in self.foreign(memory, rule)),
         ]

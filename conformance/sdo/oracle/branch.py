@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol
 
 from conformance.sdo.oracle.knowledge import Memory
-from conformance.sdo.rules import Level, Violation
+from conformance.sdo.rules import Level, Rule, Violation
 
 
 class Freedom(NamedTuple):
@@ -56,7 +56,7 @@ class State(Protocol):
 class Due:
     """An answer that has to come: ``take`` reads it and returns what it may mean, or Misfit."""
 
-    row: str
+    rule: Rule
     words: str
     take: Callable[[bytes], "Iterable[Branch]"]
 
@@ -65,14 +65,14 @@ class Due:
 class Branch:
     """One way in which a server may have gone on.
 
-    ``row`` is the row of the protocol reference that led here. While an answer is ``due``,
+    ``rule`` is the one by which the server got here. While an answer is ``due``,
     ``state`` is the one before it, and requests that come meanwhile wait in the ``backlog``.
     ``freedoms`` and ``findings`` are what is to be reported if this is the way it went.
     """
 
     state: State
     memory: Memory
-    row: str
+    rule: Rule
     due: Due | None = None
     backlog: tuple[bytes, ...] = ()
     freedoms: frozenset[Freedom] = frozenset()
@@ -89,7 +89,7 @@ class Branch:
         """Let another request wait for the answer that is due."""
         backlog = (*self.backlog, frame)
         return Branch(
-            self.state, self.memory, self.row, self.due, backlog, self.freedoms, self.findings
+            self.state, self.memory, self.rule, self.due, backlog, self.freedoms, self.findings
         )
 
     def noting(self, *findings: Violation) -> "Branch":
@@ -102,7 +102,7 @@ class Branch:
 
     def _found(self, findings: tuple[Violation, ...]) -> "Branch":
         return Branch(
-            self.state, self.memory, self.row, self.due, self.backlog, self.freedoms, findings
+            self.state, self.memory, self.rule, self.due, self.backlog, self.freedoms, findings
         )
 
     def choosing(self, *freedoms: Freedom) -> "Branch":
@@ -114,15 +114,15 @@ class Branch:
     def having(self, freedoms: frozenset[Freedom]) -> "Branch":
         """Let these be the choices that the server made."""
         return Branch(
-            self.state, self.memory, self.row, self.due, self.backlog, freedoms, self.findings
+            self.state, self.memory, self.rule, self.due, self.backlog, freedoms, self.findings
         )
 
 
-def quiet(state: State, memory: Memory, row: str, *freedoms: Freedom) -> Branch:
+def quiet(state: State, memory: Memory, rule: Rule, *freedoms: Freedom) -> Branch:
     """Build the branch of a server that does not answer."""
-    return Branch(state, memory, row, freedoms=frozenset(freedoms))
+    return Branch(state, memory, rule, freedoms=frozenset(freedoms))
 
 
 def owing(state: State, memory: Memory, due: Due, *freedoms: Freedom) -> Branch:
     """Build the branch of a server that has to answer."""
-    return Branch(state, memory, due.row, due, freedoms=frozenset(freedoms))
+    return Branch(state, memory, due.rule, due, freedoms=frozenset(freedoms))

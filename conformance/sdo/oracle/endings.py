@@ -20,7 +20,7 @@ from conformance.sdo.oracle.answers import (
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, quiet
 from conformance.sdo.oracle.states import IDLE, Lost, Running, most_answers
-from conformance.sdo.rules import ABORT_CODE, MULTIPLEXER, Violation
+from conformance.sdo.rules import ABORT_CODE, MULTIPLEXER, Violation, idle
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +100,9 @@ def _after(branch: Branch, sent: Sequence[bytes]) -> Iterable[Branch]:
     on_its_way = max(sent, branch.backlog, key=len)
     if len(on_its_way) > 1:
         owed = sum(most_answers(frame) for frame in on_its_way)
-        yield quiet(Lost(owed), memory.in_doubt(), "I10")
+        yield quiet(Lost(owed), memory.in_doubt(), idle.ABORT_NOT_ANSWERED)
         return
-    rest = quiet(IDLE, memory, "I10").choosing(*branch.freedoms)
+    rest = quiet(IDLE, memory, idle.ABORT_NOT_ANSWERED).choosing(*branch.freedoms)
     yield rest
     if sent:
         yield from (after.choosing(*branch.freedoms) for after in IDLE.receive(sent[0], memory))

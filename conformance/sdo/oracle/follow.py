@@ -7,7 +7,7 @@ first of which stops the following unless it is one of shape; the oracle then wa
 initiate or abort of the client to find its way back.
 
 What happens on other channels it is not told: a server that refuses an object because another
-client is at it (row I38) must not be followed on one channel alone.
+client is at it must not be followed on one channel alone.
 """
 
 from collections.abc import Iterable, Iterator
@@ -24,15 +24,25 @@ from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.oracle.answers import NOT_VALID, Refusal, violation
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, State, quiet
-from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.endings import Ended, ending
 from conformance.sdo.oracle.going_on import AT_THE_END, goes_on, waits_for_the_end
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
+from conformance.sdo.oracle.levels import must
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
 from conformance.sdo.oracle.reasons import LARGEST_BLOCK
 from conformance.sdo.oracle.states import IDLE, LOST, Lost, most_answers
-from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, UNSOLICITED, Violation
+from conformance.sdo.rules import (
+    ANSWERED,
+    FRAME_SHAPE,
+    NOT_REFUSED,
+    UNSOLICITED,
+    Violation,
+    channels,
+    freedoms,
+    idle,
+)
+from conformance.sdo.rules import block_upload as block_uploads
 
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580
@@ -64,7 +74,7 @@ class Oracle:
         """Start with an idle server. ``node_id`` is needed for CAN frames as a whole only."""
         self.profile = Profile()
         self._node_id = node_id
-        self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), "I1")]
+        self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), NOT_REFUSED)]
         self._asked = False
         self._other_asked = False
         # Requests since the last response: an abort of the server may have crossed with them.
@@ -162,7 +172,7 @@ class Oracle:
         if going_on is not None:
             broken = [going_on]
             memory = self._branches[0].memory.in_doubt()
-            self._go_to([quiet(Lost(LARGEST_BLOCK), memory, "F11")])
+            self._go_to([quiet(Lost(LARGEST_BLOCK), memory, block_uploads.FOREIGN)])
         elif unfit:
             broken = self._unfit(fits, misfits, data)
         else:
@@ -207,9 +217,9 @@ class Oracle:
         expected = " or ".join(dict.fromkeys(answer.words for answer in due))
         where = AT_THE_END if asked and waits_for_the_end(self._branches) else ""
         memory = self._branches[0].memory.in_doubt()
-        self._go_to([quiet(LOST, memory, due[0].row)])
+        self._go_to([quiet(LOST, memory, due[0].rule)])
         # A sub-block that stops in the middle was answered, but not to its end.
-        rule = ANSWERED if asked else must(due[0].row)
+        rule = ANSWERED if asked else must(due[0].rule)
         silent = Violation(rule, expected=expected, actual="no answer")
         silent.asked = where
         return [silent]
@@ -230,7 +240,7 @@ class Oracle:
         """Take that nobody knows where the server is: it was reset or stopped, or not watched."""
         due = any(branch.due is not None for branch in self._branches)
         lost = Lost(due + self._most_waiting())
-        self._go_to([quiet(lost, self._branches[0].memory.in_doubt(), "O29")])
+        self._go_to([quiet(lost, self._branches[0].memory.in_doubt(), channels.NMT_INTERRUPTED)])
 
     def observe(self, frame: CanFrame) -> list[Violation]:
         """Take any CAN frame from the bus; return what was wrong with it."""
@@ -272,9 +282,9 @@ class Oracle:
     def _misfit(self, misfits: list[Misfit], data: bytes) -> list[Violation]:
         if not misfits:
             if self._other_asked:
-                return [violation(must("1.2-request"), "no answer for another node", data)]
+                return [violation(channels.REQUEST_IDENTIFIER, "no answer for another node", data)]
             if self._asked:
-                return [violation(must(self._branches[0].row), "no answer", data)]
+                return [violation(must(self._branches[0].rule), "no answer", data)]
             return [violation(UNSOLICITED, "nothing that was not asked for", data)]
         nearest = max(misfits, key=lambda misfit: misfit.near)
         found = nearest.violation
@@ -288,7 +298,7 @@ class Oracle:
         memory = self._branches[0].memory.in_doubt()
         waiting = self._most_waiting()
         aborted = isinstance(decode_response(data), Abort) and not waiting
-        self._go_to([quiet(IDLE if aborted else Lost(waiting), memory, "I10")])
+        self._go_to([quiet(IDLE if aborted else Lost(waiting), memory, idle.ABORT_NOT_ANSWERED)])
 
     def _most_waiting(self) -> int:
         """Return how many responses the requests may bring that wait for the answer before."""
@@ -353,7 +363,7 @@ def _given_up(branches: list[Branch]) -> Branch:
     # What is due may be a segment of a sub-block, with all others behind it.
     owed = LARGEST_BLOCK + max(_waiting(branch) for branch in branches)
     lost = Lost(owed, given_up=True)
-    return quiet(lost, branches[0].memory.in_doubt(), branches[0].row)
+    return quiet(lost, branches[0].memory.in_doubt(), branches[0].rule)
 
 
 def _is_given_up(branch: Branch) -> bool:
@@ -413,10 +423,10 @@ def _hear(branch: Branch, frame: bytes) -> Iterator[Branch]:
     # A request before the answer: it waits, or gets lost, or is too much for the server.
     yield branch.waiting(frame)
     if len(frame) == FRAME_LENGTH and frame[0] == ABORT_COMMAND:
-        yield replace(branch, state=IDLE, due=None, backlog=(), row="I10")
+        yield replace(branch, state=IDLE, due=None, backlog=(), rule=idle.ABORT_NOT_ANSWERED)
     elif not isinstance(branch.state, SubBlock):
         yield branch.choosing(Freedom(SECOND, "dropped"))
-        yield Refusal("O32", NOT_VALID).branch(
+        yield Refusal(freedoms.BEHIND_ANOTHER, NOT_VALID).branch(
             IDLE, IDLE, branch.memory, *branch.freedoms, Freedom(SECOND, "refused")
         )
 

@@ -11,8 +11,8 @@ from conformance.sdo.describe import describe, hex_bytes
 from conformance.sdo.frames import BlockEnd, BlockSegment
 from conformance.sdo.oracle.block_upload import BlockUploadEnd, NotStarted, Unacknowledged
 from conformance.sdo.oracle.branch import Branch
-from conformance.sdo.oracle.citations import must
-from conformance.sdo.rules import Violation
+from conformance.sdo.oracle.levels import must
+from conformance.sdo.rules import Rule, Violation
 
 FIRST = 1
 AT_THE_END = "what comes where the end of a block upload is to be confirmed"
@@ -21,8 +21,8 @@ AT_THE_END = "what comes where the end of a block upload is to be confirmed"
 def goes_on(branches: Iterable[Branch], frame: bytes) -> Violation | None:
     """Take a response that fits nowhere for the next part of a block upload; None for another."""
     due = [branch for branch in branches if branch.due is not None]
-    row = next((row for branch in due if (row := _row_of(branch))), None)
-    if row is None:
+    rule = next((rule for branch in due if (rule := _rule_of(branch))), None)
+    if rule is None:
         return None
     segment = decode_segment(frame)
     ended = waits_for_the_end(due)
@@ -33,16 +33,16 @@ def goes_on(branches: Iterable[Branch], frame: bytes) -> Violation | None:
     else:
         return None
     expected = " or ".join(dict.fromkeys(branch.due.words for branch in due if branch.due))
-    return Violation(must(row), expected=expected, actual=f"{shown} [{hex_bytes(frame)}]")
+    return Violation(must(rule), expected=expected, actual=f"{shown} [{hex_bytes(frame)}]")
 
 
-def _row_of(branch: Branch) -> str | None:
+def _rule_of(branch: Branch) -> Rule | None:
     """Return the rule that segments break which come in the place of an answer."""
     match branch.state:
         case NotStarted() | Unacknowledged() as state:
-            return state.foreign_row
+            return state.foreign_rule
         case BlockUploadEnd() if branch.due is not None:
-            return branch.due.row
+            return branch.due.rule
     return None
 
 

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.oracle.answers import KNOWN_CODES, Refusal
 from conformance.sdo.oracle.branch import Branch
-from conformance.sdo.oracle.citations import should
 from conformance.sdo.oracle.states import IDLE
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import Violation, channels
 
 
 def hear_no_request(branch: Branch, frame: CanFrame) -> Iterator[Branch]:
@@ -21,15 +20,15 @@ def hear_no_request(branch: Branch, frame: CanFrame) -> Iterator[Branch]:
         return
     if frame.remote:
         missed = Violation(
-            should("1.1-remote-ignored"), expected="silence to a remote frame", actual="an abort"
+            channels.REMOTE_IGNORED, expected="silence to a remote frame", actual="an abort"
         )
-        refusal = Refusal("1.1-remote", KNOWN_CODES, findings=(missed,))
+        refusal = Refusal(channels.REMOTE, KNOWN_CODES, findings=(missed,))
         # Whether such an abort ends a transfer is as open as the abort itself.
         for after in (branch.state, IDLE):
             yield refusal.branch(branch.state, after, branch.memory, *branch.freedoms)
         return
     missed = Violation(
-        should("1.1-extended"),
+        channels.EXTENDED_IGNORED,
         expected="a frame with the other length of identifier to be ignored",
         actual="taken for a request",
     )

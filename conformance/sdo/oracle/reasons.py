@@ -8,6 +8,16 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import TEXT_TYPES, Access, DataType, Entry
 from conformance.sdo.oracle.answers import GENERAL, Codes, Refusal
 from conformance.sdo.oracle.knowledge import Facts, Presence
+from conformance.sdo.rules import (
+    MISSING_REFUSED,
+    NOT_REFUSED,
+    Rule,
+    block_download,
+    idle,
+    segmented_download,
+    sizes,
+)
+from conformance.sdo.rules import download_initiates as initiates
 
 TOO_LONG: Codes = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
 TOO_SHORT: Codes = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
@@ -55,7 +65,7 @@ class Reason:
     codes are breaches of a SHOULD.
     """
 
-    row: str
+    rule: Rule
     codes: Codes
     binding: bool = True
     late: bool = False
@@ -63,12 +73,12 @@ class Reason:
 
     def refusal(self, mux: Multiplexer) -> Refusal:
         """Return the abort that is due for this reason."""
-        return Refusal(self.row, self.codes, (mux,), self.tolerated)
+        return Refusal(self.rule, self.codes, (mux,), self.tolerated)
 
 
 Reasons = tuple[Reason, ...]
 # There may be no room for what is sent of a value of any length.
-TOO_FULL: Reasons = (Reason("I26", NO_ROOM, binding=False, late=True),)
+TOO_FULL: Reasons = (Reason(initiates.HUGE_SIZE, NO_ROOM, binding=False, late=True),)
 
 
 def must_refuse_now(reasons: Iterable[Reason]) -> bool:
@@ -84,20 +94,22 @@ def must_refuse(reasons: Iterable[Reason]) -> bool:
 def presence_reasons(facts: Facts) -> Iterable[Reason]:
     """Yield why an initiate of any service is refused: there is no such object."""
     if facts.presence is Presence.NO_OBJECT:
-        yield Reason("I2", (AbortCode.OBJECT_MISSING,))
+        yield Reason(MISSING_REFUSED, (AbortCode.OBJECT_MISSING,))
     elif facts.presence is Presence.NO_SUB_INDEX:
-        yield Reason("I3", (AbortCode.SUB_INDEX_MISSING,))
+        yield Reason(idle.SUB_INDEX_MISSING, (AbortCode.SUB_INDEX_MISSING,))
     elif facts.presence is Presence.OPEN:
-        yield Reason("I1", ABOUT_OBJECTS, binding=False, late=True)
+        yield Reason(NOT_REFUSED, ABOUT_OBJECTS, binding=False, late=True)
 
 
 def read_reasons(facts: Facts, value: bytes | None) -> Reasons:
     """Return why an upload is refused."""
     reasons = list(presence_reasons(facts))
     if facts.access is Access.WO:
-        reasons.append(Reason("I4", (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS)))
+        reasons.append(
+            Reason(idle.WRITE_ONLY, (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS))
+        )
     if facts.varies and not value:
-        reasons.append(Reason("I37", (AbortCode.NO_DATA,), binding=False))
+        reasons.append(Reason(idle.NO_DATA, (AbortCode.NO_DATA,), binding=False))
     return tuple(reasons)
 
 
@@ -106,7 +118,7 @@ def write_reasons(facts: Facts) -> Reasons:
     reasons = list(presence_reasons(facts))
     if facts.access in (Access.RO, Access.CONST):
         codes = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
-        reasons.append(Reason("I5", codes, late=True))
+        reasons.append(Reason(idle.READ_ONLY, codes, late=True))
     return tuple(reasons)
 
 
@@ -118,36 +130,50 @@ def announced_reasons(facts: Facts, size: int | None, *, block: bool) -> Reasons
     if length is None:
         return _variable_reasons(facts, size, block=block)
     if size > length:
-        return (Reason("I35" if block else "I23", TOO_LONG, late=True),)
+        return (
+            Reason(
+                initiates.BLOCK_NUMBER_LENGTH if block else initiates.NUMBER_TOO_LONG,
+                TOO_LONG,
+                late=True,
+            ),
+        )
     if size < length:
-        row = "I35" if block else "I24" if size else "I25"
-        return (Reason(row, TOO_SHORT, late=True),)
+        of_segmented = initiates.NUMBER_TOO_SHORT if size else initiates.NUMBER_EMPTY
+        rule = initiates.BLOCK_NUMBER_LENGTH if block else of_segmented
+        return (Reason(rule, TOO_SHORT, late=True),)
     return ()
 
 
 def _variable_reasons(facts: Facts, size: int, *, block: bool) -> Reasons:
     reasons = []
     if size == 0:
-        reasons.append(Reason("B17" if block else "D20", EMPTY, binding=False, late=True))
+        reasons.append(
+            Reason(
+                block_download.EMPTY if block else segmented_download.EMPTY,
+                EMPTY,
+                binding=False,
+                late=True,
+            )
+        )
     if facts.capacity is None:
-        reasons.append(Reason("I26", ANY_LENGTH, binding=False, late=True))
+        reasons.append(Reason(initiates.HUGE_SIZE, ANY_LENGTH, binding=False, late=True))
     elif size > facts.capacity:
-        reasons.append(Reason("I26", NO_ROOM, binding=False, late=True))
+        reasons.append(Reason(initiates.HUGE_SIZE, NO_ROOM, binding=False, late=True))
     elif facts.data_type not in TEXT_TYPES:
         # What takes n + 1 bytes need not take n.
-        reasons.append(Reason("I26", LENGTHS, binding=False, late=True))
+        reasons.append(Reason(initiates.HUGE_SIZE, LENGTHS, binding=False, late=True))
     if facts.data_type is DataType.UNICODE_STRING and size % 2:
-        reasons.append(Reason("6-unicode", LENGTHS, binding=False, late=True))
+        reasons.append(Reason(sizes.UNICODE, LENGTHS, binding=False, late=True))
     return tuple(reasons)
 
 
-def excess_reasons(facts: Facts, announced: int | None, count: int, row: str) -> Reasons:
+def excess_reasons(facts: Facts, announced: int | None, count: int, too_many: Rule) -> Reasons:
     """Return why so many bytes are too many: more than were announced, or than there is room."""
     length = facts.length
     if announced is not None and count > announced:
-        return (Reason(row, TOO_LONG, late=True),)
+        return (Reason(too_many, TOO_LONG, late=True),)
     if length is not None and count > length:
-        return (Reason(row, TOO_LONG, late=True),)
+        return (Reason(too_many, TOO_LONG, late=True),)
     if length is None and (facts.capacity is None or count > facts.capacity):
         return TOO_FULL
     return ()
@@ -162,14 +188,16 @@ def distinct(reasons: Iterable[Reason]) -> Reasons:
     return tuple(found)
 
 
-def final_reasons(facts: Facts, announced: int | None, data: bytes, row: str) -> Reasons:
+def final_reasons(
+    facts: Facts, announced: int | None, data: bytes, too_few: Rule, *, block: bool
+) -> Reasons:
     """Return why a download of these bytes, now complete, is refused."""
     count = len(data)
     reasons: Reasons = ()
     if count < (announced or 0) or count < (facts.length or 0):
-        reasons += (Reason(row, TOO_SHORT),)
+        reasons += (Reason(too_few, TOO_SHORT),)
     if facts.varies:
-        reasons += _variable_reasons(facts, count, block=row[0] != "D")
+        reasons += _variable_reasons(facts, count, block=block)
     return reasons + value_reasons(facts, data)
 
 
@@ -180,7 +208,7 @@ def value_reasons(facts: Facts, data: bytes) -> Reasons:
         too_high = facts.high is not None and number > facts.high
         too_low = facts.low is not None and number < facts.low
         if too_high or too_low:
-            return (Reason("I28", VALUE),)
+            return (Reason(initiates.LIMITS, VALUE),)
     if facts.any_value and not (facts.data_type is DataType.BOOLEAN and max(data, default=0) > 1):
         return ()
-    return (Reason("I28", NOT_NOW, binding=False),)
+    return (Reason(initiates.LIMITS, NOT_NOW, binding=False),)

@@ -36,9 +36,15 @@ from conformance.sdo.oracle.reasons import (
     write_reasons,
 )
 from conformance.sdo.oracle.states import IDLE, Running, begin
+from conformance.sdo.rules import NOT_REFUSED, Rule
+from conformance.sdo.rules import download_initiates as initiates
+from conformance.sdo.rules import segmented_download as rules
 
 SHORT = 4
-FOREIGN_ROWS: dict[type, str] = {UploadSegment: "D10", Unknown: "D11"}
+FOREIGN_RULES: dict[type, Rule] = {
+    UploadSegment: rules.UPLOAD_SEGMENT,
+    Unknown: rules.UNKNOWN_SPECIFIER,
+}
 
 
 @begin.register
@@ -51,8 +57,8 @@ def _(request: DownloadInitiate, memory: Memory) -> list[Branch]:
     branches = refused(IDLE, mux, reasons, memory)
     if not must_refuse_now(reasons):
         late = tuple(reason for reason in reasons if reason.late)
-        begun = quiet(SegmentedDownload(mux, request.size, late), memory.begun(mux), "I27")
-        branches.insert(0, _confirmed(mux, begun))
+        state = SegmentedDownload(mux, request.size, late)
+        branches.insert(0, _confirmed(mux, state, memory.begun(mux)))
     return branches
 
 
@@ -64,32 +70,35 @@ def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
     if facts.length in (None, len(data)):
         reasons += value_reasons(facts, data)
     if facts.varies and (facts.capacity is None or facts.data_type not in TEXT_TYPES):
-        reasons += (Reason("I26", ANY_LENGTH, binding=False),)
+        reasons += (Reason(initiates.HUGE_SIZE, ANY_LENGTH, binding=False),)
     branches = refused(IDLE, mux, reasons, memory)
     if not must_refuse(reasons):
         # Without a count, only a type of fixed length says how many bytes are stored.
         stored = data if request.sized or facts.length is not None else None
-        branches.insert(0, _confirmed(mux, quiet(IDLE, memory.learned(mux, stored), "I1")))
+        branches.insert(0, _confirmed(mux, IDLE, memory.learned(mux, stored)))
     return branches
 
 
 def _length_reasons(request: DownloadInitiate, length: int | None) -> Reasons:
     if not request.sized:
         if length is None:
-            return (Reason("I22", LENGTHS, binding=False),)
+            return (Reason(initiates.SIZE_NOT_INDICATED, LENGTHS, binding=False),)
         if length > SHORT:
-            return (Reason("I20", TOO_SHORT),)
-        return (Reason("I21", TOO_LONG, binding=False),) if length < SHORT else ()
+            return (Reason(initiates.TOO_SHORT, TOO_SHORT),)
+        if length == SHORT:
+            return ()
+        return (Reason(initiates.SIZE_NOT_INDICATED_SHORT, TOO_LONG, binding=False),)
     if length is None or len(request.data) == length:
         return ()
     if len(request.data) > length:
-        return (Reason("I19", TOO_LONG),)
-    return (Reason("I20", TOO_SHORT),)
+        return (Reason(initiates.TOO_LONG, TOO_LONG),)
+    return (Reason(initiates.TOO_SHORT, TOO_SHORT),)
 
 
-def _confirmed(mux: Multiplexer, after: Branch) -> Branch:
+def _confirmed(mux: Multiplexer, state: State, memory: Memory) -> Branch:
     words = f"60h, download initiate response {mux}"
-    return answered(DownloadInitiateResponse, "I1", words, IDLE, after, mux=mux)
+    after = quiet(state, memory, NOT_REFUSED)
+    return answered(DownloadInitiateResponse, NOT_REFUSED, words, IDLE, after, mux=mux)
 
 
 def refused(before: State, mux: Multiplexer, reasons: Reasons, memory: Memory) -> list[Branch]:
@@ -107,20 +116,20 @@ class SegmentedDownload(Running):
     data: bytes = b""
     toggle: int = 0
     name: ClassVar[str] = "segmented download"
-    abort_row: ClassVar[str] = "D14"
-    foreign_row: ClassVar[str] = "D12"
-    restart_row: ClassVar[str] = "O8"
+    abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT
+    foreign_rule: ClassVar[Rule] = rules.BLOCK_FRAMES
+    gives_way: ClassVar[bool] = True
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Take a segment."""
         if not isinstance(request, DownloadSegment):
-            return self.foreign(memory, FOREIGN_ROWS.get(type(request), self.foreign_row))
+            return self.foreign(memory, FOREIGN_RULES.get(type(request), self.foreign_rule))
         if request.toggle != self.toggle:
             topic = "toggle error in a download"
-            refusal = Refusal("D3", (AbortCode.TOGGLE_NOT_ALTERNATED,), (self.mux,), ())
+            refusal = Refusal(rules.TOGGLE, (AbortCode.TOGGLE_NOT_ALTERNATED,), (self.mux,), ())
             return [
                 refusal.branch(self, IDLE, memory, Freedom(topic, "aborts")),
-                quiet(self, memory, "D3", Freedom(topic, "ignored")),
+                quiet(self, memory, rules.TOGGLE, Freedom(topic, "ignored")),
             ]
         return [
             branch.choosing(*freedoms)
@@ -142,19 +151,19 @@ class SegmentedDownload(Running):
     def _taken(self, data: bytes, last: bool, memory: Memory) -> list[Branch]:
         facts = memory.facts(self.mux)
         whole = self.data + data
-        reasons = self.reasons + excess_reasons(facts, self.size, len(whole), "D4")
+        reasons = self.reasons + excess_reasons(facts, self.size, len(whole), rules.TOO_MANY)
         if last:
-            reasons += final_reasons(facts, self.size, whole, "D5")
+            reasons += final_reasons(facts, self.size, whole, rules.TOO_FEW, block=False)
         reasons = distinct(reasons)
         branches = refused(self, self.mux, reasons, memory)
         if last and must_refuse(reasons):
             return branches
-        after = quiet(IDLE, memory.learned(self.mux, whole), "D2")
+        after = quiet(IDLE, memory.learned(self.mux, whole), rules.STORED)
         if not last:
             late = tuple(reason for reason in reasons if reason.late)
             going = replace(self, reasons=late, data=whole, toggle=self.toggle ^ 1)
-            after = quiet(going, memory, "D1")
+            after = quiet(going, memory, rules.CONFIRMED)
         words = f"{0x20 | self.toggle << 4:02X}h, download segment response, t={self.toggle}"
-        row = "D2" if last else "D1"
-        confirmed = answered(DownloadSegmentResponse, row, words, self, after, toggle=self.toggle)
+        rule = rules.STORED if last else rules.CONFIRMED
+        confirmed = answered(DownloadSegmentResponse, rule, words, self, after, toggle=self.toggle)
         return [confirmed, *branches]

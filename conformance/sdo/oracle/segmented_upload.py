@@ -25,16 +25,27 @@ from conformance.sdo.oracle.answers import (
     zero,
 )
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, owing, quiet
-from conformance.sdo.oracle.citations import must
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import must_refuse, read_reasons
 from conformance.sdo.oracle.segmented_download import refused
 from conformance.sdo.oracle.states import IDLE, Running, begin
-from conformance.sdo.rules import FILLER, SIZE, TOGGLE, UPLOAD_ENDS
+from conformance.sdo.rules import (
+    FILLER,
+    NOT_REFUSED,
+    SIZE,
+    TOGGLE,
+    UPLOAD_ENDS,
+    Rule,
+    upload_initiates,
+)
+from conformance.sdo.rules import segmented_upload as rules
 
 # Empty segments are allowed; a server that sends nothing else never comes to an end.
 MOST_EMPTY_SEGMENTS = 16
-FOREIGN_ROWS: dict[type, str] = {DownloadSegment: "U3", Unknown: "U4"}
+FOREIGN_RULES: dict[type, Rule] = {
+    DownloadSegment: rules.DOWNLOAD_SEGMENT,
+    Unknown: rules.UNKNOWN_SPECIFIER,
+}
 
 
 @begin.register
@@ -50,10 +61,10 @@ def upload_begins(mux: Multiplexer, memory: Memory, most: int | None = None) -> 
     ``most`` is pst where a block upload becomes one: it may have so many bytes.
     """
     words = f"4xh, upload initiate response {mux}"
-    row = "I1" if most is None else "I30"
+    rule = NOT_REFUSED if most is None else upload_initiates.SWITCH
 
     def take(frame: bytes) -> Iterable[Branch]:
-        response = expect(UploadInitiateResponse, frame, row, words)
+        response = expect(UploadInitiateResponse, frame, rule, words)
         require_mux(response.mux, mux, frame)
         facts = memory.facts(mux)
         shape = tuple(initiate_shape(response, frame, facts.length))
@@ -62,20 +73,25 @@ def upload_begins(mux: Multiplexer, memory: Memory, most: int | None = None) -> 
             if not response.sized:
                 data = data[: _uncounted(mux, memory)]
             require_value(mux, data, memory, frame, whole=True)
-            require(most is None or len(data) <= most, must("I32"), f"{most} bytes at most", frame)
+            require(
+                most is None or len(data) <= most,
+                upload_initiates.ABOVE_THRESHOLD,
+                f"{most} bytes at most",
+                frame,
+            )
             kind = "counted" if response.sized else "not counted"
             known = response.sized or facts.length is not None
             after = memory.learned(mux, data) if known and facts.steady else memory
-            rest = quiet(IDLE, after, "I1", Freedom("expedited upload", kind))
+            rest = quiet(IDLE, after, NOT_REFUSED, Freedom("expedited upload", kind))
         else:
             size = response.size
             _require_size(mux, size, memory, most, frame)
             choice = "not indicated" if size is None else "indicated"
             state = SegmentedUpload(mux, size, most)
-            rest = quiet(state, memory, "I1", Freedom("size of a segmented upload", choice))
+            rest = quiet(state, memory, NOT_REFUSED, Freedom("size of a segmented upload", choice))
         return [rest.noting(*shape)]
 
-    return owing(IDLE, memory, Due(row, words, take))
+    return owing(IDLE, memory, Due(rule, words, take))
 
 
 def _uncounted(mux: Multiplexer, memory: Memory) -> int | None:
@@ -91,7 +107,12 @@ def _require_size(
         return
     length = memory.facts(mux).length
     require(length in (None, size), SIZE, f"{length} bytes, as the type has", frame)
-    require(most is None or size <= most, must("I32"), f"{most} bytes at most, as pst says", frame)
+    require(
+        most is None or size <= most,
+        upload_initiates.ABOVE_THRESHOLD,
+        f"{most} bytes at most, as pst says",
+        frame,
+    )
 
 
 def require_value(
@@ -105,7 +126,7 @@ def require_value(
         require(fits, SIZE, f"{facts.length} bytes, as the type has", frame)
     if due is not None:
         holds = facts.same(data, due) if whole else facts.begins(data, due)
-        require(holds, must("I1"), f"{mux} to read as {hex_bytes(due)}", frame)
+        require(holds, NOT_REFUSED, f"{mux} to read as {hex_bytes(due)}", frame)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,24 +139,24 @@ class SegmentedUpload(Running):
     toggle: int = 0
     empty: int = 0
     name: ClassVar[str] = "segmented upload"
-    abort_row: ClassVar[str] = "U7"
-    foreign_row: ClassVar[str] = "U10"
-    restart_row: ClassVar[str] = "O8"
+    abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT
+    foreign_rule: ClassVar[Rule] = rules.BLOCK_FRAMES
+    gives_way: ClassVar[bool] = True
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Send the next segment."""
         if not isinstance(request, UploadSegment):
-            return self.foreign(memory, FOREIGN_ROWS.get(type(request), self.foreign_row))
+            return self.foreign(memory, FOREIGN_RULES.get(type(request), self.foreign_rule))
         if request.toggle != self.toggle:
             codes = (AbortCode.TOGGLE_NOT_ALTERNATED,)
-            return [Refusal("U2", codes, (self.mux,), ()).branch(self, IDLE, memory)]
+            return [Refusal(rules.TOGGLE, codes, (self.mux,), ()).branch(self, IDLE, memory)]
         return [self._segment(memory)]
 
     def _segment(self, memory: Memory) -> Branch:
         words = f"upload segment response, t={self.toggle}"
 
         def take(frame: bytes) -> Iterable[Branch]:
-            response = expect(UploadSegmentResponse, frame, "U1", words)
+            response = expect(UploadSegmentResponse, frame, rules.SEGMENTS, words)
             require(response.toggle == self.toggle, TOGGLE, words, frame)
             data = self.data + response.data
             self._require_length(data, response.last, frame)
@@ -145,16 +166,21 @@ class SegmentedUpload(Running):
             if response.last:
                 steady = memory.facts(self.mux).steady
                 after = memory.learned(self.mux, data) if steady else memory
-                return [quiet(IDLE, after, "U1").noting(*shape)]
+                return [quiet(IDLE, after, rules.SEGMENTS).noting(*shape)]
             require(empty <= MOST_EMPTY_SEGMENTS, UPLOAD_ENDS, "a last segment", frame)
             going = replace(self, data=data, toggle=self.toggle ^ 1, empty=empty)
-            return [quiet(going, memory, "U1").noting(*shape)]
+            return [quiet(going, memory, rules.SEGMENTS).noting(*shape)]
 
-        return owing(self, memory, Due("U1", words, take))
+        return owing(self, memory, Due(rules.SEGMENTS, words, take))
 
     def _require_length(self, data: bytes, last: bool, frame: bytes) -> None:
         if self.size is not None:
             fits = len(data) == self.size if last else len(data) <= self.size
             require(fits, SIZE, f"{self.size} bytes, as announced", frame)
         if self.most is not None:
-            require(len(data) <= self.most, must("I32"), f"{self.most} bytes at most", frame)
+            require(
+                len(data) <= self.most,
+                upload_initiates.ABOVE_THRESHOLD,
+                f"{self.most} bytes at most",
+                frame,
+            )

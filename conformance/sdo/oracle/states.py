@@ -27,10 +27,19 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.oracle.answers import GENERAL, KNOWN_CODES, Codes, Refusal
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
-from conformance.sdo.oracle.citations import should
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.short_frames import completed
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import (
+    ANSWERED,
+    RESTART,
+    Rule,
+    Violation,
+    freedoms,
+    idle,
+    short_requests,
+    timing,
+)
+from conformance.sdo.rules import download_initiates as initiates
 
 Initiate = DownloadInitiate | UploadInitiate | BlockDownloadInitiate | BlockUploadInitiate
 WRONG_LENGTH: Codes = (
@@ -52,14 +61,14 @@ def begin(request: Request, memory: Memory) -> list[Branch]:
     The services register what begins with them. Any other frame belongs to a transfer, and there
     is none.
     """
-    return _out_of_transfer("I9", memory)
+    return _out_of_transfer(idle.OUT_OF_BLOCK, memory)
 
 
-def _out_of_transfer(row: str, memory: Memory) -> list[Branch]:
+def _out_of_transfer(rule: Rule, memory: Memory) -> list[Branch]:
     topic = "a frame of a transfer when idle"
-    refusal = Refusal(row, tolerated=KNOWN_CODES)
+    refusal = Refusal(rule, tolerated=KNOWN_CODES)
     return [
-        quiet(IDLE, memory, row, Freedom(topic, "ignored")),
+        quiet(IDLE, memory, rule, Freedom(topic, "ignored")),
         refusal.branch(IDLE, IDLE, memory, Freedom(topic, "refused")),
     ]
 
@@ -67,19 +76,19 @@ def _out_of_transfer(row: str, memory: Memory) -> list[Branch]:
 @begin.register
 def _(request: DownloadSegment, memory: Memory) -> list[Branch]:
     del request
-    return _out_of_transfer("I7", memory)
+    return _out_of_transfer(idle.DOWNLOAD_WITHOUT_INITIATE, memory)
 
 
 @begin.register
 def _(request: UploadSegment, memory: Memory) -> list[Branch]:
     del request
-    return _out_of_transfer("I8", memory)
+    return _out_of_transfer(idle.UPLOAD_WITHOUT_INITIATE, memory)
 
 
 @begin.register
 def _(request: Unknown, memory: Memory) -> list[Branch]:
     looks_like = DownloadInitiate.decode(request.frame).mux
-    return [Refusal("I6", looks_like=looks_like).branch(IDLE, IDLE, memory)]
+    return [Refusal(idle.UNKNOWN_SPECIFIER, looks_like=looks_like).branch(IDLE, IDLE, memory)]
 
 
 class Answering(ABC):
@@ -123,10 +132,10 @@ class Answering(ABC):
     def on_wrong_length(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Ignore it, refuse it, or serve what has all the bytes that it needs (not defined)."""
         topic = "a frame of a wrong length"
-        refusal = Refusal("O1", WRONG_LENGTH, tolerated=KNOWN_CODES)
+        refusal = Refusal(short_requests.SHORT, WRONG_LENGTH, tolerated=KNOWN_CODES)
         branches = [
-            quiet(self, memory, "O1", Freedom(topic, "ignored")),
-            quiet(IDLE, memory, "O1", Freedom(topic, "ends the transfer")),
+            quiet(self, memory, short_requests.SHORT, Freedom(topic, "ignored")),
+            quiet(IDLE, memory, short_requests.SHORT, Freedom(topic, "ends the transfer")),
             refusal.branch(self, IDLE, memory, Freedom(topic, "refused")),
         ]
         request = completed(self.decode, frame, memory)
@@ -148,7 +157,7 @@ class Idle(Answering):
             request = decode_request(frame)
             inner = BlockAck | BlockEnd | BlockEndResponse | BlockUploadStart
             if isinstance(request, inner) and request.reserved_bits:
-                return _out_of_transfer("I34", memory)
+                return _out_of_transfer(idle.SUB_COMMAND, memory)
         return Answering.receive(self, frame, memory)
 
     def on(self, request: Request, memory: Memory) -> list[Branch]:
@@ -158,12 +167,15 @@ class Idle(Answering):
     def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
         """Keep silent; what an abort with reserved bits is, is open."""
         if not request.reserved_bits:
-            return [quiet(IDLE, memory, "I10")]
-        return [quiet(IDLE, memory, "I11"), Refusal("I11").branch(IDLE, IDLE, memory)]
+            return [quiet(IDLE, memory, idle.ABORT_NOT_ANSWERED)]
+        return [
+            quiet(IDLE, memory, idle.ABORT_RESERVED_BITS),
+            Refusal(idle.ABORT_RESERVED_BITS).branch(IDLE, IDLE, memory),
+        ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Stay idle."""
-        return [quiet(IDLE, memory, "O11")]
+        return [quiet(IDLE, memory, timing.SERVER_TIME_OUT)]
 
 
 IDLE = Idle()
@@ -171,12 +183,16 @@ IDLE = Idle()
 
 @dataclass(frozen=True, slots=True)
 class Running(Answering):
-    """A transfer runs. ``rows`` are the rows of the reference that say so for each state."""
+    """A transfer runs.
+
+    ``abort_rule`` says that an abort ends it, ``foreign_rule`` that a frame does which does not
+    belong there; ``gives_way``: a server that refuses a new initiate misses a SHOULD.
+    """
 
     mux: Multiplexer
-    abort_row: ClassVar[str]
-    foreign_row: ClassVar[str]
-    restart_row: ClassVar[str] = "O9"
+    abort_rule: ClassVar[Rule]
+    foreign_rule: ClassVar[Rule]
+    gives_way: ClassVar[bool] = False
 
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Go on with the transfer, or begin another."""
@@ -188,18 +204,18 @@ class Running(Answering):
         """Return what a server may do with a request that is no initiate: states override it."""
         return self.foreign(memory)
 
-    def foreign(self, memory: Memory, row: str = "") -> list[Branch]:
+    def foreign(self, memory: Memory, rule: Rule | None = None) -> list[Branch]:
         """Refuse a frame that does not belong here, and end the transfer."""
-        return [Refusal(row or self.foreign_row).named(self.mux).branch(self, IDLE, memory)]
+        return [Refusal(rule or self.foreign_rule).named(self.mux).branch(self, IDLE, memory)]
 
     def restart(self, request: Initiate, memory: Memory) -> list[Branch]:
         """Serve a new initiate, or refuse it; the running transfer is over in both cases."""
         topic = f"a new initiate in a {self.name}"
         missed: tuple[Violation, ...] = ()
-        if self.restart_row == "O8":
+        if self.gives_way:
             expected = f"the transfer of {request.mux} to begin"
-            missed = (Violation(should("O8"), expected=expected, actual="an abort"),)
-        refusal = Refusal(self.restart_row, KNOWN_CODES, (self.mux, request.mux), findings=missed)
+            missed = (Violation(RESTART, expected=expected, actual="an abort"),)
+        refusal = Refusal(RESTART, KNOWN_CODES, (self.mux, request.mux), findings=missed)
         served = begin(request, memory)
         return [
             *(branch.choosing(Freedom(topic, "served")) for branch in served),
@@ -209,31 +225,32 @@ class Running(Answering):
 
     def _superseded(self, served: list[Branch], memory: Memory) -> Branch:
         """Abort the running transfer on the bus, and serve the new one all the same."""
-        refusal = Refusal(self.restart_row, KNOWN_CODES, (self.mux,))
+        refusal = Refusal(RESTART, KNOWN_CODES, (self.mux,))
 
         def take(frame: bytes) -> list[Branch]:
             abort = refusal.read(frame)
             return [branch.noting(*refusal.breaches(abort, frame)) for branch in served]
 
         words = f"an abort of {self.mux}, and then the answer to the new initiate"
-        return Branch(self, memory, self.restart_row, Due(self.restart_row, words, take))
+        return Branch(self, memory, RESTART, Due(RESTART, words, take))
 
     def on_abort(self, request: Abort, memory: Memory) -> list[Branch]:
         """End the transfer in silence; whether an odd abort is one, is open."""
         if request.mux == self.mux and not request.reserved_bits:
-            return [quiet(IDLE, memory, self.abort_row)]
+            return [quiet(IDLE, memory, self.abort_rule)]
+        rule = freedoms.FOREIGN_MULTIPLEXER
         topic = "an abort with reserved bits" if request.reserved_bits else "an abort of another"
         return [
-            quiet(IDLE, memory, "O10", Freedom(topic, "ends the transfer")),
-            quiet(self, memory, "O10", Freedom(topic, "ignored")),
-            Refusal("O10").branch(self, IDLE, memory, Freedom(topic, "refused")),
+            quiet(IDLE, memory, rule, Freedom(topic, "ends the transfer")),
+            quiet(self, memory, rule, Freedom(topic, "ignored")),
+            Refusal(rule).branch(self, IDLE, memory, Freedom(topic, "refused")),
         ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Wait for ever, or give up."""
-        refusal = Refusal("O11", TIMED_OUT, (self.mux,), tolerated=())
+        refusal = Refusal(timing.SERVER_TIME_OUT, TIMED_OUT, (self.mux,), tolerated=())
         return [
-            quiet(self, memory, "O11"),
+            quiet(self, memory, timing.SERVER_TIME_OUT),
             refusal.branch(self, IDLE, memory, Freedom("server time-out", "aborts")),
         ]
 
@@ -259,18 +276,18 @@ class Lost:
         # Where nothing else is owed, the answer to an initiate is followed as such.
         owed = self.owed + 1 if self.owed and self.begun else self.owed
         if isinstance(request, Abort) and not request.reserved_bits:
-            return [quiet(Lost(owed) if owed else IDLE, memory, "I10")]
+            return [quiet(Lost(owed) if owed else IDLE, memory, idle.ABORT_NOT_ANSWERED)]
         if not isinstance(request, Initiate):
-            return [quiet(Lost(owed + most_answers(frame)), memory, "O1")]
+            return [quiet(Lost(owed + most_answers(frame)), memory, ANSWERED)]
         return [
-            quiet(Lost(owed, begun=True), memory, "O1"),
+            quiet(Lost(owed, begun=True), memory, ANSWERED),
             *IDLE.receive(frame, memory),
-            Refusal("O9", KNOWN_CODES).branch(self, IDLE, memory),
+            Refusal(RESTART, KNOWN_CODES).branch(self, IDLE, memory),
         ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Stay lost."""
-        return [quiet(self, memory, "O11")]
+        return [quiet(self, memory, timing.SERVER_TIME_OUT)]
 
 
 LOST = Lost()
@@ -329,9 +346,12 @@ def _reserved_bytes(request: Request) -> bytes:
 def oddities(request: Request) -> Iterable[tuple[str, Refusal]]:
     """Yield the refusals that reserved bits and bytes of a request allow."""
     if _reserved_bits(request):
-        yield "reserved bits in a request", Refusal("O2")
+        yield "reserved bits in a request", Refusal(freedoms.RESERVED_BITS)
     if any(_reserved_bytes(request)):
         tolerated = (*RESERVED_BYTES, *GENERAL)
-        yield "reserved bytes in a request", Refusal("O3", (), tolerated=tolerated)
+        yield (
+            "reserved bytes in a request",
+            Refusal(freedoms.RESERVED_BYTES, (), tolerated=tolerated),
+        )
     if _vain_count(request):
-        yield "n where it has no meaning", Refusal("O4")
+        yield "n where it has no meaning", Refusal(initiates.UNUSED_WITHOUT_SIZE)

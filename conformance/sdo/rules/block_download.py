@@ -1,7 +1,7 @@
 """Requests to a server in the middle of a block download, up to the end request."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import NOT_VALID, TIMED_OUT, TOO_LONG, TOO_SHORT
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 SERVICE = "7.2.4.2.10"
@@ -20,62 +20,180 @@ BLOCK_PROGRESS = Rule(
     reaction="the segments behind the acknowledged one, numbered from 1, are stored",
 )
 
+FULL_SUB_BLOCK = Rule(
+    "block-download.full-sub-block",
+    SUB_BLOCK,
+    MUST,
+    "Segments in order have no answer before the sub-block is full; then all are acknowledged.",
+    rows=("B1",),
+    reaction="silence; A2h with ackseq = blksize",
+)
+LAST_SEGMENT = Rule(
+    "block-download.last-segment",
+    SUB_BLOCK,
+    MUST,
+    "The last segment ends its sub-block early and is acknowledged with its number.",
+    rows=("B2", "8-last-sub-block"),
+    reaction="A2h",
+)
+SEGMENTS_ONLY = Rule(
+    "block-download.segments-only",
+    SUB_BLOCK,
+    MUST,
+    "In a sub-block every frame but 80h is a segment, whatever else it looks like.",
+    rows=("B3",),
+    reaction="as a segment with the number in bits 6 to 0",
+)
+ABORT_IN_SUB_BLOCK = Rule(
+    "block-download.abort-in-sub-block",
+    ABORT,
+    MUST,
+    "80h in a sub-block ends the download; nothing is written.",
+    rows=("B4",),
+    reaction="silence, idle",
+)
+SEQUENCE_ZERO = Rule(
+    "block-download.sequence-zero",
+    SUB_BLOCK,
+    MAY,
+    "A segment with number 0 is never stored.",
+    rows=("B5", "O14"),
+    reaction="silence, or abort",
+    codes=(
+        AbortCode.INVALID_SEQUENCE_NUMBER,
+        AbortCode.INVALID_BLOCK_SIZE,
+        AbortCode.COMMAND_NOT_VALID,
+    ),
+    open="abort, or the segment is dropped",
+)
+GAP = Rule(
+    "block-download.gap",
+    SUB_BLOCK,
+    MUST,
+    "Behind a gap nothing is taken; the acknowledgement names the last segment before it.",
+    rows=("B6", "8-after-break"),
+    reaction="A2h with the last segment in sequence",
+    open="when the acknowledgement comes",
+)
+REPEATED_SEGMENT = Rule(
+    "block-download.repeated-segment",
+    SUB_BLOCK,
+    MAY,
+    "A segment that comes twice is not stored twice.",
+    rows=("B10", "O15", "8-duplicates"),
+    reaction="silence, or A2h with the last segment in sequence",
+    open="whether it is ignored or taken for a gap",
+)
+TOO_MANY = Rule(
+    "block-download.too-many",
+    END,
+    MUST,
+    "More bytes than announced are refused, at the end at the latest.",
+    rows=("B12",),
+    reaction="abort, the object keeps its value",
+    codes=(*accepted.TOO_LONG, AbortCode.CRC_ERROR),
+    open="the moment: with the segment, or at the latest at the end",
+)
+SILENT_IN_SUB_BLOCK = Rule(
+    "block-download.silent-in-sub-block",
+    ABORT,
+    MAY,
+    "When a sub-block breaks off a server may acknowledge what came, give up, or wait.",
+    rows=("B14", "8-lost-last"),
+    reaction="silence, A2h, or abort",
+    codes=accepted.TIMED_OUT,
+    open="whether there is a time-out, and what it leads to",
+)
+EMPTY = Rule(
+    "block-download.empty",
+    INITIATE,
+    MAY,
+    "A block download of no bytes stores an empty value or is refused.",
+    rows=("B17",),
+    reaction="served, or abort",
+    codes=(
+        AbortCode.LENGTH_TOO_LOW,
+        AbortCode.INTERNALLY_INCOMPATIBLE,
+        AbortCode.OUT_OF_MEMORY,
+    ),
+    open="served or refused",
+)
+STORED = Rule(
+    "block-download.stored",
+    END,
+    MUST,
+    "The right end request is confirmed, and the data is stored.",
+    rows=("E1", "8-unused-count"),
+    reaction="A1h, idle",
+)
+WRONG_CRC = Rule(
+    "block-download.crc",
+    CRC,
+    MUST,
+    "A CRC that does not fit the data is refused as such.",
+    rows=("E2", "5-mismatch-download"),
+    reaction="abort, the object keeps its value",
+    codes=(AbortCode.CRC_ERROR,),
+)
+UNUSED_TOO_MANY = Rule(
+    "block-download.unused-too-many",
+    END,
+    MUST,
+    "An end request whose n does not fit the announced size is refused.",
+    rows=("E4",),
+    reaction="abort, the object keeps its value",
+    codes=(
+        AbortCode.LENGTH_TOO_LOW,
+        AbortCode.LENGTH_TOO_HIGH,
+        AbortCode.LENGTH_MISMATCH,
+        AbortCode.CRC_ERROR,
+    ),
+)
+TOO_FEW = Rule(
+    "block-download.too-few",
+    END,
+    MUST,
+    "Fewer bytes than announced are refused at the end.",
+    rows=("E5",),
+    reaction="abort, the object keeps its value",
+    codes=accepted.TOO_SHORT,
+)
+FOREIGN_AT_END = Rule(
+    "block-download.foreign-at-end",
+    END,
+    MUST,
+    "Any other request where the end is due ends the download.",
+    rows=("E7",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+    open="a new initiate may be served",
+)
+LAST_AGAIN = Rule(
+    "block-download.last-again",
+    END,
+    MAY,
+    "The last segment once more does no harm, as after a lost acknowledgement.",
+    rows=("E8", "O26", "8-lost-acknowledgement"),
+    reaction="A2h again, silence, or abort",
+    codes=accepted.NOT_VALID,
+    open="whether it is acknowledged again, ignored or refused",
+)
+ABORT_BEFORE_END = Rule(
+    "block-download.abort-before-end",
+    ABORT,
+    MUST,
+    "An abort of the client instead of the end request: nothing is written.",
+    rows=("E10",),
+    reaction="silence, idle",
+)
+
 BLOCK_DOWNLOAD_RULES = (
-    Rule(
-        "block-download.full-sub-block",
-        SUB_BLOCK,
-        MUST,
-        "Segments in order have no answer before the sub-block is full; then all are acknowledged.",
-        rows=("B1",),
-        reaction="silence; A2h with ackseq = blksize",
-    ),
-    Rule(
-        "block-download.last-segment",
-        SUB_BLOCK,
-        MUST,
-        "The last segment ends its sub-block early and is acknowledged with its number.",
-        rows=("B2", "8-last-sub-block"),
-        reaction="A2h",
-    ),
-    Rule(
-        "block-download.segments-only",
-        SUB_BLOCK,
-        MUST,
-        "In a sub-block every frame but 80h is a segment, whatever else it looks like.",
-        rows=("B3",),
-        reaction="as a segment with the number in bits 6 to 0",
-    ),
-    Rule(
-        "block-download.abort-in-sub-block",
-        ABORT,
-        MUST,
-        "80h in a sub-block ends the download; nothing is written.",
-        rows=("B4",),
-        reaction="silence, idle",
-    ),
-    Rule(
-        "block-download.sequence-zero",
-        SUB_BLOCK,
-        MAY,
-        "A segment with number 0 is never stored.",
-        rows=("B5", "O14"),
-        reaction="silence, or abort",
-        codes=(
-            AbortCode.INVALID_SEQUENCE_NUMBER,
-            AbortCode.INVALID_BLOCK_SIZE,
-            AbortCode.COMMAND_NOT_VALID,
-        ),
-        open="abort, or the segment is dropped",
-    ),
-    Rule(
-        "block-download.gap",
-        SUB_BLOCK,
-        MUST,
-        "Behind a gap nothing is taken; the acknowledgement names the last segment before it.",
-        rows=("B6", "8-after-break"),
-        reaction="A2h with the last segment in sequence",
-        open="when the acknowledgement comes",
-    ),
+    FULL_SUB_BLOCK,
+    LAST_SEGMENT,
+    SEGMENTS_ONLY,
+    ABORT_IN_SUB_BLOCK,
+    SEQUENCE_ZERO,
+    GAP,
     Rule(
         "block-download.first-lost",
         SUB_BLOCK,
@@ -95,15 +213,7 @@ BLOCK_DOWNLOAD_RULES = (
         reaction="A2h with ackseq 0, abort, or silence",
         open="a minority reads the numbers as going on",
     ),
-    Rule(
-        "block-download.repeated-segment",
-        SUB_BLOCK,
-        MAY,
-        "A segment that comes twice is not stored twice.",
-        rows=("B10", "O15", "8-duplicates"),
-        reaction="silence, or A2h with the last segment in sequence",
-        open="whether it is ignored or taken for a gap",
-    ),
+    REPEATED_SEGMENT,
     Rule(
         "block-download.beyond-block-size",
         SUB_BLOCK,
@@ -118,26 +228,8 @@ BLOCK_DOWNLOAD_RULES = (
         ),
         open="abort, or the segment is dropped",
     ),
-    Rule(
-        "block-download.too-many",
-        END,
-        MUST,
-        "More bytes than announced are refused, at the end at the latest.",
-        rows=("B12",),
-        reaction="abort, the object keeps its value",
-        codes=(*TOO_LONG, AbortCode.CRC_ERROR),
-        open="the moment: with the segment, or at the latest at the end",
-    ),
-    Rule(
-        "block-download.silent-in-sub-block",
-        ABORT,
-        MAY,
-        "When a sub-block breaks off a server may acknowledge what came, give up, or wait.",
-        rows=("B14", "8-lost-last"),
-        reaction="silence, A2h, or abort",
-        codes=TIMED_OUT,
-        open="whether there is a time-out, and what it leads to",
-    ),
+    TOO_MANY,
+    SILENT_IN_SUB_BLOCK,
     Rule(
         "block-download.silent-before-sub-block",
         ABORT,
@@ -145,7 +237,7 @@ BLOCK_DOWNLOAD_RULES = (
         "When no segment comes at all a server may give up, or wait.",
         rows=("B15",),
         reaction="silence, or abort",
-        codes=TIMED_OUT,
+        codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
     ),
     Rule(
@@ -164,20 +256,7 @@ BLOCK_DOWNLOAD_RULES = (
         open="the moment: the initiate, or instead of an A2h or of the A1h",
         untestable="Which object cannot be written when, no description can say.",
     ),
-    Rule(
-        "block-download.empty",
-        INITIATE,
-        MAY,
-        "A block download of no bytes stores an empty value or is refused.",
-        rows=("B17",),
-        reaction="served, or abort",
-        codes=(
-            AbortCode.LENGTH_TOO_LOW,
-            AbortCode.INTERNALLY_INCOMPATIBLE,
-            AbortCode.OUT_OF_MEMORY,
-        ),
-        open="served or refused",
-    ),
+    EMPTY,
     Rule(
         "block-download.size-not-indicated",
         INITIATE,
@@ -194,23 +273,8 @@ BLOCK_DOWNLOAD_RULES = (
         rows=("B19",),
         reaction="A0h or A4h",
     ),
-    Rule(
-        "block-download.stored",
-        END,
-        MUST,
-        "The right end request is confirmed, and the data is stored.",
-        rows=("E1", "8-unused-count"),
-        reaction="A1h, idle",
-    ),
-    Rule(
-        "block-download.crc",
-        CRC,
-        MUST,
-        "A CRC that does not fit the data is refused as such.",
-        rows=("E2", "5-mismatch-download"),
-        reaction="abort, the object keeps its value",
-        codes=(AbortCode.CRC_ERROR,),
-    ),
+    STORED,
+    WRONG_CRC,
     Rule(
         "block-download.crc-unused",
         CRC,
@@ -220,29 +284,8 @@ BLOCK_DOWNLOAD_RULES = (
         reaction="A1h",
         open="the field has to be 0 then; whether a server looks at it",
     ),
-    Rule(
-        "block-download.unused-too-many",
-        END,
-        MUST,
-        "An end request whose n does not fit the announced size is refused.",
-        rows=("E4",),
-        reaction="abort, the object keeps its value",
-        codes=(
-            AbortCode.LENGTH_TOO_LOW,
-            AbortCode.LENGTH_TOO_HIGH,
-            AbortCode.LENGTH_MISMATCH,
-            AbortCode.CRC_ERROR,
-        ),
-    ),
-    Rule(
-        "block-download.too-few",
-        END,
-        MUST,
-        "Fewer bytes than announced are refused at the end.",
-        rows=("E5",),
-        reaction="abort, the object keeps its value",
-        codes=TOO_SHORT,
-    ),
+    UNUSED_TOO_MANY,
+    TOO_FEW,
     Rule(
         "block-download.two-errors",
         END,
@@ -250,29 +293,11 @@ BLOCK_DOWNLOAD_RULES = (
         "When both CRC and size are wrong the download is refused for one of them.",
         rows=("E6", "O25"),
         reaction="abort, the object keeps its value",
-        codes=(*TOO_SHORT, AbortCode.LENGTH_TOO_HIGH, AbortCode.CRC_ERROR),
+        codes=(*accepted.TOO_SHORT, AbortCode.LENGTH_TOO_HIGH, AbortCode.CRC_ERROR),
         open="which of the two is looked at first",
     ),
-    Rule(
-        "block-download.foreign-at-end",
-        END,
-        MUST,
-        "Any other request where the end is due ends the download.",
-        rows=("E7",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-        open="a new initiate may be served",
-    ),
-    Rule(
-        "block-download.last-again",
-        END,
-        MAY,
-        "The last segment once more does no harm, as after a lost acknowledgement.",
-        rows=("E8", "O26", "8-lost-acknowledgement"),
-        reaction="A2h again, silence, or abort",
-        codes=NOT_VALID,
-        open="whether it is acknowledged again, ignored or refused",
-    ),
+    FOREIGN_AT_END,
+    LAST_AGAIN,
     Rule(
         "block-download.end-reserved-bit",
         END,
@@ -280,17 +305,10 @@ BLOCK_DOWNLOAD_RULES = (
         "The reserved bit of an end request may be ignored or refused.",
         rows=("E9",),
         reaction="A1h, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
-    Rule(
-        "block-download.abort-before-end",
-        ABORT,
-        MUST,
-        "An abort of the client instead of the end request: nothing is written.",
-        rows=("E10",),
-        reaction="silence, idle",
-    ),
+    ABORT_BEFORE_END,
     Rule(
         "block-download.silent-before-end",
         ABORT,
@@ -298,7 +316,7 @@ BLOCK_DOWNLOAD_RULES = (
         "When the end request does not come a server may give up, or wait.",
         rows=("E11",),
         reaction="silence, or abort",
-        codes=TIMED_OUT,
+        codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
     ),
 )

@@ -1,7 +1,7 @@
 """Requests to a server in the middle of a block upload, up to the confirmation of its end."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import NOT_VALID, TIMED_OUT
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 INITIATE = "7.2.4.3.13"
@@ -10,24 +10,136 @@ END = "7.2.4.3.15"
 CRC = "7.2.4.3.16"
 ABORT = "7.2.4.3.17"
 
+FIRST_SUB_BLOCK = Rule(
+    "block-upload.first-sub-block",
+    SUB_BLOCK,
+    MUST,
+    "The start brings the first sub-block: as many segments as asked for, or all there are.",
+    rows=("F1",),
+    reaction="segments from 1 on, the very last one of the data marked",
+)
+NOT_STARTED = Rule(
+    "block-upload.not-started",
+    INITIATE,
+    MUST,
+    "An acknowledgement or an end confirmation where the start is due ends the upload.",
+    rows=("F2",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+FOREIGN_BEFORE_START = Rule(
+    "block-upload.foreign-before-start",
+    INITIATE,
+    MUST,
+    "A segment, or command specifier 7, where the start is due ends the upload.",
+    rows=("F4",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+NEXT_SUB_BLOCK = Rule(
+    "block-upload.next-sub-block",
+    SUB_BLOCK,
+    MUST,
+    "When all is acknowledged the next sub-block follows, with the block size just given.",
+    rows=("F5",),
+    reaction="segments from 1 on",
+)
+ENDS = Rule(
+    "block-upload.end",
+    END,
+    MUST,
+    "When the last segment is acknowledged the end follows, with n and the CRC.",
+    rows=("F6",),
+    reaction="C1h to DDh",
+)
+ACKNOWLEDGED = Rule(
+    "block-upload.acknowledged",
+    SUB_BLOCK,
+    MUST,
+    "What was not acknowledged is sent again, in a new sub-block of the block size just given.",
+    rows=("F7", "8-client-acknowledges-fewer"),
+    reaction="segments from 1 on, beginning behind the acknowledged one",
+)
+ACKNOWLEDGES_TOO_MANY = Rule(
+    "block-upload.acknowledges-too-many",
+    SUB_BLOCK,
+    MUST,
+    "An acknowledgement of more segments than were sent ends the upload.",
+    rows=("F9", "O16", "8-client-acknowledges-more"),
+    reaction="abort, idle",
+    codes=(
+        AbortCode.INVALID_SEQUENCE_NUMBER,
+        AbortCode.COMMAND_NOT_VALID,
+        AbortCode.GENERAL_ERROR,
+    ),
+    open="the code",
+)
+ACKNOWLEDGES_BLOCK_SIZE = Rule(
+    "block-upload.acknowledges-block-size",
+    SUB_BLOCK,
+    MUST,
+    "An acknowledgement with a block size of 0, or beyond 127, ends the upload.",
+    rows=("F10",),
+    reaction="abort, idle",
+    codes=(AbortCode.INVALID_BLOCK_SIZE, AbortCode.GENERAL_ERROR),
+)
+FOREIGN = Rule(
+    "block-upload.foreign",
+    SUB_BLOCK,
+    MUST,
+    "Anything but an acknowledgement where it is due ends the upload.",
+    rows=("F11",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+CLIENT_ABORT = Rule(
+    "block-upload.client-abort",
+    ABORT,
+    MUST,
+    "An abort of the client ends the upload wherever it is, and no segment follows.",
+    rows=("F14",),
+    reaction="silence, idle",
+)
+EMPTY = Rule(
+    "block-upload.empty",
+    INITIATE,
+    MAY,
+    "An object without data is uploaded as nothing, or refused.",
+    rows=("F17",),
+    reaction="served with size 0, or abort",
+    codes=(AbortCode.NO_DATA,),
+    open="served or refused",
+)
+OVER = Rule(
+    "block-upload.over",
+    END,
+    MUST,
+    "The confirmation of the end is not answered, and the server is idle.",
+    rows=("G1",),
+    reaction="silence, idle",
+)
+ACKNOWLEDGED_AGAIN = Rule(
+    "block-upload.acknowledged-again",
+    END,
+    MAY,
+    "An acknowledgement once more, where the end is to be confirmed, does no harm.",
+    rows=("G2",),
+    reaction="the end again, silence, or abort",
+    codes=accepted.NOT_VALID,
+    open="whether the end is repeated or the upload aborted",
+)
+CLIENT_ABORT_AT_END = Rule(
+    "block-upload.client-abort-at-end",
+    ABORT,
+    MUST,
+    "An abort instead of the confirmation of the end, as for a wrong CRC, ends the upload.",
+    rows=("G4", "5-mismatch-upload"),
+    reaction="silence, idle",
+)
+
 BLOCK_UPLOAD_RULES = (
-    Rule(
-        "block-upload.first-sub-block",
-        SUB_BLOCK,
-        MUST,
-        "The start brings the first sub-block: as many segments as asked for, or all there are.",
-        rows=("F1",),
-        reaction="segments from 1 on, the very last one of the data marked",
-    ),
-    Rule(
-        "block-upload.not-started",
-        INITIATE,
-        MUST,
-        "An acknowledgement or an end confirmation where the start is due ends the upload.",
-        rows=("F2",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
+    FIRST_SUB_BLOCK,
+    NOT_STARTED,
     Rule(
         "block-upload.new-initiate-before-start",
         INITIATE,
@@ -35,42 +147,13 @@ BLOCK_UPLOAD_RULES = (
         "An initiate where the start is due ends the upload; it is served or refused.",
         rows=("F3",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="whether the new transfer is served or refused",
     ),
-    Rule(
-        "block-upload.foreign-before-start",
-        INITIATE,
-        MUST,
-        "A segment, or command specifier 7, where the start is due ends the upload.",
-        rows=("F4",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
-    Rule(
-        "block-upload.next-sub-block",
-        SUB_BLOCK,
-        MUST,
-        "When all is acknowledged the next sub-block follows, with the block size just given.",
-        rows=("F5",),
-        reaction="segments from 1 on",
-    ),
-    Rule(
-        "block-upload.end",
-        END,
-        MUST,
-        "When the last segment is acknowledged the end follows, with n and the CRC.",
-        rows=("F6",),
-        reaction="C1h to DDh",
-    ),
-    Rule(
-        "block-upload.acknowledged",
-        SUB_BLOCK,
-        MUST,
-        "What was not acknowledged is sent again, in a new sub-block of the block size just given.",
-        rows=("F7", "8-client-acknowledges-fewer"),
-        reaction="segments from 1 on, beginning behind the acknowledged one",
-    ),
+    FOREIGN_BEFORE_START,
+    NEXT_SUB_BLOCK,
+    ENDS,
+    ACKNOWLEDGED,
     Rule(
         "block-upload.nothing-acknowledged",
         SUB_BLOCK,
@@ -79,38 +162,9 @@ BLOCK_UPLOAD_RULES = (
         rows=("F8",),
         reaction="segments from 1 on, with the data of the sub-block before",
     ),
-    Rule(
-        "block-upload.acknowledges-too-many",
-        SUB_BLOCK,
-        MUST,
-        "An acknowledgement of more segments than were sent ends the upload.",
-        rows=("F9", "O16", "8-client-acknowledges-more"),
-        reaction="abort, idle",
-        codes=(
-            AbortCode.INVALID_SEQUENCE_NUMBER,
-            AbortCode.COMMAND_NOT_VALID,
-            AbortCode.GENERAL_ERROR,
-        ),
-        open="the code",
-    ),
-    Rule(
-        "block-upload.acknowledges-block-size",
-        SUB_BLOCK,
-        MUST,
-        "An acknowledgement with a block size of 0, or beyond 127, ends the upload.",
-        rows=("F10",),
-        reaction="abort, idle",
-        codes=(AbortCode.INVALID_BLOCK_SIZE, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "block-upload.foreign",
-        SUB_BLOCK,
-        MUST,
-        "Anything but an acknowledgement where it is due ends the upload.",
-        rows=("F11",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
+    ACKNOWLEDGES_TOO_MANY,
+    ACKNOWLEDGES_BLOCK_SIZE,
+    FOREIGN,
     Rule(
         "block-upload.acknowledgement-reserved-bits",
         SUB_BLOCK,
@@ -118,7 +172,7 @@ BLOCK_UPLOAD_RULES = (
         "Reserved bits of an acknowledgement may be ignored or refused.",
         rows=("F12",),
         reaction="segments or the end, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
     Rule(
@@ -128,17 +182,10 @@ BLOCK_UPLOAD_RULES = (
         "An initiate where an acknowledgement is due ends the upload; it is served or refused.",
         rows=("F13",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="whether the new transfer is served or refused",
     ),
-    Rule(
-        "block-upload.client-abort",
-        ABORT,
-        MUST,
-        "An abort of the client ends the upload wherever it is, and no segment follows.",
-        rows=("F14",),
-        reaction="silence, idle",
-    ),
+    CLIENT_ABORT,
     Rule(
         "block-upload.client-silent",
         ABORT,
@@ -146,7 +193,7 @@ BLOCK_UPLOAD_RULES = (
         "A server may give up a block upload that does not go on, or wait.",
         rows=("F15",),
         reaction="silence, or abort",
-        codes=TIMED_OUT,
+        codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
     ),
     Rule(
@@ -158,34 +205,9 @@ BLOCK_UPLOAD_RULES = (
         reaction="any, and the server serves the next transfer",
         open="the effect: no client that keeps the rules does it",
     ),
-    Rule(
-        "block-upload.empty",
-        INITIATE,
-        MAY,
-        "An object without data is uploaded as nothing, or refused.",
-        rows=("F17",),
-        reaction="served with size 0, or abort",
-        codes=(AbortCode.NO_DATA,),
-        open="served or refused",
-    ),
-    Rule(
-        "block-upload.over",
-        END,
-        MUST,
-        "The confirmation of the end is not answered, and the server is idle.",
-        rows=("G1",),
-        reaction="silence, idle",
-    ),
-    Rule(
-        "block-upload.acknowledged-again",
-        END,
-        MAY,
-        "An acknowledgement once more, where the end is to be confirmed, does no harm.",
-        rows=("G2",),
-        reaction="the end again, silence, or abort",
-        codes=NOT_VALID,
-        open="whether the end is repeated or the upload aborted",
-    ),
+    EMPTY,
+    OVER,
+    ACKNOWLEDGED_AGAIN,
     Rule(
         "block-upload.new-initiate-at-end",
         END,
@@ -193,17 +215,10 @@ BLOCK_UPLOAD_RULES = (
         "An initiate where the end is to be confirmed is served or refused.",
         rows=("G3",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="whether the new transfer is served or refused",
     ),
-    Rule(
-        "block-upload.client-abort-at-end",
-        ABORT,
-        MUST,
-        "An abort instead of the confirmation of the end, as for a wrong CRC, ends the upload.",
-        rows=("G4", "5-mismatch-upload"),
-        reaction="silence, idle",
-    ),
+    CLIENT_ABORT_AT_END,
     Rule(
         "block-upload.silent-at-end",
         ABORT,
@@ -211,7 +226,7 @@ BLOCK_UPLOAD_RULES = (
         "When the confirmation of the end does not come a server may give up, or wait.",
         rows=("G5",),
         reaction="silence, or abort",
-        codes=TIMED_OUT,
+        codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
     ),
 )

@@ -1,7 +1,7 @@
 """Where a server listens and answers: SDO channels, their parameters, and the NMT states."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import READ_ONLY, WRONG_VALUE
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 PARAMETER = "7.5.2.33"
@@ -12,40 +12,75 @@ RESTRICTED = "7.3.5"
 NMT = "7.3.2.2"
 RESET = "7.3.2.2.1"
 
+REQUEST_IDENTIFIER = Rule(
+    "channel.request-identifier",
+    CONNECTION_SET,
+    MUST,
+    "A server takes requests on the COB-ID of its channel and on no other.",
+    rows=("1.2-request",),
+    reaction="silence to requests for another node",
+)
+REMOTE = Rule(
+    "channel.remote",
+    "7.2.4.3",
+    MAY,
+    "A remote frame on the COB-ID of the requests carries none: nothing is served for it.",
+    rows=("1.1-remote",),
+    reaction="silence, or an abort",
+    open="the reaction to a remote frame",
+)
+REMOTE_IGNORED = Rule(
+    "channel.remote-ignored",
+    "7.2.4.3",
+    SHOULD,
+    "A remote frame on the COB-ID of the requests is ignored.",
+    rows=("1.1-remote-ignored",),
+    reaction="silence",
+)
+EXTENDED_IGNORED = Rule(
+    "channel.extended-ignored",
+    "7.2.4.3",
+    SHOULD,
+    "A frame with the other length of identifier is not for the channel and is ignored.",
+    rows=("1.1-extended",),
+    reaction="silence",
+)
+NMT_INITIALISING = Rule(
+    "nmt.initialising",
+    NMT,
+    MUST,
+    "A device that is starting up answers nothing before its boot-up message.",
+    rows=("1.5-initialising",),
+    reaction="silence",
+)
+NMT_STOPPED = Rule(
+    "nmt.stopped",
+    NMT,
+    MUST,
+    "In Stopped no request is answered, not even by an abort.",
+    rows=("1.5-stopped",),
+    reaction="silence",
+)
+NMT_INTERRUPTED = Rule(
+    "nmt.interrupted",
+    NMT,
+    MAY,
+    "A transfer may end in any way when the node stops; afterwards the server serves again.",
+    rows=("1.5-interrupted", "O29"),
+    reaction="silence, or one abort",
+    codes=(
+        AbortCode.CONNECTION_NOT_AVAILABLE,
+        AbortCode.DEVICE_STATE,
+        AbortCode.TIMED_OUT,
+    ),
+    open="what becomes of the transfer",
+)
+
 CHANNEL_RULES = (
-    Rule(
-        "channel.request-identifier",
-        CONNECTION_SET,
-        MUST,
-        "A server takes requests on the COB-ID of its channel and on no other.",
-        rows=("1.2-request",),
-        reaction="silence to requests for another node",
-    ),
-    Rule(
-        "channel.remote",
-        "7.2.4.3",
-        MAY,
-        "A remote frame on the COB-ID of the requests carries none: nothing is served for it.",
-        rows=("1.1-remote",),
-        reaction="silence, or an abort",
-        open="the reaction to a remote frame",
-    ),
-    Rule(
-        "channel.remote-ignored",
-        "7.2.4.3",
-        SHOULD,
-        "A remote frame on the COB-ID of the requests is ignored.",
-        rows=("1.1-remote-ignored",),
-        reaction="silence",
-    ),
-    Rule(
-        "channel.extended-ignored",
-        "7.2.4.3",
-        SHOULD,
-        "A frame with the other length of identifier is not for the channel and is ignored.",
-        rows=("1.1-extended",),
-        reaction="silence",
-    ),
+    REQUEST_IDENTIFIER,
+    REMOTE,
+    REMOTE_IGNORED,
+    EXTENDED_IGNORED,
     Rule(
         "channel.default-parameter",
         PARAMETER,
@@ -62,7 +97,7 @@ CHANNEL_RULES = (
         "The default channel can be neither moved nor switched off: 1200h refuses every write.",
         rows=("P2",),
         reaction="abort, nothing changes",
-        codes=READ_ONLY,
+        codes=accepted.READ_ONLY,
     ),
     Rule(
         "channel.missing",
@@ -96,7 +131,7 @@ CHANNEL_RULES = (
         "A valid COB-ID may take the value that it has, or refuse it.",
         rows=("P5",),
         reaction="served, or abort",
-        codes=WRONG_VALUE,
+        codes=accepted.WRONG_VALUE,
     ),
     Rule(
         "channel.extended-identifier",
@@ -105,7 +140,7 @@ CHANNEL_RULES = (
         "A device without 29-bit identifiers refuses a COB-ID that asks for one.",
         rows=("P6", "1.3-frame-bit"),
         reaction="abort",
-        codes=WRONG_VALUE,
+        codes=accepted.WRONG_VALUE,
         open="whether the device supports 29-bit identifiers",
     ),
     Rule(
@@ -115,7 +150,7 @@ CHANNEL_RULES = (
         "Bits 28 to 11 of a COB-ID are 0 when its identifier has 11 bits.",
         rows=("P7", "1.3-bits-28-to-11"),
         reaction="abort",
-        codes=WRONG_VALUE,
+        codes=accepted.WRONG_VALUE,
     ),
     Rule(
         "channel.restricted-identifier",
@@ -124,7 +159,7 @@ CHANNEL_RULES = (
         "No channel takes one of the CAN-IDs that are kept for other services.",
         rows=("P8", "1.3-identifier"),
         reaction="abort",
-        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
     ),
     Rule(
         "channel.dynamic-bit",
@@ -133,7 +168,7 @@ CHANNEL_RULES = (
         "Bit 30 of a COB-ID may be set, as dynamically assigned, or be refused as reserved.",
         rows=("P9", "1.3-dynamic-bit"),
         reaction="served, or abort",
-        codes=WRONG_VALUE,
+        codes=accepted.WRONG_VALUE,
     ),
     Rule(
         "channel.client-node-id",
@@ -193,14 +228,7 @@ CHANNEL_RULES = (
         reaction="served",
         open="1200h: a device with the default channel only may lack it",
     ),
-    Rule(
-        "nmt.initialising",
-        NMT,
-        MUST,
-        "A device that is starting up answers nothing before its boot-up message.",
-        rows=("1.5-initialising",),
-        reaction="silence",
-    ),
+    NMT_INITIALISING,
     Rule(
         "nmt.pre-operational",
         NMT,
@@ -217,26 +245,6 @@ CHANNEL_RULES = (
         rows=("1.5-operational",),
         reaction="served",
     ),
-    Rule(
-        "nmt.stopped",
-        NMT,
-        MUST,
-        "In Stopped no request is answered, not even by an abort.",
-        rows=("1.5-stopped",),
-        reaction="silence",
-    ),
-    Rule(
-        "nmt.interrupted",
-        NMT,
-        MAY,
-        "A transfer may end in any way when the node stops; afterwards the server serves again.",
-        rows=("1.5-interrupted", "O29"),
-        reaction="silence, or one abort",
-        codes=(
-            AbortCode.CONNECTION_NOT_AVAILABLE,
-            AbortCode.DEVICE_STATE,
-            AbortCode.TIMED_OUT,
-        ),
-        open="what becomes of the transfer",
-    ),
+    NMT_STOPPED,
+    NMT_INTERRUPTED,
 )

@@ -1,7 +1,7 @@
 """Objects by which a device communicates beside SDO: what they tell, and what they refuse."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import WRONG_VALUE
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MUST, Rule
 
 IDENTITY = "7.5.2.21"
@@ -48,7 +48,7 @@ COMMUNICATION_RULES = (
         MUST,
         "1003h:00 takes nothing but 0.",
         reaction="abort",
-        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
     ),
     Rule(
         "communication.storage-capability",
@@ -70,7 +70,7 @@ COMMUNICATION_RULES = (
         MUST,
         "SYNC, TIME, EMCY and PDOs take none of the CAN-IDs that are kept for other services.",
         reaction="abort",
-        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
     ),
     Rule(
         "communication.identifier-bits",
@@ -78,7 +78,7 @@ COMMUNICATION_RULES = (
         MUST,
         "Bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs are 0 without bit 29.",
         reaction="abort",
-        codes=WRONG_VALUE,
+        codes=accepted.WRONG_VALUE,
     ),
     Rule(
         "communication.valid-keeps-identifier",
@@ -103,7 +103,7 @@ COMMUNICATION_RULES = (
         MUST,
         "A PDO refuses a transmission type that it does not support, as reserved ones.",
         reaction="abort",
-        codes=(*WRONG_VALUE, AbortCode.GENERAL_ERROR),
+        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
     ),
     Rule(
         "communication.mapped-object",

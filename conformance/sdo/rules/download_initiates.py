@@ -1,12 +1,138 @@
 """Initiates of downloads of all three protocols: reserved bits, sizes, values."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import NOT_VALID, TOO_LONG, TOO_SHORT, WRONG_LENGTH
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 DOWNLOAD = "7.2.4.3.3"
 BLOCK_DOWNLOAD = "7.2.4.3.9"
 ABORT = "7.2.4.3.17"
+
+UNUSED_WITHOUT_SIZE = Rule(
+    "download.unused-without-size",
+    DOWNLOAD,
+    MAY,
+    "n without an indicated size of expedited data means nothing; it never shortens the data.",
+    rows=("I14", "O4", "6-unused-count"),
+    reaction="served without a look at n, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+TOO_LONG = Rule(
+    "download.too-long",
+    ABORT,
+    MUST,
+    "An expedited download of more bytes than the type has is refused.",
+    rows=("I19",),
+    reaction="abort, the object keeps its value",
+    codes=(*accepted.TOO_LONG, AbortCode.GENERAL_ERROR),
+)
+TOO_SHORT = Rule(
+    "download.too-short",
+    ABORT,
+    MUST,
+    "An expedited download of fewer bytes than the type has is refused.",
+    rows=("I20",),
+    reaction="abort, the object keeps its value",
+    codes=(*accepted.TOO_SHORT, AbortCode.GENERAL_ERROR),
+)
+SIZE_NOT_INDICATED_SHORT = Rule(
+    "download.size-not-indicated-short",
+    DOWNLOAD,
+    MAY,
+    "Expedited data without its size (22h) for a short type: the low bytes count, or none.",
+    rows=("I21", "O20", "6-expedited-unsized"),
+    reaction="served, with the bytes of the type, or abort",
+    codes=(AbortCode.LENGTH_MISMATCH, AbortCode.LENGTH_TOO_HIGH),
+    open="served or refused",
+)
+SIZE_NOT_INDICATED = Rule(
+    "download.size-not-indicated",
+    DOWNLOAD,
+    MUST,
+    "Expedited data without its size (22h) is taken for a type of 4 bytes.",
+    rows=("I22",),
+    reaction="served",
+)
+NUMBER_TOO_LONG = Rule(
+    "segmented-download.number-too-long",
+    ABORT,
+    MUST,
+    "A segmented download of more bytes than the type has is refused.",
+    rows=("I23",),
+    reaction="abort, the object keeps its value",
+    codes=accepted.TOO_LONG,
+    open="the moment: the initiate, or at the latest when there are too many bytes",
+)
+NUMBER_TOO_SHORT = Rule(
+    "segmented-download.number-too-short",
+    ABORT,
+    MUST,
+    "A segmented download of fewer bytes than the type has is refused.",
+    rows=("I24",),
+    reaction="abort, the object keeps its value",
+    codes=accepted.TOO_SHORT,
+    open="the moment: the initiate, or at the latest the last segment",
+)
+NUMBER_EMPTY = Rule(
+    "segmented-download.number-empty",
+    ABORT,
+    MUST,
+    "A download of 0 bytes to a type of fixed size is refused.",
+    rows=("I25",),
+    reaction="abort, the object keeps its value",
+    codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH),
+    open="the moment: the initiate, or at the latest the last segment",
+)
+HUGE_SIZE = Rule(
+    "segmented-download.huge-size",
+    DOWNLOAD,
+    MAY,
+    "A size beyond all memory is taken for the time being, or refused.",
+    rows=("I26",),
+    reaction="served, or abort",
+    codes=(
+        AbortCode.OUT_OF_MEMORY,
+        AbortCode.LENGTH_TOO_HIGH,
+        AbortCode.LENGTH_MISMATCH,
+        AbortCode.NOT_TRANSFERABLE,
+    ),
+    open="served or refused, and the code",
+)
+SEGMENTED_SIZE_NOT_INDICATED = Rule(
+    "segmented-download.size-not-indicated",
+    DOWNLOAD,
+    MUST,
+    "A segmented download that does not say its size (20h) is served.",
+    rows=("I27", "6-segmented-unsized"),
+    reaction="served, without a look at bytes 4 to 7",
+    open="a server may answer an upload without a size too",
+)
+LIMITS = Rule(
+    "object.limits",
+    ABORT,
+    MUST,
+    "A value outside the limits of an object is refused, and the object keeps its own.",
+    rows=("I28", "O27"),
+    reaction="abort, the object keeps its value",
+    codes=(
+        AbortCode.VALUE_TOO_HIGH,
+        AbortCode.VALUE_TOO_LOW,
+        AbortCode.VALUE_INVALID,
+        AbortCode.GENERAL_ERROR,
+    ),
+    open="the general code for a value, or the one for its side",
+)
+BLOCK_NUMBER_LENGTH = Rule(
+    "block-download.number-length",
+    ABORT,
+    MUST,
+    "A block download of more or fewer bytes than the type has is refused.",
+    rows=("I35",),
+    reaction="abort, the object keeps its value",
+    codes=accepted.WRONG_LENGTH,
+    open="the moment: the initiate, or at the latest the end",
+)
 
 DOWNLOAD_INITIATE_RULES = (
     Rule(
@@ -16,19 +142,10 @@ DOWNLOAD_INITIATE_RULES = (
         "Bit 4 of a download initiate may be ignored or refused.",
         rows=("I13",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
-    Rule(
-        "download.unused-without-size",
-        DOWNLOAD,
-        MAY,
-        "n without an indicated size of expedited data means nothing; it never shortens the data.",
-        rows=("I14", "O4", "6-unused-count"),
-        reaction="served without a look at n, or abort",
-        codes=NOT_VALID,
-        open="served or refused",
-    ),
+    UNUSED_WITHOUT_SIZE,
     Rule(
         "block-download.request-reserved-bits",
         BLOCK_DOWNLOAD,
@@ -36,7 +153,7 @@ DOWNLOAD_INITIATE_RULES = (
         "Bits 4 and 3 of a block download initiate may be ignored or refused.",
         rows=("I15",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
     Rule(
@@ -47,119 +164,15 @@ DOWNLOAD_INITIATE_RULES = (
         rows=("I18",),
         reaction="served, with 4 - n bytes",
     ),
-    Rule(
-        "download.too-long",
-        ABORT,
-        MUST,
-        "An expedited download of more bytes than the type has is refused.",
-        rows=("I19",),
-        reaction="abort, the object keeps its value",
-        codes=(*TOO_LONG, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "download.too-short",
-        ABORT,
-        MUST,
-        "An expedited download of fewer bytes than the type has is refused.",
-        rows=("I20",),
-        reaction="abort, the object keeps its value",
-        codes=(*TOO_SHORT, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "download.size-not-indicated-short",
-        DOWNLOAD,
-        MAY,
-        "Expedited data without its size (22h) for a short type: the low bytes count, or none.",
-        rows=("I21", "O20", "6-expedited-unsized"),
-        reaction="served, with the bytes of the type, or abort",
-        codes=(AbortCode.LENGTH_MISMATCH, AbortCode.LENGTH_TOO_HIGH),
-        open="served or refused",
-    ),
-    Rule(
-        "download.size-not-indicated",
-        DOWNLOAD,
-        MUST,
-        "Expedited data without its size (22h) is taken for a type of 4 bytes.",
-        rows=("I22",),
-        reaction="served",
-    ),
-    Rule(
-        "segmented-download.number-too-long",
-        ABORT,
-        MUST,
-        "A segmented download of more bytes than the type has is refused.",
-        rows=("I23",),
-        reaction="abort, the object keeps its value",
-        codes=TOO_LONG,
-        open="the moment: the initiate, or at the latest when there are too many bytes",
-    ),
-    Rule(
-        "segmented-download.number-too-short",
-        ABORT,
-        MUST,
-        "A segmented download of fewer bytes than the type has is refused.",
-        rows=("I24",),
-        reaction="abort, the object keeps its value",
-        codes=TOO_SHORT,
-        open="the moment: the initiate, or at the latest the last segment",
-    ),
-    Rule(
-        "segmented-download.number-empty",
-        ABORT,
-        MUST,
-        "A download of 0 bytes to a type of fixed size is refused.",
-        rows=("I25",),
-        reaction="abort, the object keeps its value",
-        codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH),
-        open="the moment: the initiate, or at the latest the last segment",
-    ),
-    Rule(
-        "segmented-download.huge-size",
-        DOWNLOAD,
-        MAY,
-        "A size beyond all memory is taken for the time being, or refused.",
-        rows=("I26",),
-        reaction="served, or abort",
-        codes=(
-            AbortCode.OUT_OF_MEMORY,
-            AbortCode.LENGTH_TOO_HIGH,
-            AbortCode.LENGTH_MISMATCH,
-            AbortCode.NOT_TRANSFERABLE,
-        ),
-        open="served or refused, and the code",
-    ),
-    Rule(
-        "segmented-download.size-not-indicated",
-        DOWNLOAD,
-        MUST,
-        "A segmented download that does not say its size (20h) is served.",
-        rows=("I27", "6-segmented-unsized"),
-        reaction="served, without a look at bytes 4 to 7",
-        open="a server may answer an upload without a size too",
-    ),
-    Rule(
-        "object.limits",
-        ABORT,
-        MUST,
-        "A value outside the limits of an object is refused, and the object keeps its own.",
-        rows=("I28", "O27"),
-        reaction="abort, the object keeps its value",
-        codes=(
-            AbortCode.VALUE_TOO_HIGH,
-            AbortCode.VALUE_TOO_LOW,
-            AbortCode.VALUE_INVALID,
-            AbortCode.GENERAL_ERROR,
-        ),
-        open="the general code for a value, or the one for its side",
-    ),
-    Rule(
-        "block-download.number-length",
-        ABORT,
-        MUST,
-        "A block download of more or fewer bytes than the type has is refused.",
-        rows=("I35",),
-        reaction="abort, the object keeps its value",
-        codes=WRONG_LENGTH,
-        open="the moment: the initiate, or at the latest the end",
-    ),
+    TOO_LONG,
+    TOO_SHORT,
+    SIZE_NOT_INDICATED_SHORT,
+    SIZE_NOT_INDICATED,
+    NUMBER_TOO_LONG,
+    NUMBER_TOO_SHORT,
+    NUMBER_EMPTY,
+    HUGE_SIZE,
+    SEGMENTED_SIZE_NOT_INDICATED,
+    LIMITS,
+    BLOCK_NUMBER_LENGTH,
 )

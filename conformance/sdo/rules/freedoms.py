@@ -1,7 +1,7 @@
 """Choices of a server that belong to no single state: what each of them may never lead to."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import NOT_VALID
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, SHOULD, Rule
 
 PROTOCOLS = "7.2.4.3"
@@ -18,27 +18,50 @@ RESTART = Rule(
     open="a server may refuse it, in segmented and in block transfers",
 )
 
+RESERVED_BITS = Rule(
+    "request.reserved-bits",
+    PROTOCOLS,
+    MAY,
+    "Reserved bits of a request may be ignored, or refused as no valid command.",
+    rows=("O2", "6-request-reserved"),
+    reaction="served, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+RESERVED_BYTES = Rule(
+    "request.reserved-bytes",
+    PROTOCOLS,
+    MAY,
+    "Reserved bytes of a request are ignored, or at most refused.",
+    rows=("O3",),
+    reaction="served, or abort",
+    codes=(AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE),
+    open="served or refused",
+)
+FOREIGN_MULTIPLEXER = Rule(
+    "abort.foreign-multiplexer",
+    ABORT,
+    MAY,
+    "An abort that names another object ends the transfer or is ignored.",
+    rows=("D15", "O10"),
+    reaction="silence, or abort",
+    codes=accepted.NOT_VALID,
+    open="whether the multiplexer of an abort counts",
+)
+BEHIND_ANOTHER = Rule(
+    "request.behind-another",
+    PROTOCOLS,
+    MAY,
+    "A request sent before the one in front was answered is served, refused or dropped.",
+    rows=("O32",),
+    reaction="served in order, silence, or abort",
+    codes=accepted.NOT_VALID,
+    open="which of the three; the answers are not mixed up",
+)
+
 FREEDOM_RULES = (
-    Rule(
-        "request.reserved-bits",
-        PROTOCOLS,
-        MAY,
-        "Reserved bits of a request may be ignored, or refused as no valid command.",
-        rows=("O2", "6-request-reserved"),
-        reaction="served, or abort",
-        codes=NOT_VALID,
-        open="served or refused",
-    ),
-    Rule(
-        "request.reserved-bytes",
-        PROTOCOLS,
-        MAY,
-        "Reserved bytes of a request are ignored, or at most refused.",
-        rows=("O3",),
-        reaction="served, or abort",
-        codes=(AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE),
-        open="served or refused",
-    ),
+    RESERVED_BITS,
+    RESERVED_BYTES,
     Rule(
         "request.out-of-transfer",
         PROTOCOLS,
@@ -46,7 +69,7 @@ FREEDOM_RULES = (
         "A frame that belongs inside a transfer has no positive answer while none runs.",
         rows=("O5",),
         reaction="abort, or silence",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="abort or silence; another code of table 22 is tolerated",
     ),
     Rule(
@@ -58,15 +81,7 @@ FREEDOM_RULES = (
         reaction="abort with any multiplexer",
         open="the multiplexer",
     ),
+    FOREIGN_MULTIPLEXER,
     RESTART,
-    Rule(
-        "request.behind-another",
-        PROTOCOLS,
-        MAY,
-        "A request sent before the one in front was answered is served, refused or dropped.",
-        rows=("O32",),
-        reaction="served in order, silence, or abort",
-        codes=NOT_VALID,
-        open="which of the three; the answers are not mixed up",
-    ),
+    BEHIND_ANOTHER,
 )

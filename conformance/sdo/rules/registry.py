@@ -17,7 +17,7 @@ from conformance.sdo.rules.object_dictionary import OBJECT_DICTIONARY_RULES
 from conformance.sdo.rules.responses import RESPONSE_RULES
 from conformance.sdo.rules.segmented_download import SEGMENTED_DOWNLOAD_RULES
 from conformance.sdo.rules.segmented_upload import SEGMENTED_UPLOAD_RULES
-from conformance.sdo.rules.shape import SHAPE_RULES
+from conformance.sdo.rules.short_requests import SHORT_REQUEST_RULES
 from conformance.sdo.rules.sizes import SIZE_RULES
 from conformance.sdo.rules.timing import TIMING_RULES
 from conformance.sdo.rules.upload_initiates import UPLOAD_INITIATE_RULES
@@ -45,7 +45,7 @@ CHAPTERS = (
     Chapter("segmented upload", SEGMENTED_UPLOAD_RULES),
     Chapter("block download", BLOCK_DOWNLOAD_RULES),
     Chapter("block upload", BLOCK_UPLOAD_RULES),
-    Chapter("short requests", SHAPE_RULES),
+    Chapter("short requests", SHORT_REQUEST_RULES),
     Chapter("after a transfer", AFTERMATH_RULES),
     Chapter("CRC", CRC_RULES),
     Chapter("segments of a block", BLOCK_DETAIL_RULES),

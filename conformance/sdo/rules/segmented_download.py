@@ -1,13 +1,7 @@
 """Requests to a server in the middle of a segmented download."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import (
-    NOT_VALID,
-    TIMED_OUT,
-    TOGGLE_ERROR,
-    TOO_LONG,
-    TOO_SHORT,
-)
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 DOWNLOAD = "7.2.4.3.2"
@@ -15,51 +9,102 @@ INITIATE = "7.2.4.3.3"
 SEGMENT = "7.2.4.3.4"
 ABORT = "7.2.4.3.17"
 
+CONFIRMED = Rule(
+    "segmented-download.confirmed",
+    SEGMENT,
+    MUST,
+    "A segment with the toggle bit that is due is confirmed with the same toggle bit.",
+    rows=("D1",),
+    reaction="20h, 30h",
+)
+STORED = Rule(
+    "segmented-download.stored",
+    SEGMENT,
+    MUST,
+    "The last segment ends a download of the announced size, and all of it is stored.",
+    rows=("D2", "6-segmented-size"),
+    reaction="20h or 30h, idle",
+)
+TOGGLE = Rule(
+    "segmented-download.toggle",
+    SEGMENT,
+    MUST,
+    "The data of a segment whose toggle bit did not alternate is not stored.",
+    rows=("D3", "O7"),
+    reaction="abort, or silence",
+    codes=accepted.TOGGLE_ERROR,
+    open="whether the transfer is aborted or the segment ignored",
+)
+TOO_MANY = Rule(
+    "segmented-download.too-many",
+    ABORT,
+    MUST,
+    "More bytes than announced are refused.",
+    rows=("D4",),
+    reaction="abort, the object keeps its value",
+    codes=accepted.TOO_LONG,
+)
+TOO_FEW = Rule(
+    "segmented-download.too-few",
+    ABORT,
+    MUST,
+    "A last segment that leaves bytes of the announced size missing is refused.",
+    rows=("D5",),
+    reaction="abort, the object keeps its value",
+    codes=accepted.TOO_SHORT,
+)
+UPLOAD_SEGMENT = Rule(
+    "segmented-download.upload-segment",
+    SEGMENT,
+    MUST,
+    "A request for a segment in the middle of a download ends it.",
+    rows=("D10",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+UNKNOWN_SPECIFIER = Rule(
+    "segmented-download.unknown-specifier",
+    SEGMENT,
+    MUST,
+    "Client command specifier 7 in the middle of a download ends it.",
+    rows=("D11",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+BLOCK_FRAMES = Rule(
+    "segmented-download.block-frames",
+    SEGMENT,
+    MUST,
+    "The inner frames of a block transfer in the middle of a segmented download end it.",
+    rows=("D12",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+CLIENT_ABORT = Rule(
+    "segmented-download.client-abort",
+    ABORT,
+    MUST,
+    "An abort of the client ends the download; the object keeps its value.",
+    rows=("D14",),
+    reaction="silence, idle",
+)
+EMPTY = Rule(
+    "segmented-download.empty",
+    INITIATE,
+    MAY,
+    "A download of no bytes stores an empty value or is refused.",
+    rows=("D20",),
+    reaction="served, or abort",
+    codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.NOT_TRANSFERABLE),
+    open="served or refused",
+)
+
 SEGMENTED_DOWNLOAD_RULES = (
-    Rule(
-        "segmented-download.confirmed",
-        SEGMENT,
-        MUST,
-        "A segment with the toggle bit that is due is confirmed with the same toggle bit.",
-        rows=("D1",),
-        reaction="20h, 30h",
-    ),
-    Rule(
-        "segmented-download.stored",
-        SEGMENT,
-        MUST,
-        "The last segment ends a download of the announced size, and all of it is stored.",
-        rows=("D2", "6-segmented-size"),
-        reaction="20h or 30h, idle",
-    ),
-    Rule(
-        "segmented-download.toggle",
-        SEGMENT,
-        MUST,
-        "The data of a segment whose toggle bit did not alternate is not stored.",
-        rows=("D3", "O7"),
-        reaction="abort, or silence",
-        codes=TOGGLE_ERROR,
-        open="whether the transfer is aborted or the segment ignored",
-    ),
-    Rule(
-        "segmented-download.too-many",
-        ABORT,
-        MUST,
-        "More bytes than announced are refused.",
-        rows=("D4",),
-        reaction="abort, the object keeps its value",
-        codes=TOO_LONG,
-    ),
-    Rule(
-        "segmented-download.too-few",
-        ABORT,
-        MUST,
-        "A last segment that leaves bytes of the announced size missing is refused.",
-        rows=("D5",),
-        reaction="abort, the object keeps its value",
-        codes=TOO_SHORT,
-    ),
+    CONFIRMED,
+    STORED,
+    TOGGLE,
+    TOO_MANY,
+    TOO_FEW,
     Rule(
         "segmented-download.short-segments",
         SEGMENT,
@@ -83,7 +128,7 @@ SEGMENTED_DOWNLOAD_RULES = (
         "n = 0 in a last segment that is not full: the bytes due are taken, or it is refused.",
         rows=("D8", "O21"),
         reaction="20h or 30h, or abort",
-        codes=TOO_LONG,
+        codes=accepted.TOO_LONG,
         open="n = 0 may say that the size of the segment is not stated",
     ),
     Rule(
@@ -94,33 +139,9 @@ SEGMENTED_DOWNLOAD_RULES = (
         rows=("D9",),
         reaction="20h, 30h",
     ),
-    Rule(
-        "segmented-download.upload-segment",
-        SEGMENT,
-        MUST,
-        "A request for a segment in the middle of a download ends it.",
-        rows=("D10",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
-    Rule(
-        "segmented-download.unknown-specifier",
-        SEGMENT,
-        MUST,
-        "Client command specifier 7 in the middle of a download ends it.",
-        rows=("D11",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
-    Rule(
-        "segmented-download.block-frames",
-        SEGMENT,
-        MUST,
-        "The inner frames of a block transfer in the middle of a segmented download end it.",
-        rows=("D12",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
+    UPLOAD_SEGMENT,
+    UNKNOWN_SPECIFIER,
+    BLOCK_FRAMES,
     Rule(
         "segmented-download.new-initiate",
         DOWNLOAD,
@@ -130,24 +151,7 @@ SEGMENTED_DOWNLOAD_RULES = (
         reaction="served, or abort",
         open="whether the new transfer is served or refused, and the code",
     ),
-    Rule(
-        "segmented-download.client-abort",
-        ABORT,
-        MUST,
-        "An abort of the client ends the download; the object keeps its value.",
-        rows=("D14",),
-        reaction="silence, idle",
-    ),
-    Rule(
-        "segmented-download.foreign-abort",
-        ABORT,
-        MAY,
-        "An abort that names another object ends the download or is ignored.",
-        rows=("D15", "O10"),
-        reaction="silence, or abort",
-        codes=NOT_VALID,
-        open="whether the multiplexer of an abort counts",
-    ),
+    CLIENT_ABORT,
     Rule(
         "segmented-download.abort-reserved-bits",
         ABORT,
@@ -155,7 +159,7 @@ SEGMENTED_DOWNLOAD_RULES = (
         "81h to 9Fh in the middle of a download is an abort, no valid request, or nothing.",
         rows=("D16",),
         reaction="silence, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="whether it is an abort",
     ),
     Rule(
@@ -165,7 +169,7 @@ SEGMENTED_DOWNLOAD_RULES = (
         "A server may give up a download that does not go on, or wait for ever.",
         rows=("D18",),
         reaction="silence, or abort",
-        codes=TIMED_OUT,
+        codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
     ),
     Rule(
@@ -175,17 +179,8 @@ SEGMENTED_DOWNLOAD_RULES = (
         "A segment behind the last one is never confirmed, and changes nothing.",
         rows=("D19",),
         reaction="abort, or silence",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="abort or silence",
     ),
-    Rule(
-        "segmented-download.empty",
-        INITIATE,
-        MAY,
-        "A download of no bytes stores an empty value or is refused.",
-        rows=("D20",),
-        reaction="served, or abort",
-        codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.NOT_TRANSFERABLE),
-        open="served or refused",
-    ),
+    EMPTY,
 )

@@ -1,48 +1,70 @@
 """Requests to a server in the middle of a segmented upload."""
 
-from conformance.sdo.rules.accepted import NOT_VALID, TIMED_OUT, TOGGLE_ERROR
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 UPLOAD = "7.2.4.3.5"
 SEGMENT = "7.2.4.3.7"
 ABORT = "7.2.4.3.17"
 
+SEGMENTS = Rule(
+    "segmented-upload.segments",
+    SEGMENT,
+    MUST,
+    "A request with the toggle bit that is due brings the next segment, up to the last.",
+    rows=("U1",),
+    reaction="00h to 1Fh, with the toggle bit of the request",
+)
+TOGGLE = Rule(
+    "segmented-upload.toggle",
+    SEGMENT,
+    MUST,
+    "A toggle bit that did not alternate ends the upload and brings no data.",
+    rows=("U2",),
+    reaction="abort, idle",
+    codes=accepted.TOGGLE_ERROR,
+)
+DOWNLOAD_SEGMENT = Rule(
+    "segmented-upload.download-segment",
+    SEGMENT,
+    MUST,
+    "A download segment in the middle of an upload ends it.",
+    rows=("U3",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+UNKNOWN_SPECIFIER = Rule(
+    "segmented-upload.unknown-specifier",
+    SEGMENT,
+    MUST,
+    "Client command specifier 7 in the middle of an upload ends it.",
+    rows=("U4",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+CLIENT_ABORT = Rule(
+    "segmented-upload.client-abort",
+    ABORT,
+    MUST,
+    "An abort of the client ends the upload.",
+    rows=("U7",),
+    reaction="silence, idle",
+)
+BLOCK_FRAMES = Rule(
+    "segmented-upload.block-frames",
+    SEGMENT,
+    MUST,
+    "The inner frames of a block transfer in the middle of a segmented upload end it.",
+    rows=("U10",),
+    reaction="abort, idle",
+    codes=accepted.NOT_VALID,
+)
+
 SEGMENTED_UPLOAD_RULES = (
-    Rule(
-        "segmented-upload.segments",
-        SEGMENT,
-        MUST,
-        "A request with the toggle bit that is due brings the next segment, up to the last.",
-        rows=("U1",),
-        reaction="00h to 1Fh, with the toggle bit of the request",
-    ),
-    Rule(
-        "segmented-upload.toggle",
-        SEGMENT,
-        MUST,
-        "A toggle bit that did not alternate ends the upload and brings no data.",
-        rows=("U2",),
-        reaction="abort, idle",
-        codes=TOGGLE_ERROR,
-    ),
-    Rule(
-        "segmented-upload.download-segment",
-        SEGMENT,
-        MUST,
-        "A download segment in the middle of an upload ends it.",
-        rows=("U3",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
-    Rule(
-        "segmented-upload.unknown-specifier",
-        SEGMENT,
-        MUST,
-        "Client command specifier 7 in the middle of an upload ends it.",
-        rows=("U4",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
+    SEGMENTS,
+    TOGGLE,
+    DOWNLOAD_SEGMENT,
+    UNKNOWN_SPECIFIER,
     Rule(
         "segmented-upload.new-initiate",
         UPLOAD,
@@ -61,14 +83,7 @@ SEGMENTED_UPLOAD_RULES = (
         reaction="served, or abort",
         open="whether it is served or refused, and the code",
     ),
-    Rule(
-        "segmented-upload.client-abort",
-        ABORT,
-        MUST,
-        "An abort of the client ends the upload.",
-        rows=("U7",),
-        reaction="silence, idle",
-    ),
+    CLIENT_ABORT,
     Rule(
         "segmented-upload.request-reserved-bits",
         SEGMENT,
@@ -76,7 +91,7 @@ SEGMENTED_UPLOAD_RULES = (
         "Reserved bits of a request for a segment may be ignored or refused.",
         rows=("U8",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
     Rule(
@@ -87,15 +102,7 @@ SEGMENTED_UPLOAD_RULES = (
         rows=("U9",),
         reaction="served",
     ),
-    Rule(
-        "segmented-upload.block-frames",
-        SEGMENT,
-        MUST,
-        "The inner frames of a block transfer in the middle of a segmented upload end it.",
-        rows=("U10",),
-        reaction="abort, idle",
-        codes=NOT_VALID,
-    ),
+    BLOCK_FRAMES,
     Rule(
         "segmented-upload.after-the-last",
         SEGMENT,
@@ -103,7 +110,7 @@ SEGMENTED_UPLOAD_RULES = (
         "A request behind the last segment brings no data.",
         rows=("U11",),
         reaction="abort, or silence",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="abort or silence",
     ),
     Rule(
@@ -113,7 +120,7 @@ SEGMENTED_UPLOAD_RULES = (
         "A server may give up an upload that does not go on, or wait for ever.",
         rows=("U12",),
         reaction="silence, or abort",
-        codes=TIMED_OUT,
+        codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
     ),
     Rule(

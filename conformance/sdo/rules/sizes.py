@@ -1,7 +1,7 @@
 """How many bytes a value has, and how its size is said."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import WRONG_LENGTH
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 DOWNLOAD = "7.2.4.3.3"
@@ -10,6 +10,27 @@ ABORT = "7.2.4.3.17"
 BOOLEAN = "7.1.4.3"
 STRINGS = "7.1.6"
 TYPES = "7.4.7"
+
+VARIABLE_LENGTH = Rule(
+    "data.variable-length",
+    STRINGS,
+    MUST,
+    "A string or domain takes data that is shorter than its room.",
+    rows=("6-variable-length",),
+    reaction="served; abort for what is longer than the room",
+    codes=(AbortCode.LENGTH_TOO_HIGH, AbortCode.OUT_OF_MEMORY),
+    open="the code for data longer than the room; whether a string ends with 00h",
+)
+UNICODE = Rule(
+    "data.unicode",
+    STRINGS,
+    MAY,
+    "A UNICODE_STRING has 2 bytes for each character; an odd number is left to the device.",
+    rows=("6-unicode",),
+    reaction="served, or abort",
+    open="the effect of an odd number of bytes",
+    untestable="Any effect of an odd number of bytes is right.",
+)
 
 SIZE_RULES = (
     Rule(
@@ -60,7 +81,7 @@ SIZE_RULES = (
         "A wrong size is refused at the initiate, with a segment, or at the end; never confirmed.",
         rows=("6-announced-download", "O19"),
         reaction="abort",
-        codes=WRONG_LENGTH,
+        codes=accepted.WRONG_LENGTH,
         open="the moment",
     ),
     Rule(
@@ -70,7 +91,7 @@ SIZE_RULES = (
         "A wrong length is refused by the code for it in general, or by the one for its side.",
         rows=("O18",),
         reaction="abort",
-        codes=WRONG_LENGTH,
+        codes=accepted.WRONG_LENGTH,
         open="the general code, or the one for too many or too few bytes",
     ),
     Rule(
@@ -91,24 +112,6 @@ SIZE_RULES = (
         open="the effect of values above 1",
         untestable="Any effect is right, and a value above 1 might set off one in the device.",
     ),
-    Rule(
-        "data.variable-length",
-        STRINGS,
-        MUST,
-        "A string or domain takes data that is shorter than its room.",
-        rows=("6-variable-length",),
-        reaction="served; abort for what is longer than the room",
-        codes=(AbortCode.LENGTH_TOO_HIGH, AbortCode.OUT_OF_MEMORY),
-        open="the code for data longer than the room; whether a string ends with 00h",
-    ),
-    Rule(
-        "data.unicode",
-        STRINGS,
-        MAY,
-        "A UNICODE_STRING has 2 bytes for each character; an odd number is left to the device.",
-        rows=("6-unicode",),
-        reaction="served, or abort",
-        open="the effect of an odd number of bytes",
-        untestable="Any effect of an odd number of bytes is right.",
-    ),
+    VARIABLE_LENGTH,
+    UNICODE,
 )

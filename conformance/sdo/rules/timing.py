@@ -1,9 +1,20 @@
 """Time-outs: the specification gives no value, and lets a server wait for ever."""
 
-from conformance.sdo.rules.accepted import TIMED_OUT
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 ABORT = "7.2.4.3.17"
+
+SERVER_TIME_OUT = Rule(
+    "time-out.server",
+    ABORT,
+    MAY,
+    "A server may give up a transfer that does not go on, and says so by its abort.",
+    rows=("7-either-side", "O11"),
+    reaction="silence, or abort with the multiplexer of the transfer",
+    codes=accepted.TIMED_OUT,
+    open="whether there is a time-out, and its length",
+)
 
 TIMING_RULES = (
     Rule(
@@ -15,16 +26,7 @@ TIMING_RULES = (
         open="the time",
         untestable="There is no value to hold a server to; --response-timeout sets the wait.",
     ),
-    Rule(
-        "time-out.server",
-        ABORT,
-        MAY,
-        "A server may give up a transfer that does not go on, and says so by its abort.",
-        rows=("7-either-side", "O11"),
-        reaction="silence, or abort with the multiplexer of the transfer",
-        codes=TIMED_OUT,
-        open="whether there is a time-out, and its length",
-    ),
+    SERVER_TIME_OUT,
     Rule(
         "time-out.client",
         ABORT,

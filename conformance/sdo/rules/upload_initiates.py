@@ -1,13 +1,53 @@
 """Initiates of uploads of all three protocols: reserved fields, block size, protocol switch."""
 
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.rules.accepted import NOT_VALID
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
 PROTOCOL_SWITCH = "7.2.4.3.5"
 THRESHOLD = "7.2.4.3.5 and 7.2.4.3.13"
 UPLOAD = "7.2.4.3.6"
 BLOCK_UPLOAD = "7.2.4.3.13"
+
+INVALID_BLOCK_SIZE = Rule(
+    "block-upload.invalid-block-size",
+    BLOCK_UPLOAD,
+    MUST,
+    "A block upload in sub-blocks of no segment, or of more than 127, is refused.",
+    rows=("I29",),
+    reaction="abort",
+    codes=(
+        AbortCode.INVALID_BLOCK_SIZE,
+        AbortCode.COMMAND_NOT_VALID,
+        AbortCode.GENERAL_ERROR,
+    ),
+    open="05040001h is for a server without block transfers",
+)
+SWITCH = Rule(
+    "block-upload.switch",
+    PROTOCOL_SWITCH,
+    MAY,
+    "A block upload of at most pst bytes may be answered as an ordinary upload.",
+    rows=("I30", "O23", "8-threshold"),
+    reaction="a block upload, or an upload from its initiate response on",
+    open="whether the server switches",
+)
+NO_SWITCH = Rule(
+    "block-upload.no-switch",
+    THRESHOLD,
+    MUST,
+    "pst = 0 forbids the switch to an ordinary upload.",
+    rows=("I31",),
+    reaction="a block upload",
+)
+ABOVE_THRESHOLD = Rule(
+    "block-upload.above-threshold",
+    PROTOCOL_SWITCH,
+    MUST,
+    "An object of more than pst bytes is uploaded in blocks, as asked.",
+    rows=("I32",),
+    reaction="a block upload",
+)
 
 UPLOAD_INITIATE_RULES = (
     Rule(
@@ -17,7 +57,7 @@ UPLOAD_INITIATE_RULES = (
         "Reserved bits of an upload initiate may be ignored or refused.",
         rows=("I12",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
     Rule(
@@ -27,7 +67,7 @@ UPLOAD_INITIATE_RULES = (
         "Bits 4 and 3 of a block upload initiate may be ignored or refused.",
         rows=("I16",),
         reaction="served, or abort",
-        codes=NOT_VALID,
+        codes=accepted.NOT_VALID,
         open="served or refused",
     ),
     Rule(
@@ -38,45 +78,10 @@ UPLOAD_INITIATE_RULES = (
         rows=("I17",),
         reaction="served",
     ),
-    Rule(
-        "block-upload.invalid-block-size",
-        BLOCK_UPLOAD,
-        MUST,
-        "A block upload in sub-blocks of no segment, or of more than 127, is refused.",
-        rows=("I29",),
-        reaction="abort",
-        codes=(
-            AbortCode.INVALID_BLOCK_SIZE,
-            AbortCode.COMMAND_NOT_VALID,
-            AbortCode.GENERAL_ERROR,
-        ),
-        open="05040001h is for a server without block transfers",
-    ),
-    Rule(
-        "block-upload.switch",
-        PROTOCOL_SWITCH,
-        MAY,
-        "A block upload of at most pst bytes may be answered as an ordinary upload.",
-        rows=("I30", "O23", "8-threshold"),
-        reaction="a block upload, or an upload from its initiate response on",
-        open="whether the server switches",
-    ),
-    Rule(
-        "block-upload.no-switch",
-        THRESHOLD,
-        MUST,
-        "pst = 0 forbids the switch to an ordinary upload.",
-        rows=("I31",),
-        reaction="a block upload",
-    ),
-    Rule(
-        "block-upload.above-threshold",
-        PROTOCOL_SWITCH,
-        MUST,
-        "An object of more than pst bytes is uploaded in blocks, as asked.",
-        rows=("I32",),
-        reaction="a block upload",
-    ),
+    INVALID_BLOCK_SIZE,
+    SWITCH,
+    NO_SWITCH,
+    ABOVE_THRESHOLD,
     Rule(
         "block-upload.threshold-without-block-size",
         PROTOCOL_SWITCH,

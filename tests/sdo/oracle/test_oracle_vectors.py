@@ -17,8 +17,8 @@ FREEDOMS = {
     "V15": ("multiplexer of an abort without a transfer", "another"),
     "V44": ("reserved bytes in a request", "ignored"),
     "V55": ("n = 0 in a short last segment", "not stated"),
-    "V84": ("abort by E2", "05040004h (CRC error)"),
-    "V97": ("abort by D4", "06070012h (length too high)"),
+    "V84": ("abort by block-download.crc", "05040004h (CRC error)"),
+    "V97": ("abort by segmented-download.too-many", "06070012h (length too high)"),
 }
 
 

@@ -19,16 +19,18 @@ def _short(id_: str, sentence: str, *rows: str) -> Rule:
     return Rule(id_, PROTOCOLS, MAY, sentence, rows, REACTION, CODES, OPEN)
 
 
-SHAPE_RULES = (
-    _short(
-        "frame.short",
-        "A request cut short has no positive answer from bytes that were not sent.",
-        "3.9-empty",
-        "3.9-initiate",
-        "3.9-upload-initiate",
-        "O1",
-        "1.1-length",
-    ),
+SHORT = _short(
+    "frame.short",
+    "A request cut short has no positive answer from bytes that were not sent.",
+    "3.9-empty",
+    "3.9-initiate",
+    "3.9-upload-initiate",
+    "O1",
+    "1.1-length",
+)
+
+SHORT_REQUEST_RULES = (
+    SHORT,
     _short(
         "frame.short-download",
         "An expedited download whose data is cut off changes nothing.",
