@@ -53,8 +53,10 @@ class Pace:
         A device that was seen again and again to leave a request unanswered is waited for only
         as long as makes sure: far longer than nearly all of its answers took, and any late one.
         """
-        if self.silences < PROVEN:
-            return timeout
+        return timeout if self.silences < PROVEN else self.soon(timeout)
+
+    def soon(self, timeout: float) -> float:
+        """Return how long to wait for what comes as soon as this device answers, if it does."""
         return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, SHORTEST))
 
     @property

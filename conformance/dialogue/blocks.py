@@ -301,7 +301,7 @@ class BlockSteps(RoomSteps):
         """
         if abort.mux != superseded:
             return None
-        frame = self.wait(self.channel.response_timeout)
+        frame = self.wait(self.channel.pace.soon(self.channel.response_timeout))
         if frame is not None:
             self.notes.append("the superseded transfer is aborted, and the new one is served")
         return frame

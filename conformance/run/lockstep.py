@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from itertools import takewhile
 
 from conformance.bus.link import Captured, Direction
-from conformance.device.device import Device
+from conformance.device.device import DEVICE_TYPE, Device
 from conformance.dialogue.causes import OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
@@ -157,7 +157,8 @@ class Lockstep:
     def send(self, frame: CanFrame, *, point: bool = False) -> list[bytes]:
         """Send any frame, take the answers that have to come, and return their data bytes.
 
-        ``point``: what is wrong with them is what the case is about.
+        ``point``: what is wrong with them is what the case is about, and a fence follows, which
+        finds what else comes without waiting. (Not if that looks like the answer to the fence.)
         """
         answers = []
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
@@ -169,26 +170,44 @@ class Lockstep:
         self._point = self._sdo.last_sent if point else None
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
-        if answers and isinstance(self._sdo.read_as(answers[-1]), Abort) and not self.oracle.lost:
-            # The abort may be that of a superseded transfer, with the answer behind it.
-            while self.oracle.awaited is Awaited.MAYBE and not self.oracle.lost:
-                answers += self._answer()
+        told_by_fence = point and getattr(self._point, "mux", None) != DEVICE_TYPE
+        aborted = answers and isinstance(self._sdo.read_as(answers[-1]), Abort)
+        if aborted and not told_by_fence:
+            answers += self._behind_abort()
+        return answers
+
+    def _behind_abort(self) -> list[bytes]:
+        """Take the answer that comes behind an abort where that is of a superseded transfer."""
+        answers: list[bytes] = []
+        while not self.oracle.lost and (more := self._what_may_come()):
+            answers += more
         return answers
 
     def behind_gap(self) -> list[bytes]:
-        """Wait for the acknowledgement of a sub-block that is due or, behind a gap, may come."""
-        answers = []
-        while SubBlock.name in self.oracle.states and self.oracle.awaited is Awaited.MAYBE:
-            answers += self._answer()
+        """Take the acknowledgements of a sub-block that may come behind a gap."""
+        answers: list[bytes] = []
+        while SubBlock.name in self.oracle.states and (more := self._what_may_come()):
+            answers += more
         return answers
 
     def _answer(self) -> list[bytes]:
-        due = self.oracle.awaited is Awaited.ANSWER
         answer = self._sdo.next_frame()
         if answer is None:
-            if due:
-                self._sdo.unanswered()
+            self._sdo.unanswered()
             self._find(self.oracle.settled())
+        return self._taken(answer)
+
+    def _what_may_come(self) -> list[bytes]:
+        """Take what may come and need not, if it comes as soon as this device answers.
+
+        A silence settles nothing: what comes later crosses with what is sent next.
+        """
+        if self.oracle.awaited is not Awaited.MAYBE:
+            return []
+        channel = self._sdo.channel
+        return self._taken(self._sdo.next_frame(channel.pace.soon(channel.response_timeout)))
+
+    def _taken(self, answer: CanFrame | None) -> list[bytes]:
         self.check()
         if answer is None:
             return []

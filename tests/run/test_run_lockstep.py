@@ -11,7 +11,7 @@ from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 
 SUPERSEDED = Abort(TEXT.mux, AbortCode.COMMAND_NOT_VALID).encode()
-BEGUN = bytes.fromhex("4108200014000000")
+BEGUN = bytes.fromhex("4110200014000000")
 UNKNOWN = bytes.fromhex("E010200000000000")
 SEGMENT = b"\0ABCDEFG"
 HASTY = 0.05
@@ -28,11 +28,9 @@ class Careless(Scripted):
         super().__init__(self._answer)
 
     def _answer(self, data: bytes) -> list[bytes]:
-        begun = bytearray(BEGUN)
-        begun[1:4] = UploadInitiate(TEXT.mux).encode()[1:4]
         answers = {
             READ: [BASELINE],
-            UploadInitiate(TEXT.mux).encode(): [bytes(begun)],
+            UploadInitiate(TEXT.mux).encode(): [BEGUN],
             UploadInitiate(NUMBER.mux).encode(): [SUPERSEDED, SEGMENT],
             UNKNOWN: [SUPERSEDED],
             UploadSegment(0).encode(): [SEGMENT],
@@ -82,3 +80,22 @@ def test_a_segment_where_nothing_was_aborted_is_one_without_a_transfer() -> None
     assert str(sdo.cause_of(found.value)) == (
         "segmented-upload.without-initiate: upload segment response"
     )
+
+
+@pytest.mark.parametrize(("point", "longest"), [(True, 0.0), (False, 1.0)])
+def test_a_new_initiate_that_is_refused_is_not_waited_out(*, point: bool, longest: float) -> None:
+    node = Scripted(
+        lambda data: {
+            READ: [BASELINE],
+            UploadInitiate(TEXT.mux).encode(): [BEGUN],
+            UploadInitiate(NUMBER.mux).encode(): [SUPERSEDED],
+        }.get(data, [])
+    )
+    with undiscovered(node, timeout=10.0) as bench:
+        sdo = bench.dialogue()
+        lockstep = Lockstep(sdo, Oracle(None, NODE_ID))
+        with lockstep.following():
+            lockstep.send(frame(UploadInitiate(TEXT.mux).encode()))
+            lockstep.send(frame(UploadInitiate(NUMBER.mux).encode()), point=point)
+            lockstep.settle(TEXT.mux)
+    assert sdo.waited <= longest
