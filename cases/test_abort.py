@@ -22,14 +22,14 @@ ANY_ABORT = {
 }
 
 
-@must("abort.not-answered", "I10", "2.13-no-response", abort=ANY_ABORT)
+@must("abort.not-answered", "response.unsolicited", abort=ANY_ABORT)
 def test_not_answered(sdo: Dialogue, abort: Abort) -> None:
     """An abort is never answered, whatever it says, also when no transfer is running."""
     sdo.send(abort)
     sdo.expect_nothing()
 
 
-@must("abort.repeated", "I10", "3.11-idle")
+@must("abort.repeated", "abort.not-answered", "server.idle-afterwards")
 def test_repeated(sdo: Dialogue) -> None:
     """One abort after another: none is answered, and the server serves the next request."""
     due = sdo.upload(VENDOR_ID)
@@ -39,7 +39,7 @@ def test_repeated(sdo: Dialogue) -> None:
     sdo.expect_value(VENDOR_ID, due)
 
 
-@must("abort.after-a-transfer", "I10")
+@must("abort.after-a-transfer", "abort.not-answered")
 def test_after_a_transfer(sdo: Dialogue, number: KnownObject) -> None:
     """An abort behind a download that is over undoes nothing and is not answered."""
     value = sdo.write_number(number)
@@ -48,14 +48,14 @@ def test_after_a_transfer(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_value(number, value)
 
 
-@may("abort.reserved-bits", "I11", "O2", bits=[0x01, 0x10, 0x1F])
+@may("abort.reserved-bits", "request.reserved-bits", bits=[0x01, 0x10, 0x1F])
 def test_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """81h to 9Fh without a transfer is never answered positively."""
     sdo.send(Abort(VENDOR_ID.mux, AbortCode.GENERAL_ERROR, bits))
     sdo.expect_silence_or_abort()
 
 
-@must("abort.frame", "2.13-abort-code", "2.13-reserved")
+@must("abort.frame", "abort.code", "response.reserved")
 def test_frame(sdo: Dialogue) -> None:
     """An abort of the server is exactly 80h, the multiplexer, and a code of table 22."""
     for mux in _refused(sdo):
@@ -64,7 +64,7 @@ def test_frame(sdo: Dialogue) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@must("abort.own-multiplexer", "2.13-multiplexer", clause=ABORT)
+@must("abort.own-multiplexer", "response.multiplexer", clause=ABORT)
 def test_own_multiplexer(sdo: Dialogue) -> None:
     """An abort names the object that was just refused, not one of an earlier transfer."""
     missing, *others = _refused(sdo)
@@ -82,7 +82,7 @@ def _refused(sdo: Dialogue) -> list[Multiplexer]:
     return refused
 
 
-@must("abort.own-multiplexer-download", "2.13-multiplexer", clause=ABORT)
+@must("abort.own-multiplexer-download", "response.multiplexer", clause=ABORT)
 def test_own_multiplexer_download(sdo: Dialogue) -> None:
     """The abort of a refused download names its object, not the one read before."""
     missing = sdo.missing_object()
@@ -91,7 +91,7 @@ def test_own_multiplexer_download(sdo: Dialogue) -> None:
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("abort.many", "3.11-idle", "2.13-one-response", clause=ABORT)
+@must("abort.many", "server.idle-afterwards", "response.answered", clause=ABORT)
 def test_many(sdo: Dialogue) -> None:
     """Refusal after refusal is answered, each with one abort: nothing runs out."""
     missing = sdo.missing_object()
@@ -100,7 +100,9 @@ def test_many(sdo: Dialogue) -> None:
         sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("abort.many-transfers", "3.11-idle", "U7", clause=ABORT)
+@must(
+    "abort.many-transfers", "server.idle-afterwards", "segmented-upload.client-abort", clause=ABORT
+)
 def test_many_transfers(sdo: Dialogue) -> None:
     """Transfer after transfer is started and aborted by the client: nothing runs out."""
     known, data = sdo.long_object()

@@ -26,7 +26,15 @@ CRC = "7.2.4.3.16"
 SERVICE = "7.2.4.2.10"
 
 
-@must("block-download.size", "B1", "B2", "B3", "E1", "8-multiple-of-7", size=BLOCK_SIZES)
+@must(
+    "block-download.size",
+    "block-download.full-sub-block",
+    "block-download.last-segment",
+    "block-download.segments-only",
+    "block-download.stored",
+    "block.full-last-segment",
+    size=BLOCK_SIZES,
+)
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block download is stored whole; segments that look like other requests are segments."""
     sdo.need_room(variable, size)
@@ -35,7 +43,12 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("block-download.beyond-16-bits", "6-long-data", "B2", size=[BEYOND_16_BITS])
+@must(
+    "block-download.beyond-16-bits",
+    "block-download.last-segment",
+    "block-download.stored",
+    size=[BEYOND_16_BITS],
+)
 def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """More bytes than 16 bits count are stored whole and read whole, where there is room."""
     sdo.require_block_download()
@@ -48,7 +61,7 @@ def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
 
-@must("block-download.size-not-indicated", "B18", size=EDGE_SIZES)
+@must("block-download.size-not-indicated", size=EDGE_SIZES)
 def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A block download that does not say its size (C4h) is stored whole."""
     sdo.need_room(variable, size)
@@ -57,7 +70,7 @@ def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> 
     sdo.expect_value(variable, data)
 
 
-@must("block-download.without-crc", "B19", "5-offered-unasked", size=[1, 7, 20, 890])
+@must("block-download.without-crc", "crc.offered-unasked", size=[1, 7, 20, 890])
 def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A client that has no CRC is served; the CRC field is 0 then."""
     sdo.need_room(variable, size)
@@ -66,7 +79,13 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("block-download.number", "B2", "E1", "6-type-length", length=[1, 2, 4, 8])
+@must(
+    "block-download.number",
+    "block-download.last-segment",
+    "block-download.stored",
+    "data.type-length",
+    length=[1, 2, 4, 8],
+)
 def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     """A number may come in a block, however short it is."""
     known = device.number(length)
@@ -77,13 +96,13 @@ def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     sdo.expect_value(known, wanted)
 
 
-@must("block-download.write-only", "I1", clause=INITIATE)
+@must("block-download.write-only", "response.not-refused", clause=INITIATE)
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """A write-only object takes a value in a block."""
     sdo.block_download(write_only, bytes(write_only.length or 4))
 
 
-@must("block-download.again", "3.11-idle", "E1", clause=SERVICE)
+@must("block-download.again", "server.idle-afterwards", "block-download.stored", clause=SERVICE)
 def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     """One block download after another: the object holds the last and nothing else."""
     for wanted in (50, 7, 30, 3):
@@ -92,7 +111,7 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.expect_value(variable, data)
 
 
-@must("block-download.reserved", "2.13-reserved", clause=INITIATE)
+@must("block-download.reserved", "response.reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of A4h, A2h and A1h are 0."""
     size = len(sdo.prepare(variable, 20))
@@ -102,12 +121,12 @@ def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
 
 @must(
     "block-download.lost",
-    "B8",
-    "B6",
-    "B7",
-    "5-covers",
-    "8-ackseq",
-    "8-break-moment",
+    "block.progress",
+    "block-download.gap",
+    "block-download.first-lost",
+    "crc.covers",
+    "block.acknowledgement",
+    "block-download.break-moment",
     risk=LOST_SEGMENT,
     lost={"first": (2, 0), "middle": (3, 1), "before-last": (5, 3)},
 )
@@ -124,7 +143,14 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     sdo.expect_value(variable, gap.data)
 
 
-@must("block-download.lost-twice", "B8", "B6", "B7", "8-ackseq", risk=LOST_SEGMENT)
+@must(
+    "block-download.lost-twice",
+    "block.progress",
+    "block-download.gap",
+    "block-download.first-lost",
+    "block.acknowledgement",
+    risk=LOST_SEGMENT,
+)
 def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     """What is sent again may get lost again."""
     gap = lose_segment(sdo, variable, 28, 2)
@@ -141,7 +167,7 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, gap.data)
 
 
-@may("block-download.repeated-segment", "B10", risk=LOST_SEGMENT)
+@may("block-download.repeated-segment", risk=LOST_SEGMENT)
 def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     """A segment that comes twice is ignored or taken for a gap; it is not stored twice."""
     data = sdo.payload(len(sdo.prepare(variable, 21, least=TWO_SEGMENTS)))
@@ -171,7 +197,7 @@ def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.sequence-zero", "B5", risk=LOST_SEGMENT)
+@may("block-download.sequence-zero", risk=LOST_SEGMENT)
 def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
     """Sequence number 0 is none: the segment is refused or dropped, never stored."""
     data = sdo.payload(len(sdo.prepare(text, 14)))
@@ -193,7 +219,7 @@ def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data)
 
 
-@may("block-download.crc-unused", "E3")
+@may("block-download.crc-unused")
 def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
     """Without a CRC its field is not looked at: nothing is refused for it."""
     data = sdo.payload(len(sdo.prepare(variable, 14)))
@@ -214,7 +240,7 @@ def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.expect_value(variable, data)
 
 
-@may("block-download.empty", "B17", "6-zero-bytes", "5-empty")
+@may("block-download.empty", "data.empty", "crc.empty")
 def test_empty(sdo: Dialogue, text: KnownObject) -> None:
     """A block download of no bytes stores an empty value or is refused; it never hangs."""
     sdo.initiate_block_download(text, len(sdo.prepare(text, 9)))

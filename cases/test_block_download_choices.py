@@ -55,7 +55,7 @@ def expect_end_or_abort(sdo: Dialogue, known: KnownObject, due: bytes, *codes: A
     sdo.expect_value(known, due)
 
 
-@may("block-download.largest-size", "I26", clause=INITIATE)
+@may("block-download.largest-size", "download.huge-size", clause=INITIATE)
 def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
     """A size of FFFFFFFFh is refused, or taken for what is announced; the server stays usable."""
     sdo.require_block_download()
@@ -72,7 +72,9 @@ def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, data)
 
 
-@may("block-download.old-numbers", "B9", clause=SERVICE, risk=LOST_SEGMENT)
+@may(
+    "block-download.old-numbers", "block-download.old-numbering", clause=SERVICE, risk=LOST_SEGMENT
+)
 def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     """What comes again under its old numbers is discarded or refused, or stored as what it is."""
     gap = lose_segment(sdo, variable, 28, 2)
@@ -99,7 +101,7 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_value(variable, gap.data)
 
 
-@may("block-download.beyond-block-size", "B11", risk=LOST_SEGMENT)
+@may("block-download.beyond-block-size", risk=LOST_SEGMENT)
 def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
     """A number beyond the block size is none: the segment is refused or dropped, never stored."""
     size = len(sdo.prepare(text, 14))
@@ -135,7 +137,7 @@ def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@may("block-download.crc-not-offered", "E3", field=[0x0001, 0xFFFF])
+@may("block-download.crc-not-offered", "block-download.crc-unused", field=[0x0001, 0xFFFF])
 def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
     """A server that has no CRC does not look at its field: nothing is refused for it."""
     size = len(sdo.prepare(text, 14))
@@ -153,7 +155,7 @@ def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
         sdo.expect_value(text, data)
 
 
-@must("block-download.crc-and-size-wrong", "E6")
+@must("block-download.crc-and-size-wrong", "block-download.two-errors")
 def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
     """An end frame with a wrong CRC and a wrong n is refused for either, and nothing is stored."""
     size = len(sdo.prepare(text, 14))
@@ -165,7 +167,12 @@ def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_abort(*WRONG_END, of=text, tolerated=GENERIC)
 
 
-@may("block-download.last-segment-repeated", "E8", clause=SUB_BLOCK, risk=LOST_SEGMENT)
+@may(
+    "block-download.last-segment-repeated",
+    "block-download.last-again",
+    clause=SUB_BLOCK,
+    risk=LOST_SEGMENT,
+)
 def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
     """A last segment that comes again, as after a lost acknowledgement, is not stored twice.
 
@@ -205,7 +212,7 @@ def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@may("block-download.end-reserved-bit", "E9", "O2")
+@may("block-download.end-reserved-bit", "request.reserved-bits")
 def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
     """The reserved bit of the end frame (C3h) is ignored, or the frame is refused."""
     size = len(sdo.prepare(text, 14))
@@ -215,7 +222,12 @@ def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
     expect_end_or_abort(sdo, text, data, AbortCode.COMMAND_NOT_VALID)
 
 
-@must("block-download.new-initiate-at-end", "E7", "O9", initiate=INITIATES)
+@must(
+    "block-download.new-initiate-at-end",
+    "block-download.foreign-at-end",
+    "server.new-initiate-served",
+    initiate=INITIATES,
+)
 def test_new_initiate_at_end(sdo: Dialogue, text: KnownObject, initiate: Initiate) -> None:
     """An initiate where the end is due is served, or ends the download; nothing of it is stored."""
     sdo.fit(text, INITIATE_SIZE)

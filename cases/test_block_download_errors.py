@@ -37,11 +37,7 @@ BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": None}
 
 
 @must(
-    "block-download.crc",
-    "E2",
-    "5-polynomial",
-    "5-placement",
-    flipped=[0x0001, 0x0100, 0x8000, 0xFFFF],
+    "block-download.crc", "crc.algorithm", "crc.placement", flipped=[0x0001, 0x0100, 0x8000, 0xFFFF]
 )
 def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
     """A wrong CRC is refused as such, and nothing is stored."""
@@ -55,7 +51,7 @@ def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
         sdo.expect_abort(AbortCode.CRC_ERROR, of=text, tolerated=GENERIC)
 
 
-@must("block-download.unused-too-many", "E4", unused=[1, 7])
+@must("block-download.unused-too-many", unused=[1, 7])
 def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
     """An end frame whose n leaves fewer bytes than announced is refused, and nothing is stored."""
     size = len(sdo.prepare(text, 14))
@@ -67,7 +63,7 @@ def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
         sdo.expect_abort(*TOO_SHORT, of=text, tolerated=GENERIC)
 
 
-@must("block-download.too-few", "E5", "6-announced-download")
+@must("block-download.too-few", "download.size-error-moment")
 def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
     """Fewer bytes than announced are refused, and nothing is stored."""
     size = len(sdo.prepare(text, 20, least=2))
@@ -76,7 +72,7 @@ def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_block_download_refused(text, data, *TOO_SHORT, size=size)
 
 
-@must("block-download.too-many", "B12", "6-announced-download")
+@must("block-download.too-many", "download.size-error-moment")
 def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
     """More bytes than announced are refused, at the end at the latest, and nothing is stored."""
     announced = sdo.fit(text, 10)
@@ -86,7 +82,7 @@ def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_block_download_refused(text, data, *TOO_LONG, size=announced)
 
 
-@must("block-download.too-many-inside", "B12", "6-announced-download")
+@must("block-download.too-many-inside", "block-download.too-many", "download.size-error-moment")
 def test_too_many_inside(sdo: Dialogue, text: KnownObject) -> None:
     """Inside a sub-block, too, a refusal names the download and has a code of CiA 301."""
     sdo.store(text, sdo.payload(21))
@@ -95,7 +91,12 @@ def test_too_many_inside(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_refusals()
 
 
-@must("block-download.number-too-long", "I35", "O18", length=[1, 2, 4])
+@must(
+    "block-download.number-too-long",
+    "block-download.number-length",
+    "abort.length-code",
+    length=[1, 2, 4],
+)
 def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     """More bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
@@ -103,7 +104,12 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_block_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
 
 
-@must("block-download.number-too-short", "I35", "O18", length=[2, 4, 8])
+@must(
+    "block-download.number-too-short",
+    "block-download.number-length",
+    "abort.length-code",
+    length=[2, 4, 8],
+)
 def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     """Fewer bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
@@ -111,7 +117,11 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_block_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
 
 
-@must("block-download.read-only", "I5", target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)})
+@must(
+    "block-download.read-only",
+    "object.read-only",
+    target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)},
+)
 def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     """A read-only object refuses a block download, at the end at the latest."""
     mux = Multiplexer(*target)
@@ -121,21 +131,21 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
-@must("block-download.object-missing", "I2")
+@must("block-download.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue) -> None:
     """A block download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
-@must("block-download.sub-index-missing", "I3")
+@must("block-download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A block download to a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
     sdo.expect_block_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
-@must("block-download.foreign-at-end", "E7", risk=risk_of_request, request=FOREIGN_AT_END)
+@must("block-download.foreign-at-end", risk=risk_of_request, request=FOREIGN_AT_END)
 def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     """A request of another service where the end is due ends the download with 05040001h."""
     size = len(sdo.prepare(text, 14))
@@ -148,9 +158,9 @@ def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> Non
 
 @must(
     "block-download.client-abort",
-    "B4",
-    "E10",
-    "3.11-value-kept",
+    "block-download.abort-in-sub-block",
+    "block-download.abort-before-end",
+    "server.value-kept",
     "server.part-written",
     segments=BEGUN,
 )
@@ -165,7 +175,7 @@ def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int | None) ->
 
 @must(
     "block-download.number-kept",
-    "3.11-value-kept",
+    "server.value-kept",
     ending={"client-abort": False, "wrong-crc": True},
 )
 def test_number_kept(sdo: Dialogue, device: Device, ending: bool) -> None:
@@ -184,7 +194,12 @@ def test_number_kept(sdo: Dialogue, device: Device, ending: bool) -> None:
             sdo.expect_nothing()
 
 
-@must("block-download.client-abort-then-end", "E10", "7-client", "3.11-value-kept")
+@must(
+    "block-download.client-abort-then-end",
+    "block-download.abort-before-end",
+    "time-out.client",
+    "server.value-kept",
+)
 def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
     """An end frame right behind an abort completes nothing."""
     size = len(sdo.prepare(text, 14))
@@ -194,7 +209,7 @@ def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))
 
 
-@must("block-download.restart", "3.11-nothing-afterwards", "7-client")
+@must("block-download.restart", "server.nothing-afterwards", "time-out.client")
 def test_restart(sdo: Dialogue, text: KnownObject) -> None:
     """After an abort the next block download holds nothing of the old one."""
     size = len(sdo.prepare(text, 14, least=TWO_SEGMENTS))

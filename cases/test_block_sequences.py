@@ -28,7 +28,7 @@ PAIRS = {
 }
 
 
-@must("block-sequence.pairs", "3.11-idle", pair=PAIRS)
+@must("block-sequence.pairs", "server.idle-afterwards", pair=PAIRS)
 def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str]) -> None:
     """Two downloads in a row, of whatever kind, each read back: the object holds the last."""
     first, second, read = pair
@@ -41,7 +41,7 @@ def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str])
             raise sdo.breach(f"{variable} reads {shown(due)}", shown(found))
 
 
-@must("block-sequence.abandoned-download", "3.11-nothing-afterwards")
+@must("block-sequence.abandoned-download", "server.nothing-afterwards")
 def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
     """Segments of a block download that was aborted do not turn up in the next one."""
     size = sdo.fit(text, 12)
@@ -56,7 +56,7 @@ def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data[:3] if kind == "expedited" else data)
 
 
-@must("block-sequence.abandoned-upload", "3.11-nothing-afterwards", "F14")
+@must("block-sequence.abandoned-upload", "server.nothing-afterwards", "block-upload.client-abort")
 def test_abandoned_upload(sdo: Dialogue, variable: KnownObject) -> None:
     """A block upload that was aborted starts again from the first byte."""
     data = sdo.prepare(variable, 40, least=15)

@@ -48,14 +48,14 @@ def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInit
 
 @must(
     "block-upload.size",
-    "F1",
-    "F5",
-    "F6",
-    "2.13-size",
-    "2.13-crc",
-    "5-polynomial",
-    "5-placement",
-    "5-server-without",
+    "block-upload.first-sub-block",
+    "block-upload.next-sub-block",
+    "block-upload.end",
+    "upload.size",
+    "block.crc",
+    "crc.algorithm",
+    "crc.placement",
+    "crc.not-offered",
     size=BLOCK_SIZES,
 )
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
@@ -65,7 +65,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     expect_data(sdo, variable, data, sdo.block_upload(variable))
 
 
-@must("block-upload.beyond-16-bits", "6-long-data", "F5", "2.13-size", clause=SUB_BLOCK)
+@must("block-upload.beyond-16-bits", "block-upload.next-sub-block", "upload.size")
 def test_beyond_16_bits(sdo: Dialogue) -> None:
     """More bytes than 16 bits count are read whole, however the object came to them."""
     sdo.require_block_upload()
@@ -73,7 +73,7 @@ def test_beyond_16_bits(sdo: Dialogue) -> None:
     expect_data(sdo, known, data, sdo.block_upload(known))
 
 
-@must("block-upload.without-crc", "5-client-without", "5-offered-unasked", size=[1, 7, 20, 890])
+@must("block-upload.without-crc", "crc.not-asked", "crc.offered-unasked", size=[1, 7, 20, 890])
 def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A client that has no CRC is served, and the CRC field is 0."""
     data = sdo.payload(size)
@@ -83,11 +83,11 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
 
 @must(
     "block-upload.block-size",
-    "F1",
-    "F5",
-    "2.13-block-size",
-    "2.13-last-segment",
-    "8-end-of-sub-block",
+    "block-upload.first-sub-block",
+    "block-upload.next-sub-block",
+    "block.size",
+    "upload.ends",
+    "block.ends-with-sub-block",
     block_size=[1, 2, 7, 20, 126, 127],
 )
 def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
@@ -98,7 +98,7 @@ def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> No
         expect_data(sdo, variable, data, sdo.block_upload(variable, block_size=block_size))
 
 
-@must("block-upload.ends-with-sub-block", "8-end-of-sub-block", block_size=[1, 2, 20, 127])
+@must("block-upload.ends-with-sub-block", "block.ends-with-sub-block", block_size=[1, 2, 20, 127])
 def test_ends_with_sub_block(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
     """Data that fills its last sub-block is marked there, and the end follows at once."""
     size = 7 * block_size
@@ -117,7 +117,7 @@ def test_ends_with_sub_block(sdo: Dialogue, variable: KnownObject, block_size: i
     sdo.end_of_block_upload(variable, BlockAck(len(segments), block_size))
 
 
-@must("block-upload.block-size-changes", "F5", "2.13-block-size")
+@must("block-upload.block-size-changes", "block-upload.next-sub-block", "block.size")
 def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for the next sub-block, larger or smaller."""
     data = sdo.prepare(variable, 210, least=15)
@@ -127,7 +127,7 @@ def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
     expect_data(sdo, variable, data, uploaded)
 
 
-@must("block-upload.same-as-segmented", "F1", "F6")
+@must("block-upload.same-as-segmented", "block-upload.first-sub-block", "block-upload.end")
 def test_same_as_segmented(sdo: Dialogue) -> None:
     """An object reads the same in blocks as in segments."""
     known, _ = sdo.long_object()
@@ -137,7 +137,7 @@ def test_same_as_segmented(sdo: Dialogue) -> None:
         raise sdo.breach(f"{known} reads {shown(segmented)}", f"{known} reads {shown(found)}")
 
 
-@must("block-upload.again", "3.11-idle", clause=SUB_BLOCK)
+@must("block-upload.again", "server.idle-afterwards", clause=SUB_BLOCK)
 def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     """One block upload after another: each delivers its own object's bytes."""
     for size in (50, 7, 30, 3):
@@ -149,11 +149,10 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
 
 @must(
     "block-upload.acknowledged",
-    "F7",
-    "F8",
-    "2.13-sequence",
-    "5-covers",
-    "8-numbering",
+    "block-upload.nothing-acknowledged",
+    "block.sequence",
+    "crc.covers",
+    "block-upload.retransmission-numbering",
     taken={"none": 0, "first": 1, "all-but-last": -1},
 )
 def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
@@ -169,7 +168,12 @@ def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
     expect_data(sdo, variable, data, sdo.block_upload(variable, acknowledge=acknowledge))
 
 
-@must("block-upload.acknowledged-repeatedly", "F7", "F8", "8-numbering")
+@must(
+    "block-upload.acknowledged-repeatedly",
+    "block-upload.acknowledged",
+    "block-upload.nothing-acknowledged",
+    "block-upload.retransmission-numbering",
+)
 def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     """Segments that get lost again and again come again and again."""
     data = sdo.prepare(variable, LENGTH, least=8)
@@ -181,7 +185,12 @@ def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     expect_data(sdo, variable, data, sdo.block_upload(variable, acknowledge=acknowledge))
 
 
-@must("block-upload.block-size-with-retransmission", "F7", "F8", "2.13-block-size")
+@must(
+    "block-upload.block-size-with-retransmission",
+    "block-upload.acknowledged",
+    "block-upload.nothing-acknowledged",
+    "block.size",
+)
 def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) -> None:
     """The block size of an acknowledgement counts for what is sent again as well."""
     data = sdo.prepare(variable, LENGTH, least=8)
@@ -200,7 +209,13 @@ def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) ->
     expect_data(sdo, variable, data, uploaded)
 
 
-@must("block-upload.threshold", "I31", "I32", "I30", threshold=[0, 1, 5, 13, 14, 255])
+@must(
+    "block-upload.threshold",
+    "block-upload.no-switch",
+    "block-upload.above-threshold",
+    "block-upload.switch",
+    threshold=[0, 1, 5, 13, 14, 255],
+)
 def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
     """Up to pst bytes may come as an ordinary upload; more, or any with pst = 0, must not."""
     data = sdo.prepare(variable, 14)
@@ -212,9 +227,9 @@ def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None
 
 @must(
     "block-upload.threshold-and-block-size",
-    "I32",
-    "2.13-block-size",
-    "F1",
+    "block-upload.above-threshold",
+    "block.size",
+    "block-upload.first-sub-block",
     threshold=[1, 5, 20, 255],
 )
 def test_threshold_and_block_size(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
@@ -226,7 +241,7 @@ def test_threshold_and_block_size(sdo: Dialogue, variable: KnownObject, threshol
     expect_data(sdo, variable, data, uploaded)
 
 
-@must("block-upload.reserved", "2.13-reserved", clause=INITIATE)
+@must("block-upload.reserved", "response.reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of the answers in a block upload are 0."""
     sdo.prepare(variable, 20)
@@ -234,7 +249,7 @@ def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@should("block-upload.filler", "2.13-filler", clause=SUB_BLOCK, size=[1, 8, 20])
+@should("block-upload.filler", "response.filler", clause=SUB_BLOCK, size=[1, 8, 20])
 def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """The bytes of the last segment that hold no data are 0."""
     sdo.store(variable, sdo.payload(size))
@@ -242,7 +257,7 @@ def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_clean(FILLER)
 
 
-@must("block-upload.next-request", "3.1-next-request", "G1")
+@must("block-upload.next-request", "server.next-request", "block-upload.over")
 def test_next_request(sdo: Dialogue) -> None:
     """A request right behind the end of a block upload is served."""
     due = sdo.upload(VENDOR_ID)
@@ -256,7 +271,7 @@ def test_next_request(sdo: Dialogue) -> None:
             raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))
 
 
-@may("block-upload.empty", "F17", "6-zero-bytes", "5-empty")
+@may("block-upload.empty", "data.empty", "crc.empty")
 def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
     before = len(sdo.prepare(variable, PADDED))
@@ -272,7 +287,7 @@ def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_empty(variable, uploaded.data, before)
 
 
-@must("block-upload.constant", "F1", "F6")
+@must("block-upload.constant", "block-upload.first-sub-block", "block-upload.end")
 def test_constant(sdo: Dialogue) -> None:
     """The vendor-ID reads the same in a block, of one segment, as expedited."""
     due = sdo.upload(VENDOR_ID)

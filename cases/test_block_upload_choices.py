@@ -35,7 +35,7 @@ ACKNOWLEDGEMENT: Waiting = (1, BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 CONFIRMATION: Waiting = (2, BlockEndResponse())
 
 
-@may("block-upload.threshold-without-block-size", "I33")
+@may("block-upload.threshold-without-block-size")
 def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> None:
     """With pst = 255 and blksize 0 a short object comes as an ordinary upload, or is refused."""
     data = sdo.prepare(variable, 9)
@@ -51,7 +51,7 @@ def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> N
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
 
-@may("block-upload.acknowledgement-reserved-bits", "F12", "O2", bits=[1, 2, 4, 7])
+@may("block-upload.acknowledgement-reserved-bits", "request.reserved-bits", bits=[1, 2, 4, 7])
 def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
     known = begin_block_upload(sdo, 1)
@@ -67,7 +67,7 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
         sdo.checks.block_segment(sdo.receive(), known.mux, 2)
 
 
-@may("block-upload.early-acknowledgement", "F16")
+@may("block-upload.early-acknowledgement")
 def test_early_acknowledgement(sdo: Dialogue) -> None:
     """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
     known = begin_block_upload(sdo, 0)
@@ -83,7 +83,7 @@ def test_early_acknowledgement(sdo: Dialogue) -> None:
     sdo.block_upload(known)
 
 
-@may("block-upload.acknowledged-at-end", "G2")
+@may("block-upload.acknowledged-at-end", "block-upload.acknowledged-again")
 def test_acknowledged_at_end(sdo: Dialogue) -> None:
     """An acknowledgement that comes again brings the end frame again, an abort, or nothing."""
     known, _ = sdo.long_object()
@@ -104,7 +104,7 @@ def test_acknowledged_at_end(sdo: Dialogue) -> None:
             raise sdo.breach("the same end frame, an abort, or nothing", describe_response(answer))
 
 
-@must("block-upload.crc-refused-by-client", "G4")
+@must("block-upload.crc-refused-by-client", "block-upload.client-abort-at-end")
 def test_crc_refused_by_client(sdo: Dialogue) -> None:
     """A client that finds the CRC wrong aborts: the server is silent, and nothing is left."""
     known = begin_block_upload(sdo, 2)
@@ -144,19 +144,29 @@ def expect_served_or_refused(sdo: Dialogue, waiting: Waiting, initiate: Initiate
     sdo.expect_dead(due)
 
 
-@must("block-upload.new-initiate-at-start", "F3", "O9", initiate=INITIATES)
+@must(
+    "block-upload.new-initiate-at-start",
+    "block-upload.new-initiate-before-start",
+    "server.new-initiate-served",
+    initiate=INITIATES,
+)
 def test_new_initiate_at_start(sdo: Dialogue, initiate: Initiate) -> None:
     """An initiate where the start is due is served, or ends the upload."""
     expect_served_or_refused(sdo, START, initiate)
 
 
-@must("block-upload.new-initiate-in-the-middle", "F13", "O9", initiate=INITIATES)
+@must(
+    "block-upload.new-initiate-in-the-middle",
+    "block-upload.new-initiate",
+    "server.new-initiate-served",
+    initiate=INITIATES,
+)
 def test_new_initiate_in_the_middle(sdo: Dialogue, initiate: Initiate) -> None:
     """An initiate where an acknowledgement is due is served, or ends the upload."""
     expect_served_or_refused(sdo, ACKNOWLEDGEMENT, initiate)
 
 
-@must("block-upload.new-initiate-at-end", "G3", "O9", initiate=INITIATES)
+@must("block-upload.new-initiate-at-end", "server.new-initiate-served", initiate=INITIATES)
 def test_new_initiate_at_end(sdo: Dialogue, initiate: Initiate) -> None:
     """An initiate where the confirmation of the end is due is served, or ends the upload."""
     expect_served_or_refused(sdo, CONFIRMATION, initiate)
@@ -164,8 +174,10 @@ def test_new_initiate_at_end(sdo: Dialogue, initiate: Initiate) -> None:
 
 @must(
     "block-upload.same-again",
-    "F13",
-    "O9",
+    "block-upload.new-initiate-before-start",
+    "block-upload.new-initiate",
+    "block-upload.new-initiate-at-end",
+    "server.new-initiate-served",
     clause=INITIATE,
     sub_blocks={"at-start": 0, "in-the-middle": 1, "at-end": 2},
 )

@@ -41,7 +41,7 @@ GENERIC = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
 
 
-@must("block-upload.invalid-block-size", "I29", block_size=[0, 128, 255])
+@must("block-upload.invalid-block-size", block_size=[0, 128, 255])
 def test_invalid_block_size(sdo: Dialogue, block_size: int) -> None:
     """A block size of 0 or beyond 127 is refused."""
     known, _ = sdo.long_object()
@@ -51,7 +51,7 @@ def test_invalid_block_size(sdo: Dialogue, block_size: int) -> None:
     sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known, tolerated=GENERIC)
 
 
-@must("block-upload.not-started", "F2", "F4", request=NOT_STARTED)
+@must("block-upload.not-started", "block-upload.foreign-before-start", request=NOT_STARTED)
 def test_not_started(sdo: Dialogue, request: bytes) -> None:
     """Anything but the start where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 0)
@@ -60,7 +60,7 @@ def test_not_started(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_dead(BlockUploadStart())
 
 
-@must("block-upload.foreign", "F11", risk=risk_of_request, request=FOREIGN)
+@must("block-upload.foreign", risk=risk_of_request, request=FOREIGN)
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 1)
@@ -71,7 +71,6 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
 
 @must(
     "block-upload.acknowledges-too-many",
-    "F9",
     sequence={"one-more": BLOCK_SIZE + 1, "128": 128, "255": 255},
 )
 def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
@@ -82,7 +81,7 @@ def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
-@must("block-upload.acknowledges-block-size", "F10", block_size=[0, 128, 255])
+@must("block-upload.acknowledges-block-size", block_size=[0, 128, 255])
 def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     """An acknowledgement with a block size of 0 or beyond 127 ends the upload."""
     known = begin_block_upload(sdo, 1)
@@ -91,7 +90,7 @@ def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
-@must("block-upload.client-abort", "F14", "G4", sub_blocks=BEGUN)
+@must("block-upload.client-abort", "block-upload.client-abort-at-end", sub_blocks=BEGUN)
 def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
     """An abort of the client is not answered and ends the upload."""
     known = begin_block_upload(sdo, sub_blocks)
@@ -99,7 +98,12 @@ def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
     sdo.expect_nothing()
 
 
-@must("block-upload.client-abort-then-ack", "F14", "7-client", "3.11-nothing-afterwards")
+@must(
+    "block-upload.client-abort-then-ack",
+    "block-upload.client-abort",
+    "time-out.client",
+    "server.nothing-afterwards",
+)
 def test_client_abort_then_ack(sdo: Dialogue) -> None:
     """An acknowledgement right behind an abort brings no more segments."""
     known = begin_block_upload(sdo, 1)
@@ -119,20 +123,20 @@ def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> 
     sdo.expect_abort(*codes, of=mux)
 
 
-@must("block-upload.object-missing", "I2")
+@must("block-upload.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue) -> None:
     """The block upload of an object that does not exist is aborted as such."""
     refused_block_upload(sdo, sdo.missing_object(), AbortCode.OBJECT_MISSING)
 
 
-@must("block-upload.sub-index-missing", "I3")
+@must("block-upload.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue) -> None:
     """The block upload of a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
     refused_block_upload(sdo, missing, AbortCode.SUB_INDEX_MISSING)
 
 
-@must("block-upload.write-only", "I4")
+@must("block-upload.write-only", "object.write-only")
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """The block upload of a write-only object is aborted as such."""
     refused_block_upload(

@@ -117,7 +117,7 @@ def start(sdo: Dialogue, kind: str, known: KnownObject) -> None:
             sdo.send_segments([sdo.payload(7)])
 
 
-@must("independence.interleaved", "P12", pair=PAIRS)
+@must("independence.interleaved", "channel.independent", pair=PAIRS)
 def test_interleaved(sdo: Dialogue, device: Device, pair: tuple[str, str]) -> None:
     """Two transfers of any kinds run at the same time on two channels, step by step."""
     require_blocks(sdo, pair)
@@ -139,7 +139,7 @@ def test_interleaved(sdo: Dialogue, device: Device, pair: tuple[str, str]) -> No
             sdo.expect_value(known, value)
 
 
-@must("independence.three", "P12")
+@must("independence.three", "channel.independent")
 def test_three(sdo: Dialogue, device: Device) -> None:
     """Three channels upload at the same time, each its own object."""
     written = two_objects(device)
@@ -160,7 +160,7 @@ def test_three(sdo: Dialogue, device: Device) -> None:
                 raise sdo.breach(f"{known} reads {shown(value)}", str(result))
 
 
-@must("independence.abort", "P12", kind=KINDS)
+@must("independence.abort", "channel.independent", kind=KINDS)
 def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> None:
     """An abort on one channel ends the transfer there and not the one on another channel."""
     require_blocks(sdo, (kind,))
@@ -176,7 +176,7 @@ def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> N
                 raise sdo.breach(f"the upload goes on: {shown(due)}", shown(found))
 
 
-@must("independence.refusal", "P12")
+@must("independence.refusal", "channel.independent")
 def test_refusal(sdo: Dialogue, device: Device, text: KnownObject) -> None:
     """A transfer that the server aborts on one channel does not end the one on another channel."""
     known, _ = long_read_only(device)
@@ -192,7 +192,7 @@ def test_refusal(sdo: Dialogue, device: Device, text: KnownObject) -> None:
             sdo.expect_value(text, data)
 
 
-@must("independence.toggle", "P12")
+@must("independence.toggle", "channel.independent")
 def test_toggle(sdo: Dialogue, device: Device) -> None:
     """Each channel has a toggle bit of its own: one is a segment ahead of the other."""
     ahead, _ = sdo.long_object()
@@ -209,7 +209,7 @@ def test_toggle(sdo: Dialogue, device: Device) -> None:
             raise sdo.breach(shown(data[:14]), shown(first + second))
 
 
-@must("independence.client-vanished", "P12", kind=KINDS)
+@must("independence.client-vanished", "channel.independent", kind=KINDS)
 def test_client_vanished(sdo: Dialogue, device: Device, kind: str) -> None:
     """A client that falls silent in mid-transfer blocks its own channel and no other."""
     require_blocks(sdo, (kind,))
@@ -227,7 +227,13 @@ def test_client_vanished(sdo: Dialogue, device: Device, kind: str) -> None:
             one.end_transfer()
 
 
-@may("independence.same-object", "I38", "P12", clause=INDEPENDENT, kind=["upload", "download"])
+@may(
+    "independence.same-object",
+    "object.busy",
+    "channel.independent",
+    clause=INDEPENDENT,
+    kind=["upload", "download"],
+)
 def test_same_object(sdo: Dialogue, text: KnownObject, kind: str) -> None:
     """Two clients use one object at once: both are served, or one is refused as busy.
 
@@ -255,7 +261,7 @@ def test_same_object(sdo: Dialogue, text: KnownObject, kind: str) -> None:
             sdo.info(f"busy object: {describe_response(aborts[0].encode())}")
 
 
-@must("independence.next-request", "P12")
+@must("independence.next-request", "channel.independent")
 def test_next_request(sdo: Dialogue) -> None:
     """Requests on two channels right behind one another are both answered, each on its own."""
     with sdo.further() as other:
@@ -268,7 +274,7 @@ def test_next_request(sdo: Dialogue) -> None:
             another.end_transfer()
 
 
-@must("independence.segment-elsewhere", "P12", kind=["upload", "download"])
+@must("independence.segment-elsewhere", "channel.independent", kind=["upload", "download"])
 def test_segment_elsewhere(sdo: Dialogue, text: KnownObject, kind: str) -> None:
     """A segment on a channel without a transfer does not go on with the one of another channel."""
     sdo.prepare(text, SIZE, least=8)

@@ -72,7 +72,7 @@ def expect_cob_id(sdo: Dialogue, index: int, sub_index: int, due: CobId) -> None
 # The default channel
 
 
-@must("channel.default-parameter", "P1", half=HALVES)
+@must("channel.default-parameter", half=HALVES)
 def test_default_parameter(sdo: Dialogue, device: Device, half: int) -> None:
     """1200h tells the COB-IDs of the default channel: 600h and 580h plus node-ID, nothing else."""
     default = ChannelIds.default(device.node_id)
@@ -82,7 +82,7 @@ def test_default_parameter(sdo: Dialogue, device: Device, half: int) -> None:
         raise sdo.breach(f"1200h:{half:02X} reads {due.hex(' ')}", found.hex(" "))
 
 
-@must("channel.default-count", "P1")
+@must("channel.default-count", "channel.default-parameter")
 def test_default_count(sdo: Dialogue) -> None:
     """1200h has two entries behind its sub-index 00h."""
     found = default_value(sdo, COUNT)
@@ -90,7 +90,7 @@ def test_default_count(sdo: Dialogue) -> None:
         raise sdo.breach("1200h:00 reads 02", found.hex(" "))
 
 
-@must("channel.default-constant", "P2", sub_index=[COUNT, REQUEST, RESPONSE])
+@must("channel.default-constant", "channel.default-read-only", sub_index=[COUNT, REQUEST, RESPONSE])
 def test_default_constant(sdo: Dialogue, sub_index: int) -> None:
     """No entry of 1200h can be written: the default channel can be neither disabled nor moved.
 
@@ -109,7 +109,7 @@ def test_default_constant(sdo: Dialogue, sub_index: int) -> None:
 # Further channels: are there any?
 
 
-@must("channel.missing-refused", "P3")
+@must("channel.missing-refused", "channel.missing")
 def test_missing_refused(sdo: Dialogue) -> None:
     """A record that the device has not is refused as a missing object; silence is a failure."""
     found = sdo.further_channels()
@@ -121,7 +121,7 @@ def test_missing_refused(sdo: Dialogue) -> None:
             sdo.take_abort(aborted.abort.encode(), (AbortCode.OBJECT_MISSING,), mux)
 
 
-@must("channel.count", "P1")
+@must("channel.count", "channel.entry-count")
 def test_count(sdo: Dialogue) -> None:
     """Sub-index 00h of a further record is 02h or, with a client's node-ID, 03h."""
     (index,) = sdo.require_records()
@@ -132,7 +132,7 @@ def test_count(sdo: Dialogue) -> None:
         sdo.upload(Multiplexer(index, sub_index))
 
 
-@must("channel.count-constant", "P11")
+@must("channel.count-constant", "channel.entry-count")
 def test_count_constant(sdo: Dialogue) -> None:
     """Sub-index 00h of a further record cannot be written."""
     (index,) = sdo.require_further()
@@ -145,7 +145,7 @@ def test_count_constant(sdo: Dialogue) -> None:
 # Configuring one
 
 
-@must("channel.configured", "P4")
+@must("channel.configured", "channel.valid-keeps-identifier")
 def test_configured(sdo: Dialogue) -> None:
     """A channel that was given two COB-IDs and enabled reads back so and serves, beside 1200h."""
     (index,) = sdo.require_further()
@@ -158,7 +158,7 @@ def test_configured(sdo: Dialogue) -> None:
                 raise sdo.breach(f"{mux} reads {due.hex(' ')} on both channels", found.hex(" "))
 
 
-@must("channel.own-identifier", "P12", "2.13-frame", clause=RECORD)
+@must("channel.own-identifier", "channel.independent", "response.frame", clause=RECORD)
 def test_own_identifier(sdo: Dialogue) -> None:
     """What was asked on a channel is answered on its own response identifier and on no other."""
     with sdo.further() as other:
@@ -168,7 +168,7 @@ def test_own_identifier(sdo: Dialogue) -> None:
             raise sdo.breach(f"nothing on {sdo.channel.ids.response}", str(stray[0]))
 
 
-@must("channel.configured-by-itself", "P12", clause=RECORD)
+@must("channel.configured-by-itself", "channel.independent", clause=RECORD)
 def test_default_configured_on_other(sdo: Dialogue) -> None:
     """A second channel can be configured on the first further one: all reach the same objects."""
     _, index = sdo.require_further(2)
@@ -179,7 +179,7 @@ def test_default_configured_on_other(sdo: Dialogue) -> None:
         expect_cob_id(sdo, index, RESPONSE, SECOND.response)
 
 
-@must("channel.half-valid", "P4", half=HALVES)
+@must("channel.half-valid", "channel.valid-keeps-identifier", half=HALVES)
 def test_half_valid(sdo: Dialogue, half: int) -> None:
     """A channel exists when bit 31 is 0 in both COB-IDs: with one of them it answers nothing."""
     (index,) = sdo.require_further()
@@ -188,7 +188,7 @@ def test_half_valid(sdo: Dialogue, half: int) -> None:
     sdo.expect_no_server(FIRST)
 
 
-@must("channel.disabled", "P4")
+@must("channel.disabled", "channel.valid-keeps-identifier")
 def test_disabled(sdo: Dialogue) -> None:
     """A channel that was disabled answers nothing any more, and serves again when enabled."""
     (index,) = sdo.require_further()
@@ -199,7 +199,7 @@ def test_disabled(sdo: Dialogue) -> None:
         sdo.configure(index, FIRST)
 
 
-@must("channel.moved", "P4")
+@must("channel.moved", "channel.valid-keeps-identifier")
 def test_moved(sdo: Dialogue) -> None:
     """A channel that got other COB-IDs serves on these and on the old ones no more."""
     (index,) = sdo.require_further()
@@ -211,7 +211,7 @@ def test_moved(sdo: Dialogue) -> None:
         sdo.configure(index, FIRST)
 
 
-@must("channel.moved-while-valid", "P4", half=HALVES)
+@must("channel.moved-while-valid", "channel.valid-keeps-identifier", half=HALVES)
 def test_moved_while_valid(sdo: Dialogue, half: int) -> None:
     """The CAN-ID of a channel in use cannot be changed: it has to be disabled before."""
     (index,) = sdo.require_further()
@@ -224,7 +224,7 @@ def test_moved_while_valid(sdo: Dialogue, half: int) -> None:
         other.fence()
 
 
-@may("channel.same-value-while-valid", "P5")
+@may("channel.same-value-while-valid", "channel.same-identifier")
 def test_same_value_while_valid(sdo: Dialogue) -> None:
     """A COB-ID in use may be written with its own value; it may also be refused. It stays."""
     (index,) = sdo.require_further()
@@ -236,7 +236,7 @@ def test_same_value_while_valid(sdo: Dialogue) -> None:
         other.fence()
 
 
-@must("channel.stray-bits", "P7", bit=[11, 20, 28])
+@must("channel.stray-bits", "channel.identifier-bits", bit=[11, 20, 28])
 def test_stray_bits(sdo: Dialogue, bit: int) -> None:
     """Bits 28 to 11 of a COB-ID with an 11-bit CAN-ID are 0: others are refused."""
     (index,) = sdo.require_further()
@@ -250,7 +250,7 @@ def test_stray_bits(sdo: Dialogue, bit: int) -> None:
     expect_cob_id(sdo, index, REQUEST, before)
 
 
-@must("channel.restricted", "P8", can_id=EDGES)
+@must("channel.restricted", "channel.restricted-identifier", can_id=EDGES)
 def test_restricted(sdo: Dialogue, can_id: int) -> None:
     """A CAN-ID of another service cannot be put into use, neither at once nor in two steps."""
     (index,) = sdo.require_further()
@@ -266,7 +266,7 @@ def test_restricted(sdo: Dialogue, can_id: int) -> None:
             raise sdo.breach(f"{can_id:03X}h not in use", "bit 31 is 0 though it was refused")
 
 
-@may("channel.dynamic", "P9")
+@may("channel.dynamic", "channel.dynamic-bit")
 def test_dynamic(sdo: Dialogue) -> None:
     """Bit 30 (assigned dynamically, once reserved) may be taken or refused; the channel serves."""
     (index,) = sdo.require_further()
@@ -282,7 +282,7 @@ def test_dynamic(sdo: Dialogue) -> None:
         other.fence()
 
 
-@must("channel.extended", "P6", risk=EXTENDED)
+@must("channel.extended", "channel.extended-identifier", risk=EXTENDED)
 def test_extended(sdo: Dialogue) -> None:
     """A channel with 29-bit CAN-IDs serves on these; a device that cannot refuses bit 29."""
     (index,) = sdo.require_further()
@@ -299,7 +299,7 @@ def test_extended(sdo: Dialogue) -> None:
         expect_cob_id(other, index, REQUEST, LONG_CHANNEL.request)
 
 
-@must("channel.extended-is-another", "1.1-extended", clause=RECORD, risk=EXTENDED)
+@must("channel.extended-is-another", "channel.extended-ignored", clause=RECORD, risk=EXTENDED)
 def test_extended_is_another(sdo: Dialogue) -> None:
     """A 29-bit frame with the number of an 11-bit request identifier is no request of it."""
     with sdo.further() as other:
@@ -312,7 +312,7 @@ def test_extended_is_another(sdo: Dialogue) -> None:
             raise sdo.breach("no answer to the 29-bit frame", describe_response(stray[0]))
 
 
-@must("channel.client-node-id", "P10", value={"0": 0, "128": 128, "255": 255})
+@must("channel.client-node-id", value={"0": 0, "128": 128, "255": 255})
 def test_client_node_id(sdo: Dialogue, value: int) -> None:
     """Sub-index 03h takes node-IDs from 1 to 127 and nothing else."""
     index = sdo.require_client_entry()
@@ -326,7 +326,7 @@ def test_client_node_id(sdo: Dialogue, value: int) -> None:
         raise sdo.breach(f"{mux} reads 01 as before", found.hex())
 
 
-@must("channel.reset-restores", "P13")
+@must("channel.reset-restores", "channel.after-reset")
 def test_reset_restores(sdo: Dialogue) -> None:
     """After a reset of the communication the records hold their power-on values."""
     (index,) = sdo.require_further()

@@ -68,13 +68,13 @@ def expect_same(sdo: Dialogue, indices: Iterable[int], due: Records) -> None:
             raise sdo.breach(f"{index:04X}h:01 and :02 read {before}, as before", now)
 
 
-@must("channel.records", "P3")
+@must("channel.records", "channel.missing")
 def test_records(sdo: Dialogue) -> None:
     """Each record of 1201h to 127Fh is there with both COB-IDs, or refused as a missing object."""
     records(sdo, SERVER_RECORDS)
 
 
-@must("channel.records-after-reset", "P13", "P3")
+@must("channel.records-after-reset", "channel.after-reset", "channel.missing")
 def test_records_after_reset(sdo: Dialogue) -> None:
     """Each record of 1201h to 127Fh is there after a reset as before it, or missing as before.
 
@@ -88,7 +88,7 @@ def test_records_after_reset(sdo: Dialogue) -> None:
     expect_same(sdo, SERVER_RECORDS, power_on)
 
 
-@must("channel.clients-after-store", "storage.save", "1.3-client-parameter")
+@must("channel.clients-after-store", "storage.save", "channel.client-parameter")
 def test_clients_after_store(sdo: Dialogue) -> None:
     """What there is of 1280h to 12FFh reads after storing and a reset as before, or is missing.
 
@@ -104,7 +104,7 @@ def test_clients_after_store(sdo: Dialogue) -> None:
     expect_same(sdo, CLIENT_RECORDS, before)
 
 
-@must("channel.client-stored", "storage.save", "1.3-client-parameter")
+@must("channel.client-stored", "storage.save", "channel.client-parameter")
 def test_client_stored(sdo: Dialogue, device: Device) -> None:
     """A node-ID in sub-index 03h of a client's record that was stored is there after a reset."""
     sdo.require(NMT)

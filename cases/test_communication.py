@@ -51,7 +51,7 @@ NOT_MAPPED = (
 # What can be read
 
 
-@must("communication.vendor-id", "communication.vendor-id")
+@must("communication.vendor-id")
 def test_vendor_id(sdo: Dialogue) -> None:
     """1018h:01 holds a vendor-ID; 0 is none."""
     value = sdo.upload(VENDOR_ID)
@@ -59,7 +59,7 @@ def test_vendor_id(sdo: Dialogue) -> None:
         raise sdo.breach(f"{VENDOR_ID} reads the vendor-ID of the manufacturer", shown(value))
 
 
-@must("communication.error-register", "communication.error-register")
+@must("communication.error-register")
 def test_error_register(sdo: Dialogue) -> None:
     """Bit 0 of 1001h (generic error) is set whenever another bit is."""
     value = present(sdo, ERROR_REGISTER)
@@ -68,7 +68,7 @@ def test_error_register(sdo: Dialogue) -> None:
         raise sdo.breach("bit 0 set beside the others", f"{ERROR_REGISTER} reads {register:02X}h")
 
 
-@must("communication.storage-capability", "communication.storage-capability", command=CAPABILITIES)
+@must("communication.storage-capability", command=CAPABILITIES)
 def test_storage_capability(sdo: Dialogue, command: tuple[int, int]) -> None:
     """1010h and 1011h say in each sub-index what they can; all other bits are 0."""
     index, capabilities = command
@@ -82,7 +82,7 @@ def test_storage_capability(sdo: Dialogue, command: tuple[int, int]) -> None:
             )
 
 
-@must("communication.stored-eds", "communication.stored-eds")
+@must("communication.stored-eds")
 def test_stored_eds(sdo: Dialogue) -> None:
     """1021h is the EDS of the device, and reads the same in blocks."""
     text = present(sdo, STORED_EDS)
@@ -98,7 +98,7 @@ def test_stored_eds(sdo: Dialogue) -> None:
         raise sdo.breach(f"{shown(text)} in blocks as in segments", shown(found))
 
 
-@must("communication.reserved-entry", "communication.reserved-entry")
+@must("communication.reserved-entry")
 def test_reserved_entry(sdo: Dialogue) -> None:
     """Sub-index 04h of 1800h is reserved: it does not exist."""
     present(sdo, Multiplexer(0x1800))
@@ -110,7 +110,7 @@ def test_reserved_entry(sdo: Dialogue) -> None:
 # The list of errors
 
 
-@must("communication.error-list-cleared", "communication.error-list-cleared")
+@must("communication.error-list-cleared")
 def test_error_list_cleared(sdo: Dialogue) -> None:
     """A 0 written to 1003h:00 clears the list of errors."""
     require_writes(sdo, ERROR_LIST)
@@ -120,7 +120,7 @@ def test_error_list_cleared(sdo: Dialogue) -> None:
         raise sdo.breach(f"{COUNT} reads 00", shown(found))
 
 
-@must("communication.error-list-count", "communication.error-list-count", value=[1, 255])
+@must("communication.error-list-count", value=[1, 255])
 def test_error_list_count(sdo: Dialogue, value: int) -> None:
     """1003h:00 refuses every value but 0, with 06090030h, and stays."""
     require_writes(sdo, ERROR_LIST)
@@ -134,11 +134,7 @@ def test_error_list_count(sdo: Dialogue, value: int) -> None:
 # COB-IDs
 
 
-@must(
-    "communication.restricted-identifier",
-    "communication.restricted-identifier",
-    entry=COB_ID_ENTRIES,
-)
+@must("communication.restricted-identifier", entry=COB_ID_ENTRIES)
 def test_restricted_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
     """SYNC, TIME, EMCY and PDOs refuse CAN-IDs that are kept for other services."""
     with out_of_use(sdo, entry) as before:
@@ -146,18 +142,14 @@ def test_restricted_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
             refuse_cob_id(sdo, entry, entry.using(before, can_id))
 
 
-@must("communication.identifier-bits", "communication.identifier-bits", entry=COB_ID_ENTRIES)
+@must("communication.identifier-bits", entry=COB_ID_ENTRIES)
 def test_identifier_bits(sdo: Dialogue, entry: CobIdEntry) -> None:
     """A COB-ID of 11 bits with bits 28 to 11 set is refused."""
     with out_of_use(sdo, entry) as before:
         refuse_cob_id(sdo, entry, entry.using(before, FREE_ID) | STRAY_BIT)
 
 
-@must(
-    "communication.valid-keeps-identifier",
-    "communication.valid-keeps-identifier",
-    entry=COB_ID_ENTRIES,
-)
+@must("communication.valid-keeps-identifier", entry=COB_ID_ENTRIES)
 def test_valid_keeps_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
     """A COB-ID that is in use does not change."""
     with out_of_use(sdo, entry) as before:
@@ -179,7 +171,7 @@ def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, *codes: AbortCod
 # PDOs
 
 
-@must("communication.transmission-type", "communication.transmission-type", pdo=PDOS)
+@must("communication.transmission-type", pdo=PDOS)
 def test_transmission_type(sdo: Dialogue, pdo: CobIdEntry) -> None:
     """A reserved transmission type, which no device can support, is refused with 06090030h."""
     mux = Multiplexer(pdo.mux.index, 2)
@@ -192,7 +184,7 @@ def test_transmission_type(sdo: Dialogue, pdo: CobIdEntry) -> None:
             raise sdo.breach(f"{mux} reads {before.hex()} as before", found.hex())
 
 
-@must("communication.mapped-object", "communication.mapped-object", pdo=PDOS)
+@must("communication.mapped-object", pdo=PDOS)
 def test_mapped_object(sdo: Dialogue, pdo: CobIdEntry) -> None:
     """An object that does not exist is not mapped: the entry is refused, or the number of them."""
     missing = sdo.missing_object()
@@ -200,7 +192,7 @@ def test_mapped_object(sdo: Dialogue, pdo: CobIdEntry) -> None:
         refuse_mapping(sdo, count, [missing.index << 16 | missing.sub_index << 8 | 8])
 
 
-@must("communication.mapped-length", "communication.mapped-length", pdo=PDOS)
+@must("communication.mapped-length", pdo=PDOS)
 def test_mapped_length(sdo: Dialogue, pdo: CobIdEntry) -> None:
     """More than 8 bytes are not mapped: an entry is refused, or the number of them."""
     with free_mapping(sdo, pdo) as (count, mapped):

@@ -27,9 +27,9 @@ READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 @must(
     "download.stored",
-    "I1",
-    "6-expedited-size",
-    "6-type-length",
+    "response.not-refused",
+    "data.expedited-size",
+    "data.type-length",
     clause=DOWNLOAD,
     length=[1, 2, 3, 4],
 )
@@ -39,7 +39,7 @@ def test_stored(sdo: Dialogue, device: Device, length: int) -> None:
     sdo.expect_value(known, sdo.write_number(known, segmented=False))
 
 
-@must("download.confirmation", "2.13-multiplexer", "2.13-reserved", clause=DOWNLOAD)
+@must("download.confirmation", "response.multiplexer", "response.reserved", clause=DOWNLOAD)
 def test_confirmation(sdo: Dialogue, number: KnownObject) -> None:
     """The confirmation is 60h with the multiplexer of the request, all reserved bytes 0."""
     value = sdo.upload(number)
@@ -51,14 +51,14 @@ def test_confirmation(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect(DownloadInitiateResponse(number.mux))
 
 
-@must("download.same-value", "I1", clause=DOWNLOAD)
+@must("download.same-value", "response.not-refused", clause=DOWNLOAD)
 def test_same_value(sdo: Dialogue, number: KnownObject) -> None:
     """A writable object takes the value that it has."""
     with sdo.unchanged(number) as value:
         sdo.download(number, value)
 
 
-@must("download.twice", "I1", clause=DOWNLOAD)
+@must("download.twice", "response.not-refused", clause=DOWNLOAD)
 def test_twice(sdo: Dialogue, number: KnownObject) -> None:
     """One value after another: the last one stays."""
     before = sdo.upload(number)
@@ -69,9 +69,9 @@ def test_twice(sdo: Dialogue, number: KnownObject) -> None:
 
 @must(
     "download.text",
-    "I1",
-    "6-expedited-size",
-    "6-variable-length",
+    "response.not-refused",
+    "data.expedited-size",
+    "data.variable-length",
     clause=DOWNLOAD,
     size=[1, 2, 3, 4],
 )
@@ -82,14 +82,14 @@ def test_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("download.size-not-indicated", "I22")
+@must("download.size-not-indicated")
 def test_size_not_indicated(sdo: Dialogue, device: Device) -> None:
     """22h with 4 bytes for an object of 4 bytes is served: the type says how many count."""
     known = device.number(4)
     sdo.expect_value(known, sdo.write_number(known, segmented=False, sized=False))
 
 
-@may("download.size-not-indicated-short", "I21", length=[1, 2, 3])
+@may("download.size-not-indicated-short", length=[1, 2, 3])
 def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) -> None:
     """22h for a shorter object stores the low bytes, or is refused for its length."""
     known = device.number(length)
@@ -105,7 +105,7 @@ def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) ->
         sdo.expect_value(known, wanted)
 
 
-@must("download.unused-bytes-ignored", "I18", length=[1, 2, 3])
+@must("download.unused-bytes-ignored", length=[1, 2, 3])
 def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> None:
     """Bytes behind the data are not looked at, and never stored."""
     known = device.number(length)
@@ -115,7 +115,7 @@ def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> Non
         sdo.expect(DownloadInitiateResponse(known.mux))
 
 
-@must("download.unused-bytes-of-text", "I18", size=[1, 2, 3])
+@must("download.unused-bytes-of-text", "download.unused-bytes-ignored", size=[1, 2, 3])
 def test_unused_bytes_of_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A string gets the bytes that count and none of those behind them."""
     data = sdo.payload(size)
@@ -128,8 +128,7 @@ def test_unused_bytes_of_text(sdo: Dialogue, variable: KnownObject, size: int) -
 
 @must(
     "download.too-long",
-    "I19",
-    "O18",
+    "abort.length-code",
     lengths={
         "2-into-1": (1, 2),
         "4-into-1": (1, 4),
@@ -149,8 +148,7 @@ def test_too_long(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> No
 
 @must(
     "download.too-short",
-    "I20",
-    "O18",
+    "abort.length-code",
     lengths={
         "1-into-2": (2, 1),
         "2-into-3": (3, 2),
@@ -169,7 +167,9 @@ def test_too_short(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> N
         sdo.expect_abort(*TOO_SHORT, of=known)
 
 
-@must("download.read-only", "I5", target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)})
+@must(
+    "download.read-only", "object.read-only", target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)}
+)
 def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     """A read-only object refuses even the value that it has."""
     mux = Multiplexer(*target)
@@ -180,7 +180,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
-@must("download.object-missing", "I2", "O28")
+@must("download.object-missing", "object.missing-refused", "abort.precise-code")
 def test_object_missing(sdo: Dialogue) -> None:
     """The download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
@@ -188,7 +188,7 @@ def test_object_missing(sdo: Dialogue) -> None:
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("download.sub-index-missing", "I3")
+@must("download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """The download to a sub-index that a writable object does not have is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
@@ -196,7 +196,7 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
 
 
-@must("download.sub-index-of-variable", "I3", sub_index=[0x01, 0x02, 0xFE])
+@must("download.sub-index-of-variable", "object.sub-index-missing", sub_index=[0x01, 0x02, 0xFE])
 def test_sub_index_of_variable(sdo: Dialogue, device: Device, sub_index: int) -> None:
     """A variable has sub-index 0 only: a download to another is aborted, and nothing changes.
 
@@ -216,14 +216,14 @@ def test_sub_index_of_variable(sdo: Dialogue, device: Device, sub_index: int) ->
         sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
-@must("download.write-only", "I1", clause=DOWNLOAD)
+@must("download.write-only", "response.not-refused", clause=DOWNLOAD)
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """A write-only object takes a value."""
     length = write_only.length or 4
     sdo.download(write_only, bytes(length))
 
 
-@must("download.refused-once", "2.13-one-response", clause=ABORT)
+@must("download.refused-once", "response.answered", clause=ABORT)
 def test_refused_once(sdo: Dialogue) -> None:
     """A refused download is answered by one abort and nothing else."""
     value = sdo.upload(DEVICE_TYPE)
@@ -232,7 +232,7 @@ def test_refused_once(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@must("download.refused-is-over", "3.11-idle", clause=ABORT)
+@must("download.refused-is-over", "server.idle-afterwards", clause=ABORT)
 def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
     """After a refused download the right one is served."""
     known = device.number(4)
@@ -242,7 +242,7 @@ def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
     sdo.expect_value(known, sdo.write_number(known))
 
 
-@may("download.request-reserved-bit", "I13", "O2", command={"33h": 0x33, "37h": 0x37})
+@may("download.request-reserved-bit", "request.reserved-bits", command={"33h": 0x33, "37h": 0x37})
 def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> None:
     """Bit 4 of the request may be ignored or refused; silence is neither."""
     known = device.number(4 - ((command >> 2) & 3))
@@ -253,7 +253,7 @@ def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> No
         sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("download.unused-without-size", "I14", unused=[1, 2, 3])
+@may("download.unused-without-size", unused=[1, 2, 3])
 def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None:
     """n without an indicated size is ignored or refused; it never shortens the data."""
     known = device.number(4)
@@ -263,7 +263,7 @@ def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None
         sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID, tolerated=LENGTHS)
 
 
-@must("download.reserved", "2.13-reserved", clause=DOWNLOAD)
+@must("download.reserved", "response.reserved", clause=DOWNLOAD)
 def test_reserved(sdo: Dialogue, device: Device) -> None:
     """Reserved bits and bytes of the confirmation are 0, whatever was written."""
     for length in (1, 2, 4):
@@ -272,7 +272,7 @@ def test_reserved(sdo: Dialogue, device: Device) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@must("download.neighbours", "I1", clause=DOWNLOAD)
+@must("download.neighbours", "response.not-refused", clause=DOWNLOAD)
 def test_neighbours(sdo: Dialogue, device: Device, number: KnownObject) -> None:
     """A download changes its own object and no other."""
     others = [

@@ -24,7 +24,7 @@ UPLOAD = "7.2.4.3.6"
 ABORT = "7.2.4.3.17"
 
 
-@must("upload.device-type", "1.4-mandatory-objects", "I1", clause="7.5.2.1")
+@must("upload.device-type", "object.mandatory", "response.not-refused", clause="7.5.2.1")
 def test_device_type(sdo: Dialogue) -> None:
     """The device type (1000h), which every device has, reads as 4 bytes."""
     data = sdo.upload(DEVICE_TYPE)
@@ -32,7 +32,7 @@ def test_device_type(sdo: Dialogue) -> None:
         raise sdo.breach("4 bytes", f"{len(data)} bytes")
 
 
-@must("upload.identity", "1.4-mandatory-objects", "I1", clause="7.5.2.21")
+@must("upload.identity", "object.mandatory", "response.not-refused", clause="7.5.2.21")
 def test_identity(sdo: Dialogue) -> None:
     """The identity (1018h), which every device has, counts 1 to 4 entries and has a vendor-ID."""
     count = sdo.upload(KnownObject(IDENTITY_COUNT, DataType.UNSIGNED8, Access.CONST))
@@ -43,7 +43,7 @@ def test_identity(sdo: Dialogue) -> None:
         raise sdo.breach("1018h:01 reads 4 bytes", f"it reads {len(vendor)}")
 
 
-@must("upload.known-objects", "I1", clause=UPLOAD)
+@must("upload.known-objects", "response.not-refused", clause=UPLOAD)
 def test_known_objects(sdo: Dialogue, device: Device) -> None:
     """Every object that the run knows of, texts and named objects included, reads without error."""
     for mux in (*TEXTS, *sorted(device.values)):
@@ -57,7 +57,7 @@ def test_known_objects(sdo: Dialogue, device: Device) -> None:
             raise NotTestable(f"the named object {mux} cannot be read: {aborted}") from aborted
 
 
-@must("upload.length", "6-type-length", "6-expedited-size", length=[1, 2, 3, 4])
+@must("upload.length", "data.type-length", "data.expedited-size", length=[1, 2, 3, 4])
 def test_length(sdo: Dialogue, device: Device, length: int) -> None:
     """A number reads with the length of its type, whatever its value, and the same again."""
     known = device.number(length)
@@ -67,14 +67,14 @@ def test_length(sdo: Dialogue, device: Device, length: int) -> None:
     sdo.expect_value(known, device.values[known.mux])
 
 
-@must("upload.multiplexer", "2.13-multiplexer", clause=UPLOAD)
+@must("upload.multiplexer", "response.multiplexer", clause=UPLOAD)
 def test_multiplexer(sdo: Dialogue, device: Device) -> None:
     """Each answer repeats the multiplexer of its own request."""
     for mux in sorted(device.values)[:8]:
         sdo.upload(mux)
 
 
-@must("upload.reserved", "2.13-reserved", "2.13-unused-count", clause=UPLOAD)
+@must("upload.reserved", "response.reserved", "response.unused-count", clause=UPLOAD)
 def test_reserved(sdo: Dialogue, device: Device) -> None:
     """Reserved bits, and reserved bytes where there are any, are 0 in the answer to an initiate."""
     for mux in sorted(device.values)[:8]:
@@ -83,7 +83,7 @@ def test_reserved(sdo: Dialogue, device: Device) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@should("upload.filler", "2.13-filler", clause=UPLOAD)
+@should("upload.filler", "response.filler", clause=UPLOAD)
 def test_filler(sdo: Dialogue, device: Device) -> None:
     """Bytes that hold no data are 0: nothing of the answer before leaks into a shorter one."""
     short = device.shortest_readable()
@@ -93,7 +93,7 @@ def test_filler(sdo: Dialogue, device: Device) -> None:
     sdo.expect_clean(FILLER)
 
 
-@must("upload.object-missing", "I2", "O28")
+@must("upload.object-missing", "object.missing-refused", "abort.precise-code")
 def test_object_missing(sdo: Dialogue) -> None:
     """The upload of an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
@@ -101,7 +101,7 @@ def test_object_missing(sdo: Dialogue) -> None:
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
 
-@must("upload.sub-index-missing", "I3", "O28")
+@must("upload.sub-index-missing", "object.sub-index-missing", "abort.precise-code")
 def test_sub_index_missing(sdo: Dialogue) -> None:
     """The upload of a sub-index that a record does not have is aborted as such."""
     missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
@@ -109,7 +109,7 @@ def test_sub_index_missing(sdo: Dialogue) -> None:
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
 
 
-@must("upload.sub-index-of-variable", "I3", sub_index=[1, 2, 0x80])
+@must("upload.sub-index-of-variable", "object.sub-index-missing", sub_index=[1, 2, 0x80])
 def test_sub_index_of_variable(sdo: Dialogue, sub_index: int) -> None:
     """A simple variable has sub-index 0 only."""
     mux = Multiplexer(DEVICE_TYPE.index, sub_index)
@@ -117,14 +117,14 @@ def test_sub_index_of_variable(sdo: Dialogue, sub_index: int) -> None:
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
-@must("upload.write-only", "I4")
+@must("upload.write-only", "object.write-only")
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """The upload of a write-only object is aborted as such."""
     sdo.send(UploadInitiate(write_only.mux))
     sdo.expect_abort(AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS, of=write_only)
 
 
-@must("upload.refused-once", "2.13-one-response", clause=ABORT)
+@must("upload.refused-once", "response.answered", clause=ABORT)
 def test_refused_once(sdo: Dialogue) -> None:
     """A refused upload is answered by one abort and nothing else."""
     missing = sdo.missing_object()
@@ -133,7 +133,7 @@ def test_refused_once(sdo: Dialogue) -> None:
     sdo.expect_nothing()
 
 
-@must("upload.refused-is-over", "3.11-idle", clause=ABORT)
+@must("upload.refused-is-over", "server.idle-afterwards", clause=ABORT)
 def test_refused_is_over(sdo: Dialogue) -> None:
     """After a refused upload the next one is served as if nothing had been."""
     before = sdo.upload(VENDOR_ID)
@@ -143,7 +143,7 @@ def test_refused_is_over(sdo: Dialogue) -> None:
     sdo.expect_value(VENDOR_ID, before)
 
 
-@may("upload.request-reserved-bits", "I12", "O2", bits=[0x01, 0x10, 0x1F])
+@may("upload.request-reserved-bits", "request.reserved-bits", bits=[0x01, 0x10, 0x1F])
 def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of the request may be ignored or refused; silence is neither."""
     due = sdo.upload(VENDOR_ID)
@@ -151,7 +151,11 @@ def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
     sdo.expect_upload_or_abort(VENDOR_ID, due, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("upload.request-reserved-bytes", "I17", "O3", fill=["FFFFFFFF", "01000000", "00000080"])
+@may(
+    "upload.request-reserved-bytes",
+    "request.reserved-bytes",
+    fill=["FFFFFFFF", "01000000", "00000080"],
+)
 def test_request_reserved_bytes(sdo: Dialogue, fill: str) -> None:
     """Reserved bytes of the request are ignored, or at most refused; silence is neither."""
     due = sdo.upload(VENDOR_ID)
@@ -163,7 +167,7 @@ def test_request_reserved_bytes(sdo: Dialogue, fill: str) -> None:
     )
 
 
-@may("upload.behind-another", "O32", clause=UPLOAD)
+@may("upload.behind-another", "request.behind-another", clause=UPLOAD)
 def test_behind_another(sdo: Dialogue) -> None:
     """Of two requests without a pause one may get lost or be refused; none is mixed up."""
     due = {mux: sdo.upload(mux) for mux in (VENDOR_ID.mux, IDENTITY_COUNT)}

@@ -16,16 +16,22 @@ from conformance.run.matrix.stimuli import (
     Stimulus,
 )
 
-ROWS = ("2.13-specifier", "2.13-one-response", "2.13-no-response", "3.11-idle")
+# What holds for each answer, and behind it.
+ABOUT = (
+    "response.specifier",
+    "response.answered",
+    "response.unsolicited",
+    "server.idle-afterwards",
+)
 
 
-@must("matrix.idle", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.idle", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_idle(sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus) -> None:
     """Without a transfer, each frame gets one of the answers that are allowed there."""
     perform("idle", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-first", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.segmented-download-first", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_download_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -33,7 +39,7 @@ def test_segmented_download_first(
     perform("segmented-download-first", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-middle", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.segmented-download-middle", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_download_middle(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -41,7 +47,7 @@ def test_segmented_download_middle(
     perform("segmented-download-middle", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-last", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.segmented-download-last", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_download_last(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -49,7 +55,7 @@ def test_segmented_download_last(
     perform("segmented-download-last", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-first", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.segmented-upload-first", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_upload_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -57,7 +63,7 @@ def test_segmented_upload_first(
     perform("segmented-upload-first", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-middle", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.segmented-upload-middle", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_upload_middle(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -65,7 +71,7 @@ def test_segmented_upload_middle(
     perform("segmented-upload-middle", stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-last", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.segmented-upload-last", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_segmented_upload_last(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -73,7 +79,7 @@ def test_segmented_upload_last(
     perform("segmented-upload-last", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-first", *ROWS, risk=in_sub_block(1), stimulus=SUB_BLOCK_STIMULI)
+@must("matrix.block-download-first", *ABOUT, risk=in_sub_block(1), stimulus=SUB_BLOCK_STIMULI)
 def test_block_download_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -81,7 +87,7 @@ def test_block_download_first(
     perform("block-download-first", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-inside", *ROWS, risk=in_sub_block(2), stimulus=SUB_BLOCK_STIMULI)
+@must("matrix.block-download-inside", *ABOUT, risk=in_sub_block(2), stimulus=SUB_BLOCK_STIMULI)
 def test_block_download_inside(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -91,7 +97,7 @@ def test_block_download_inside(
 
 @must(
     "matrix.block-download-between",
-    *ROWS,
+    *ABOUT,
     risk=in_sub_block(1),
     stimulus=NEXT_SUB_BLOCK_STIMULI,
 )
@@ -102,7 +108,7 @@ def test_block_download_between(
     perform("block-download-between", stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-end", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.block-download-end", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_block_download_end(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -110,7 +116,7 @@ def test_block_download_end(
     perform("block-download-end", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-initiated", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.block-upload-initiated", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_initiated(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -118,7 +124,7 @@ def test_block_upload_initiated(
     perform("block-upload-initiated", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-between", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.block-upload-between", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_between(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -126,7 +132,7 @@ def test_block_upload_between(
     perform("block-upload-between", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-sent", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.block-upload-sent", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_sent(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
@@ -134,7 +140,7 @@ def test_block_upload_sent(
     perform("block-upload-sent", stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-end", *ROWS, risk=of_stimulus, stimulus=STIMULI)
+@must("matrix.block-upload-end", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
 def test_block_upload_end(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:

@@ -51,7 +51,7 @@ WRITE_ONLY = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 # What is there
 
 
-@must("od.read", "9.2-access", entry=choose.readable)
+@must("od.read", "dictionary.access", entry=choose.readable)
 def test_read(sdo: Dialogue, entry: KnownObject) -> None:
     """An entry that is listed as readable can be read."""
     try:
@@ -63,7 +63,7 @@ def test_read(sdo: Dialogue, entry: KnownObject) -> None:
         sdo.info(f"{entry} cannot be read now: {refusal}")
 
 
-@must("od.length", "6-type-length", entry=choose.of_fixed_length)
+@must("od.length", "data.type-length", entry=choose.of_fixed_length)
 def test_length(sdo: Dialogue, entry: KnownObject) -> None:
     """A value has as many bytes as its data type."""
     data = readable_now(sdo, entry)
@@ -71,7 +71,7 @@ def test_length(sdo: Dialogue, entry: KnownObject) -> None:
         raise sdo.breach(f"{entry.length} bytes", shown(data))
 
 
-@must("od.within-limits", "9.1-limits", entry=choose.limited)
+@must("od.within-limits", "dictionary.limits", entry=choose.limited)
 def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """The value of a number lies within its limits."""
     value_of(device, entry)
@@ -80,7 +80,7 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
         raise sdo.breach(f"{entry.title} between {entry.low} and {entry.high}", shown(data))
 
 
-@must("od.default", "9.1-default", entry=choose.fixed)
+@must("od.default", "dictionary.default", entry=choose.fixed)
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     """What never changes has the value that the EDS states."""
     sdo.expect_value(entry, entry.default or b"")
@@ -95,7 +95,7 @@ def test_load_defaults(sdo: Dialogue) -> None:
     sdo.loaded_defaults()
 
 
-@must("od.default-of-parameter", "9.1-default", entry=choose.parameters)
+@must("od.default-of-parameter", "dictionary.default", entry=choose.parameters)
 def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """After the defaults were loaded a parameter has the value that the EDS states.
 
@@ -112,13 +112,13 @@ def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject)
         raise sdo.breach(f"{entry} reads {shown(due)} after the defaults were loaded", shown(found))
 
 
-@should("od.configured", "9.1-parameter-value", entry=choose.configured)
+@should("od.configured", "dictionary.configured", entry=choose.configured)
 def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
     """The device is configured as its DCF says (ParameterValue)."""
     sdo.expect_value(entry, entry.configured or b"")
 
 
-@must("od.identity", "9.1-device-info", said=choose.identity)
+@must("od.identity", "dictionary.identity", said=choose.identity)
 def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
     """The device is of the vendor, product and revision that the EDS is for."""
     mux, number = said
@@ -130,7 +130,7 @@ def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
         )
 
 
-@must("od.error-list", "I37", clause="7.5.2.4", entry=choose.error_places)
+@must("od.error-list", "object.no-data", clause="7.5.2.4", entry=choose.error_places)
 def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     """A place of the error list (1003h) reads as 4 bytes if it holds an error, else not at all."""
     count = int.from_bytes(sdo.upload(Multiplexer(ERROR_LIST)), "little")
@@ -149,7 +149,15 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
 # The same by each protocol
 
 
-@must("od.block-read", "F1", "F6", "I30", "I31", clause=BLOCK_UPLOAD, entry=choose.readable)
+@must(
+    "od.block-read",
+    "block-upload.first-sub-block",
+    "block-upload.end",
+    "block-upload.switch",
+    "block-upload.no-switch",
+    clause=BLOCK_UPLOAD,
+    entry=choose.readable,
+)
 def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """Blocks with and without CRC deliver what an ordinary upload does.
 
@@ -168,7 +176,7 @@ def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
             )
 
 
-@must("od.block-of-write-only", "I4", entry=choose.write_only)
+@must("od.block-of-write-only", "object.write-only", entry=choose.write_only)
 def test_block_of_write_only(sdo: Dialogue, entry: KnownObject) -> None:
     """A block upload of a write-only entry is aborted as such."""
     sdo.require_block_upload()
@@ -179,7 +187,7 @@ def test_block_of_write_only(sdo: Dialogue, entry: KnownObject) -> None:
 # Writing
 
 
-@must("od.write-back", "9.2-access", entry=choose.writable)
+@must("od.write-back", "dictionary.access", entry=choose.writable)
 def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
@@ -187,7 +195,12 @@ def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
-@must("od.write-back-in-segments", "9.2-access", "6-short-data", entry=choose.writable)
+@must(
+    "od.write-back-in-segments",
+    "dictionary.access",
+    "data.short-in-segments",
+    entry=choose.writable,
+)
 def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
@@ -195,7 +208,9 @@ def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObjec
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 
 
-@must("od.write-back-in-blocks", "9.2-access", "E1", entry=choose.writable)
+@must(
+    "od.write-back-in-blocks", "dictionary.access", "block-download.stored", entry=choose.writable
+)
 def test_write_back_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has in blocks, with a CRC and without."""
     may_be_written(device, entry)
@@ -206,7 +221,7 @@ def test_write_back_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject)
         expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
 
 
-@must("od.too-short", "I20", entry=choose.longer_than_a_byte)
+@must("od.too-short", "download.too-short", entry=choose.longer_than_a_byte)
 def test_too_short(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """One byte less than the type has is refused, and the value stays."""
     may_be_written(device, entry)
@@ -214,7 +229,7 @@ def test_too_short(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         expect_write_refused(sdo, entry, value[:-1], *TOO_SHORT)
 
 
-@must("od.too-long", "I19", entry=choose.writable_numbers)
+@must("od.too-long", "download.too-long", entry=choose.writable_numbers)
 def test_too_long(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """One byte more than the type has is refused, and the value stays."""
     may_be_written(device, entry)
@@ -222,7 +237,7 @@ def test_too_long(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         expect_write_refused(sdo, entry, value + b"\0", *TOO_LONG)
 
 
-@must("od.low-limit", "9.1-limits-included", entry=choose.with_low_limit)
+@must("od.low-limit", "dictionary.limits-included", entry=choose.with_low_limit)
 def test_low_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """The low limit itself is a value that may be written."""
     may_be_written(device, entry)
@@ -230,7 +245,7 @@ def test_low_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
-@must("od.high-limit", "9.1-limits-included", entry=choose.with_high_limit)
+@must("od.high-limit", "dictionary.limits-included", entry=choose.with_high_limit)
 def test_high_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """The high limit itself is a value that may be written."""
     may_be_written(device, entry)
@@ -238,7 +253,7 @@ def test_high_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
-@must("od.below-limit", "I28", entry=choose.undercuttable)
+@must("od.below-limit", "object.limits", entry=choose.undercuttable)
 def test_below_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """What is below the low limit is refused, and the value stays."""
     may_be_written(device, entry)
@@ -246,7 +261,7 @@ def test_below_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         expect_write_refused(sdo, entry, choose.below(entry) or b"", *TOO_LOW)
 
 
-@must("od.above-limit", "I28", entry=choose.exceedable)
+@must("od.above-limit", "object.limits", entry=choose.exceedable)
 def test_above_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """What is above the high limit is refused, and the value stays."""
     may_be_written(device, entry)
@@ -257,7 +272,7 @@ def test_above_limit(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
 # What may not be done
 
 
-@must("od.read-only", "I5", entry=choose.protected)
+@must("od.read-only", "object.read-only", entry=choose.protected)
 def test_read_only(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses even the value that it has."""
     may_be_probed(device, entry)
@@ -266,7 +281,7 @@ def test_read_only(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     expect_kept(sdo, entry, value)
 
 
-@must("od.read-only-in-segments", "I5", entry=choose.protected)
+@must("od.read-only-in-segments", "object.read-only", entry=choose.protected)
 def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses the value that it has in segments, at the last at the latest."""
     may_be_probed(device, entry)
@@ -275,7 +290,7 @@ def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject
     expect_kept(sdo, entry, value)
 
 
-@must("od.read-only-in-blocks", "I5", entry=choose.protected)
+@must("od.read-only-in-blocks", "object.read-only", entry=choose.protected)
 def test_read_only_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses the value that it has in blocks, at the end at the latest."""
     may_be_probed(device, entry)
@@ -284,7 +299,7 @@ def test_read_only_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) 
     expect_kept(sdo, entry, value)
 
 
-@must("od.write-only", "I4", entry=choose.write_only)
+@must("od.write-only", "object.write-only", entry=choose.write_only)
 def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
     """The upload of a write-only entry is aborted as such."""
     sdo.send(UploadInitiate(entry.mux))
@@ -294,7 +309,7 @@ def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
 # What is not there
 
 
-@must("od.highest-sub-index", "9.2-highest-sub-index", of=choose.structured)
+@must("od.highest-sub-index", "dictionary.highest-sub-index", of=choose.structured)
 def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
     """Sub-index 0 of an array or record holds the highest sub-index, as the EDS lists them.
 
@@ -308,21 +323,21 @@ def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
         raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", shown(data))
 
 
-@must("od.sub-index-beyond", "I3", clause="7.4.2", mux=choose.beyond)
+@must("od.sub-index-beyond", "object.sub-index-missing", clause="7.4.2", mux=choose.beyond)
 def test_sub_index_beyond(sdo: Dialogue, mux: Multiplexer) -> None:
     """The sub-index behind the last is aborted as missing; a variable has sub-index 0 only."""
     sdo.send(UploadInitiate(mux))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
-@must("od.gap", "I3", clause="7.4.2", mux=choose.gaps)
+@must("od.gap", "object.sub-index-missing", clause="7.4.2", mux=choose.gaps)
 def test_gap(sdo: Dialogue, mux: Multiplexer) -> None:
     """A sub-index that an array or record leaves out is aborted as missing."""
     sdo.send(UploadInitiate(mux))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
 
 
-@may("od.structure", "9.2-structure", of=choose.listed_objects)
+@may("od.structure", "dictionary.structure", of=choose.listed_objects)
 def test_structure(sdo: Dialogue, of: ListedObject) -> None:
     """Sub-index FFh is missing, or tells the data type and the object type that the EDS states."""
     mux = Multiplexer(of.index, STRUCTURE_OF_OBJECT)
@@ -341,7 +356,7 @@ def test_structure(sdo: Dialogue, of: ListedObject) -> None:
         raise sdo.breach(f"4 bytes that begin with {due.hex(' ')}", shown(data))
 
 
-@must("od.unlisted", "I2", "9.1-unlisted", mux=choose.unlisted)
+@must("od.unlisted", "object.missing-refused", "dictionary.unlisted", mux=choose.unlisted)
 def test_unlisted(sdo: Dialogue, mux: Multiplexer) -> None:
     """An index that the EDS does not list is aborted as missing.
 
@@ -351,7 +366,7 @@ def test_unlisted(sdo: Dialogue, mux: Multiplexer) -> None:
     expect_unlisted(sdo, sdo.receive(), mux)
 
 
-@must("od.scan", "9.1-unlisted", clause=EDS, indices=choose.ranges)
+@must("od.scan", "dictionary.unlisted", clause=EDS, indices=choose.ranges)
 def test_scan(sdo: Dialogue, device: Device, indices: range) -> None:
     """Of all indices those that the EDS lists are there; what else there is, is told."""
     there, missing = scan(sdo, indices)

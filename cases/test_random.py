@@ -10,31 +10,33 @@ from conformance.run.conversations.search import Search
 from conformance.run.risks import ANYTHING, LOST_SEGMENT
 
 
-@must("random.segmented-transfers", "2.13-size", "2.13-toggle", "2.13-last-segment")
+@must("random.segmented-transfers", "upload.size", "response.toggle", "upload.ends")
 def test_segmented_transfers(conversations: Search) -> None:
     """Expedited and segmented transfers of any size carry the value."""
     conversations.run(strategies.segmented_transfers)
 
 
-@must("random.block-transfers", "2.13-size", "2.13-sequence", "2.13-crc", risk=LOST_SEGMENT)
+@must("random.block-transfers", "upload.size", "block.sequence", "block.crc", risk=LOST_SEGMENT)
 def test_block_transfers(conversations: Search) -> None:
     """Block transfers carry the value, however segments get lost, repeated or late."""
     conversations.run(strategies.block_transfers)
 
 
-@must("random.sequences", "3.11-idle", "3.11-nothing-afterwards")
+@must("random.sequences", "server.idle-afterwards", "server.nothing-afterwards")
 def test_sequences(conversations: Search) -> None:
     """A transfer leaves nothing behind that the next one could notice."""
     conversations.run(strategies.sequences)
 
 
-@must("random.interrupted", "3.11-idle", "3.11-value-kept")
+@must("random.interrupted", "server.idle-afterwards", "server.value-kept")
 def test_interrupted(conversations: Search) -> None:
     """A transfer can be interrupted at any point, and the next one is served."""
     conversations.run(strategies.interrupted)
 
 
-@must("random.soup", "2.13-specifier", "2.13-one-response", "2.13-no-response", risk=ANYTHING)
+@must(
+    "random.soup", "response.specifier", "response.answered", "response.unsolicited", risk=ANYTHING
+)
 def test_soup(conversations: Search) -> None:
     """Frames that are almost right get answers that are allowed for what they are."""
     conversations.run(strategies.soup)

@@ -27,7 +27,7 @@ TOO_FEW = rule_of("segmented-download.too-few")
 READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
-@must("segmented-download.beyond-16-bits", "6-long-data", "D2", size=[BEYOND_16_BITS])
+@must("segmented-download.beyond-16-bits", "segmented-download.stored", size=[BEYOND_16_BITS])
 def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download of more bytes than 16 bits count is stored whole, where there is room."""
     data = sdo.payload(size)
@@ -37,7 +37,13 @@ def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.size", "D2", "D1", "2.13-toggle", size=[*SHORT_SIZES, *LONG_SIZES, 4096])
+@must(
+    "segmented-download.size",
+    "segmented-download.stored",
+    "segmented-download.confirmed",
+    "response.toggle",
+    size=[*SHORT_SIZES, *LONG_SIZES, 4096],
+)
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download of an indicated size is stored whole."""
     data = sdo.payload(size)
@@ -45,7 +51,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.size-not-indicated", "I27", size=EDGE_SIZES)
+@must("segmented-download.size-not-indicated", size=EDGE_SIZES)
 def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download that does not say its size (20h) is stored whole."""
     data = sdo.payload(size)
@@ -53,27 +59,37 @@ def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> 
     sdo.expect_value(variable, data)
 
 
-@must("segmented-download.number", "D2", "6-short-data", length=[1, 2, 3, 4, 8])
+@must(
+    "segmented-download.number",
+    "segmented-download.stored",
+    "data.short-in-segments",
+    length=[1, 2, 3, 4, 8],
+)
 def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     """A number may come in a segment, however short it is."""
     known = device.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=True))
 
 
-@must("segmented-download.number-size-not-indicated", "I27", "6-short-data", length=[1, 2, 3, 4, 8])
+@must(
+    "segmented-download.number-size-not-indicated",
+    "segmented-download.size-not-indicated",
+    "data.short-in-segments",
+    length=[1, 2, 3, 4, 8],
+)
 def test_number_size_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
     """A number may come in a segment without its size (20h)."""
     known = device.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=True, sized=False))
 
 
-@must("segmented-download.write-only", "I1", clause=INITIATE)
+@must("segmented-download.write-only", "response.not-refused", clause=INITIATE)
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """A write-only object takes a value in a segment."""
     sdo.download(write_only, bytes(write_only.length or 4), segmented=True)
 
 
-@must("segmented-download.empty-last", "D7", size=[7, 14])
+@must("segmented-download.empty-last", size=[7, 14])
 def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """The last segment may hold no data when all bytes have come."""
     data = sdo.payload(size)
@@ -88,7 +104,6 @@ def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
 
 @must(
     "segmented-download.short-segments",
-    "D6",
     lengths={"3-then-5": (3, 5), "1-1-1-1-1": (1, 1, 1, 1, 1), "6-7-2": (6, 7, 2)},
 )
 def test_short_segments(sdo: Dialogue, variable: KnownObject, lengths: tuple[int, ...]) -> None:
@@ -111,7 +126,7 @@ FILLED = {
 }
 
 
-@must("segmented-download.filler-ignored", "D9", how=FILLED)
+@must("segmented-download.filler-ignored", how=FILLED)
 def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bool]) -> None:
     """Bytes of the last segment behind its data are not stored."""
     size, sized = how
@@ -128,7 +143,7 @@ def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bo
     sdo.expect_value(variable, data)
 
 
-@may("segmented-download.unused-not-stated", "D8")
+@may("segmented-download.unused-not-stated")
 def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
     """n = 0 in a last segment that is not full: the announced bytes are stored, or none."""
     data = sdo.payload(sdo.fit(text, 8))
@@ -152,7 +167,7 @@ def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data)
 
 
-@may("segmented-download.empty", "D20", "6-zero-bytes")
+@may("segmented-download.empty", "data.empty")
 def test_empty(sdo: Dialogue, text: KnownObject) -> None:
     """A download of no bytes stores an empty value or is refused; it never hangs."""
     before = sdo.prepare(text, 9)
@@ -162,8 +177,7 @@ def test_empty(sdo: Dialogue, text: KnownObject) -> None:
 
 @must(
     "segmented-download.too-many",
-    "D4",
-    "6-announced-download",
+    "download.size-error-moment",
     lengths={"7-7-1": (7, 7, 1), "7-6": (7, 6)},
 )
 def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) -> None:
@@ -180,8 +194,7 @@ def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) ->
 
 @must(
     "segmented-download.too-few",
-    "D5",
-    "6-announced-download",
+    "download.size-error-moment",
     sizes={"10-of-14": (10, 14), "7-of-8": (7, 8)},
 )
 def test_too_few(sdo: Dialogue, text: KnownObject, sizes: tuple[int, int]) -> None:
@@ -193,7 +206,7 @@ def test_too_few(sdo: Dialogue, text: KnownObject, sizes: tuple[int, int]) -> No
         sdo.expect_download_refused(text, data, *TOO_SHORT, size=announced)
 
 
-@must("segmented-download.number-too-long", "I23", "O18", length=[1, 2, 4, 8])
+@must("segmented-download.number-too-long", "abort.length-code", length=[1, 2, 4, 8])
 def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     """A size that is too large for a number is refused, at the latest with the last segment."""
     known = device.number(length)
@@ -201,7 +214,12 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
 
 
-@must("segmented-download.number-too-long-not-indicated", "I23", "O18", length=[1, 2, 4, 8])
+@must(
+    "segmented-download.number-too-long-not-indicated",
+    "segmented-download.number-too-long",
+    "abort.length-code",
+    length=[1, 2, 4, 8],
+)
 def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
     """More bytes than a number has are refused though no size was indicated."""
     known = device.number(length)
@@ -209,7 +227,7 @@ def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: in
         sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=None)
 
 
-@must("segmented-download.number-too-short", "I24", "O18", length=[2, 4, 8])
+@must("segmented-download.number-too-short", "abort.length-code", length=[2, 4, 8])
 def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     """A size that is too small for a number is refused, at the latest with the last segment."""
     known = device.number(length)
@@ -217,7 +235,12 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
 
 
-@must("segmented-download.number-too-short-not-indicated", "I24", "O18", length=[2, 4, 8])
+@must(
+    "segmented-download.number-too-short-not-indicated",
+    "segmented-download.number-too-short",
+    "abort.length-code",
+    length=[2, 4, 8],
+)
 def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
     """Fewer bytes than a number has are refused though no size was indicated."""
     known = device.number(length)
@@ -225,7 +248,7 @@ def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: i
         sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=None)
 
 
-@must("segmented-download.number-empty", "I25", "O18", length=[1, 4])
+@must("segmented-download.number-empty", "abort.length-code", length=[1, 4])
 def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
     """No number has 0 bytes."""
     known = device.number(length)
@@ -233,7 +256,7 @@ def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
         sdo.expect_download_refused(known, b"", *TOO_SHORT, size=0)
 
 
-@may("segmented-download.huge-size", "I26", size=[0xFFFFFFFF, 0x80000000])
+@may("segmented-download.huge-size", "download.huge-size", size=[0xFFFFFFFF, 0x80000000])
 def test_huge_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A size beyond any memory is accepted for the time being, or refused; the server lives on."""
     sdo.send(DownloadInitiate.with_size(variable.mux, size))
@@ -248,7 +271,7 @@ def test_huge_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
 
 @must(
     "segmented-download.read-only",
-    "I5",
+    "object.read-only",
     target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)},
 )
 def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
@@ -260,7 +283,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
-@must("segmented-download.read-only-text", "I5")
+@must("segmented-download.read-only-text", "object.read-only")
 def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     """A constant text refuses the value that it has."""
     value = sdo.upload(read_only_text)
@@ -268,28 +291,32 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     sdo.expect_value(read_only_text, value)
 
 
-@must("segmented-download.object-missing", "I2")
+@must("segmented-download.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue) -> None:
     """A segmented download to an object that does not exist is aborted as such."""
     missing = sdo.missing_object()
     sdo.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
-@must("segmented-download.sub-index-missing", "I3")
+@must("segmented-download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A segmented download to a sub-index that does not exist is aborted as such."""
     missing = sdo.missing_sub_index(number.mux.index)
     sdo.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
-@must("segmented-download.reserved", "2.13-reserved", clause=SEGMENT)
+@must("segmented-download.reserved", "response.reserved", clause=SEGMENT)
 def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     """Reserved bits and bytes of the confirmations (60h, 20h, 30h) are 0."""
     sdo.prepare(variable, 20)
     sdo.expect_clean(RESERVED)
 
 
-@may("segmented-download.request-reserved-bit", "I13", "O2")
+@may(
+    "segmented-download.request-reserved-bit",
+    "download.request-reserved-bit",
+    "request.reserved-bits",
+)
 def test_request_reserved_bit(sdo: Dialogue, variable: KnownObject) -> None:
     """Bit 4 of a segmented initiate may be ignored or refused; silence is neither."""
     size = sdo.fit(variable, 8).to_bytes(4, "little")
@@ -297,7 +324,7 @@ def test_request_reserved_bit(sdo: Dialogue, variable: KnownObject) -> None:
     sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.unused-without-data", "I14", unused=[1, 3])
+@may("segmented-download.unused-without-data", "download.unused-without-size", unused=[1, 3])
 def test_unused_without_data(sdo: Dialogue, variable: KnownObject, unused: int) -> None:
     """n in a segmented initiate has no meaning: it is ignored or refused."""
     size = sdo.fit(variable, 8).to_bytes(4, "little")
@@ -305,7 +332,12 @@ def test_unused_without_data(sdo: Dialogue, variable: KnownObject, unused: int) 
     sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.request-reserved-bytes", "O3", "I27", clause=INITIATE)
+@may(
+    "segmented-download.request-reserved-bytes",
+    "request.reserved-bytes",
+    "segmented-download.size-not-indicated",
+    clause=INITIATE,
+)
 def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
     """Without a size (20h) bytes 4 to 7 are reserved: ignored, or at most refused."""
     data = sdo.prepare(text, 9)
@@ -319,7 +351,12 @@ def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("segmented-download.refused-is-over", "3.11-idle", "3.11-nothing-afterwards", clause=ABORT)
+@must(
+    "segmented-download.refused-is-over",
+    "server.idle-afterwards",
+    "server.nothing-afterwards",
+    clause=ABORT,
+)
 def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
     """After a refused download the next one is stored, with nothing of the old one in it."""
     data = sdo.payload(sdo.fit(text, 12))
@@ -334,7 +371,7 @@ def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("segmented-download.other-objects", "D2")
+@must("segmented-download.other-objects", "segmented-download.stored")
 def test_other_objects(sdo: Dialogue, text: KnownObject, number: KnownObject) -> None:
     """A segmented download changes its own object and no other."""
     before = {mux: sdo.upload(mux) for mux in (DEVICE_TYPE, IDENTITY_COUNT, number.mux)}

@@ -39,7 +39,7 @@ def begin_download(sdo: Dialogue, text: KnownObject, segments: int, size: int) -
     return data
 
 
-@must("segmented-download.toggle", "D3", segments=BEGUN)
+@must("segmented-download.toggle", segments=BEGUN)
 def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """A segment whose toggle bit did not alternate is refused or ignored, and never stored.
 
@@ -67,7 +67,7 @@ def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     sdo.expect_nothing()
 
 
-@must("segmented-download.toggle-ignored-data", "D3")
+@must("segmented-download.toggle-ignored-data", "segmented-download.toggle")
 def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     """A server that ignores a repeated segment does not store it twice."""
     size = stored(sdo, text, 2)
@@ -87,7 +87,12 @@ def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("segmented-download.toggle-afterwards", "D1", "3.11-idle", segments=[1, 2])
+@must(
+    "segmented-download.toggle-afterwards",
+    "segmented-download.confirmed",
+    "server.idle-afterwards",
+    segments=[1, 2],
+)
 def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
     size = stored(sdo, text, segments)
@@ -99,9 +104,9 @@ def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> N
 
 @must(
     "segmented-download.foreign",
-    "D10",
-    "D11",
-    "D12",
+    "segmented-download.upload-segment",
+    "segmented-download.unknown-specifier",
+    "segmented-download.block-frames",
     risk=risk_of_request,
     request=FOREIGN_IN_DOWNLOAD,
 )
@@ -112,9 +117,9 @@ def test_foreign(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
 
 @must(
     "segmented-download.foreign-later",
-    "D10",
-    "D11",
-    "D12",
+    "segmented-download.upload-segment",
+    "segmented-download.unknown-specifier",
+    "segmented-download.block-frames",
     risk=risk_of_request,
     request=FOREIGN_IN_DOWNLOAD,
 )
@@ -132,7 +137,12 @@ def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) ->
         sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=segments % 2, last=True))
 
 
-@must("segmented-download.restart", "D13", "O8", segments=BEGUN)
+@must(
+    "segmented-download.restart",
+    "segmented-download.new-initiate",
+    "server.new-initiate-served",
+    segments=BEGUN,
+)
 def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """The same initiate again starts a new download, or is refused and ends the transfer."""
     data = sdo.payload(sdo.fit(text, 9))
@@ -146,7 +156,12 @@ def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
             sdo.expect_value(text, data)
 
 
-@must("segmented-download.new-upload", "D13", "O8", segments=BEGUN)
+@must(
+    "segmented-download.new-upload",
+    "segmented-download.new-initiate",
+    "server.new-initiate-served",
+    segments=BEGUN,
+)
 def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
     """An upload in mid-download is served with its data or refused; the download is over.
 
@@ -168,7 +183,12 @@ def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segme
             sdo.expect_value(number, due)
 
 
-@must("segmented-download.new-download", "D13", "O8", segments=BEGUN)
+@must(
+    "segmented-download.new-download",
+    "segmented-download.new-initiate",
+    "server.new-initiate-served",
+    segments=BEGUN,
+)
 def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
     """A download of another object in mid-download is served or refused; the old one is over."""
     value = sdo.upload(number)
@@ -184,13 +204,7 @@ def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, seg
             sdo.expect_value(number, value)
 
 
-@must(
-    "segmented-download.client-abort",
-    "D14",
-    "3.11-value-kept",
-    "server.part-written",
-    segments=BEGUN,
-)
+@must("segmented-download.client-abort", "server.value-kept", "server.part-written", segments=BEGUN)
 def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
     size = stored(sdo, text, segments)
@@ -220,7 +234,7 @@ def _download(sdo: Dialogue, known: KnownObject) -> None:
 ENDINGS = {"client-abort": _abort, "new-upload": _upload, "new-download": _download}
 
 
-@must("segmented-download.number-kept", "3.11-value-kept", ending=ENDINGS)
+@must("segmented-download.number-kept", "server.value-kept", ending=ENDINGS)
 def test_number_kept(
     sdo: Dialogue, device: Device, ending: Callable[[Dialogue, KnownObject], None]
 ) -> None:
@@ -238,9 +252,9 @@ def test_number_kept(
 
 @must(
     "segmented-download.client-abort-then-segment",
-    "D14",
-    "7-client",
-    "3.11-value-kept",
+    "segmented-download.client-abort",
+    "time-out.client",
+    "server.value-kept",
     segments=BEGUN,
 )
 def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: int) -> None:
@@ -255,7 +269,7 @@ def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: i
 
 @may(
     "segmented-download.foreign-abort",
-    "D15",
+    "abort.foreign-multiplexer",
     mux={"other-object": Multiplexer(0x1018, 1), "none": Multiplexer(0, 0)},
 )
 def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> None:
@@ -271,7 +285,7 @@ def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> No
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.abort-reserved-bits", "D16", "O2", bits=[0x01, 0x10, 0x1F])
+@may("segmented-download.abort-reserved-bits", "request.reserved-bits", bits=[0x01, 0x10, 0x1F])
 def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> None:
     """81h to 9Fh is an abort with reserved bits, or no valid request; never a segment."""
     size = stored(sdo, text, 1)
@@ -282,7 +296,7 @@ def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> Non
         sdo.expect_silence_or_abort(AbortCode.COMMAND_NOT_VALID)
 
 
-@may("segmented-download.after-the-last", "D19", "O5")
+@may("segmented-download.after-the-last", "request.out-of-transfer")
 def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
     """After the last segment another one is refused or ignored, and changes nothing."""
     for toggle in (0, 1):
@@ -291,7 +305,12 @@ def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
         sdo.expect_value(text, data)
 
 
-@may("segmented-download.without-initiate", "I7", "O5", "O6", last={"middle": False, "last": True})
+@may(
+    "segmented-download.without-initiate",
+    "request.out-of-transfer",
+    "abort.any-multiplexer",
+    last={"middle": False, "last": True},
+)
 def test_without_initiate(sdo: Dialogue, last: bool) -> None:
     """A segment without a download is refused or ignored."""
     for toggle in (0, 1):

@@ -35,13 +35,13 @@ def begin_upload(sdo: Dialogue, segments: int) -> KnownObject:
 
 @must(
     "segmented-upload.size",
-    "U1",
-    "2.13-size",
-    "2.13-toggle",
-    "2.13-last-segment",
-    "2.13-unused-count",
-    "2.13-unusual",
-    "6-long-data",
+    "segmented-upload.segments",
+    "upload.size",
+    "response.toggle",
+    "upload.ends",
+    "response.unused-count",
+    "response.unusual-forms",
+    "data.long-in-segments",
     size=[*SHORT_SIZES, *LONG_SIZES],
 )
 def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
@@ -51,7 +51,7 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     sdo.expect_value(variable, data)
 
 
-@must("segmented-upload.again", "U1")
+@must("segmented-upload.again", "segmented-upload.segments")
 def test_again(sdo: Dialogue) -> None:
     """A second upload of the same object delivers the same."""
     known, data = sdo.long_object()
@@ -59,7 +59,7 @@ def test_again(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@must("segmented-upload.read-only-text", "U1", "object.constant")
+@must("segmented-upload.read-only-text", "segmented-upload.segments", "object.constant")
 def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     """A text longer than 4 bytes comes in segments; a constant one is the same every time."""
     sdo.start_segmented_upload(read_only_text)
@@ -70,7 +70,7 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
         raise sdo.breach(f"{first!r} again", f"{second!r}")
 
 
-@must("segmented-upload.toggle-first", "U2")
+@must("segmented-upload.toggle-first", "segmented-upload.toggle")
 def test_toggle_first(sdo: Dialogue) -> None:
     """The first segment request has t = 0; 70h ends the transfer and brings no data."""
     known = begin_upload(sdo, 0)
@@ -79,7 +79,7 @@ def test_toggle_first(sdo: Dialogue) -> None:
     sdo.expect_dead(UploadSegment(0))
 
 
-@must("segmented-upload.toggle-repeated", "U2", segments=[1, 2])
+@must("segmented-upload.toggle-repeated", "segmented-upload.toggle", segments=[1, 2])
 def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
     """A repeated toggle bit ends the transfer and brings no data."""
     known = begin_upload(sdo, segments)
@@ -88,7 +88,12 @@ def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.toggle-afterwards", "U1", "3.11-idle", segments=[1, 2])
+@must(
+    "segmented-upload.toggle-afterwards",
+    "segmented-upload.segments",
+    "server.idle-afterwards",
+    segments=[1, 2],
+)
 def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
     known = begin_upload(sdo, segments)
@@ -97,7 +102,7 @@ def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
     sdo.upload_segment(toggle=0)
 
 
-@must("segmented-upload.reserved", "2.13-reserved", clause=INITIATE)
+@must("segmented-upload.reserved", "response.reserved", clause=INITIATE)
 def test_reserved(sdo: Dialogue) -> None:
     """Reserved bits of the answers in an upload are 0, and the d field without a size is too."""
     known, data = sdo.long_object()
@@ -105,7 +110,7 @@ def test_reserved(sdo: Dialogue) -> None:
     sdo.expect_clean(RESERVED)
 
 
-@should("segmented-upload.filler", "2.13-filler", clause=SEGMENT, size=[8, 9, 13, 15, 20])
+@should("segmented-upload.filler", "response.filler", clause=SEGMENT, size=[8, 9, 13, 15, 20])
 def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """The bytes of the last segment that hold no data are 0."""
     data = sdo.payload(size)
@@ -116,9 +121,9 @@ def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
 
 @must(
     "segmented-upload.foreign",
-    "U3",
-    "U4",
-    "U10",
+    "segmented-upload.download-segment",
+    "segmented-upload.unknown-specifier",
+    "segmented-upload.block-frames",
     risk=risk_of_request,
     request=FOREIGN_IN_UPLOAD,
 )
@@ -132,9 +137,9 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
 
 @must(
     "segmented-upload.foreign-later",
-    "U3",
-    "U4",
-    "U10",
+    "segmented-upload.download-segment",
+    "segmented-upload.unknown-specifier",
+    "segmented-upload.block-frames",
     risk=risk_of_request,
     request=FOREIGN_IN_UPLOAD,
 )
@@ -146,7 +151,7 @@ def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_dead(UploadSegment(1))
 
 
-@must("segmented-upload.restart", "U6", "O8", segments=BEGUN)
+@must("segmented-upload.restart", "server.new-initiate-served", segments=BEGUN)
 def test_restart(sdo: Dialogue, segments: int) -> None:
     """The same initiate again starts from the first byte, or is refused and ends the transfer."""
     known, data = sdo.long_object()
@@ -162,7 +167,12 @@ def test_restart(sdo: Dialogue, segments: int) -> None:
                 raise sdo.breach("the object from its first byte", f"{found!r}")
 
 
-@must("segmented-upload.new-upload", "U5", "O8", segments=BEGUN)
+@must(
+    "segmented-upload.new-upload",
+    "segmented-upload.new-initiate",
+    "server.new-initiate-served",
+    segments=BEGUN,
+)
 def test_new_upload(sdo: Dialogue, segments: int) -> None:
     """An upload of another object is served with its data, or refused; the old one is over."""
     due = sdo.upload(IDENTITY_COUNT)
@@ -177,7 +187,9 @@ def test_new_upload(sdo: Dialogue, segments: int) -> None:
         sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.new-download", "U5", "O8")
+@must(
+    "segmented-upload.new-download", "segmented-upload.new-initiate", "server.new-initiate-served"
+)
 def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
     """A download in the middle of an upload is served or refused; the upload is over."""
     value = sdo.upload(number)
@@ -196,7 +208,7 @@ def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
         sdo.expect_value(number, value)
 
 
-@must("segmented-upload.client-abort", "U7", segments=BEGUN)
+@must("segmented-upload.client-abort", segments=BEGUN)
 def test_client_abort(sdo: Dialogue, segments: int) -> None:
     """An abort of the client is not answered and ends the upload."""
     known = begin_upload(sdo, segments)
@@ -207,9 +219,9 @@ def test_client_abort(sdo: Dialogue, segments: int) -> None:
 
 @must(
     "segmented-upload.client-abort-then-segment",
-    "U7",
-    "7-client",
-    "3.11-nothing-afterwards",
+    "segmented-upload.client-abort",
+    "time-out.client",
+    "server.nothing-afterwards",
     segments=BEGUN,
 )
 def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
@@ -219,7 +231,11 @@ def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
-@must("segmented-upload.client-abort-then-upload", "U7", "3.11-idle")
+@must(
+    "segmented-upload.client-abort-then-upload",
+    "segmented-upload.client-abort",
+    "server.idle-afterwards",
+)
 def test_client_abort_then_upload(sdo: Dialogue) -> None:
     """An upload right behind an abort is served whole."""
     known, data = sdo.long_object()
@@ -229,7 +245,7 @@ def test_client_abort_then_upload(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@may("segmented-upload.after-the-last", "U11", "O5")
+@may("segmented-upload.after-the-last", "request.out-of-transfer")
 def test_after_the_last(sdo: Dialogue) -> None:
     """After the last segment there are no more: abort or silence, but no data."""
     known, data = sdo.long_object()
@@ -238,7 +254,7 @@ def test_after_the_last(sdo: Dialogue) -> None:
         sdo.expect_dead(UploadSegment(toggle))
 
 
-@may("segmented-upload.without-initiate", "I8", "O5", "O6")
+@may("segmented-upload.without-initiate", "request.out-of-transfer", "abort.any-multiplexer")
 def test_without_initiate(sdo: Dialogue) -> None:
     """A segment request without an upload brings no data: abort or silence."""
     for toggle in (0, 1):
@@ -246,7 +262,7 @@ def test_without_initiate(sdo: Dialogue) -> None:
         sdo.expect_dead(UploadSegment(toggle))
 
 
-@may("segmented-upload.request-reserved-bytes", "U9", "O3")
+@may("segmented-upload.request-reserved-bytes", "request.reserved-bytes")
 def test_request_reserved_bytes(sdo: Dialogue) -> None:
     """Segment requests that repeat the multiplexer, as some clients do, are served or refused."""
     known, data = sdo.long_object()
@@ -255,7 +271,7 @@ def test_request_reserved_bytes(sdo: Dialogue) -> None:
     _compare_or_abort(sdo, known, response, data, UploadSegment(0, 0, multiplexer + bytes(4)))
 
 
-@may("segmented-upload.request-reserved-bits", "U8", "O2", bits=[0x01, 0x0F])
+@may("segmented-upload.request-reserved-bits", "request.reserved-bits", bits=[0x01, 0x0F])
 def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of a segment request may be ignored or refused; silence is neither."""
     known, data = sdo.long_object()
@@ -283,7 +299,7 @@ def _compare_or_abort(
         raise sdo.breach(f"the first bytes of {data!r}", describe_response(frame))
 
 
-@may("segmented-upload.empty", "6-zero-bytes")
+@may("segmented-upload.empty", "data.empty")
 def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
     before = len(sdo.prepare(variable, PADDED))

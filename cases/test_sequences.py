@@ -31,7 +31,7 @@ def fitting(sdo: Dialogue, known: KnownObject, kinds: tuple[Kind, ...]) -> list[
     ]
 
 
-@must("sequence.downloads", "3.11-idle", pair=PAIRS)
+@must("sequence.downloads", "server.idle-afterwards", pair=PAIRS)
 def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
     """One download after another to the same object: it holds the second and nothing else."""
     for segmented, sized, size in fitting(sdo, variable, pair):
@@ -40,7 +40,7 @@ def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]
         sdo.expect_value(variable, data)
 
 
-@must("sequence.downloads-unread", "3.11-idle", pair=PAIRS)
+@must("sequence.downloads-unread", "server.idle-afterwards", pair=PAIRS)
 def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
     """Two downloads without a read between them: the object holds the second."""
     data = b""
@@ -50,7 +50,7 @@ def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind
     sdo.expect_value(variable, data)
 
 
-@must("sequence.uploads", "3.11-idle", "object.constant")
+@must("sequence.uploads", "server.idle-afterwards", "object.constant")
 def test_uploads(sdo: Dialogue, device: Device) -> None:
     """Uploads of all known objects in turn, long and short: each reads as at the beginning."""
     due = {mux: sdo.upload(mux) for mux in device.steady()}
@@ -61,7 +61,7 @@ def test_uploads(sdo: Dialogue, device: Device) -> None:
                 raise sdo.breach(f"{other} reads {due[other].hex(' ')}", found.hex(" "))
 
 
-@must("sequence.upload-then-download", "3.11-idle", size=[3, 7, 20])
+@must("sequence.upload-then-download", "server.idle-afterwards", size=[3, 7, 20])
 def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A download right after an upload of the same object stores its own bytes."""
     data = sdo.payload(sdo.fit(variable, size))
@@ -73,7 +73,7 @@ def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -
 
 @must(
     "sequence.abandoned-download",
-    "3.11-nothing-afterwards",
+    "server.nothing-afterwards",
     sized={"sized": True, "unsized": False},
 )
 def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> None:
@@ -88,7 +88,7 @@ def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> No
     sdo.expect_value(text, data)
 
 
-@must("sequence.abandoned-upload", "3.11-nothing-afterwards", "U7")
+@must("sequence.abandoned-upload", "server.nothing-afterwards", "segmented-upload.client-abort")
 def test_abandoned_upload(sdo: Dialogue) -> None:
     """An upload that was aborted starts again from the first byte."""
     known, data = sdo.long_object()
@@ -99,7 +99,7 @@ def test_abandoned_upload(sdo: Dialogue) -> None:
     sdo.expect_value(known, data)
 
 
-@must("sequence.sized-aborted-then-unsized", "3.11-nothing-afterwards")
+@must("sequence.sized-aborted-then-unsized", "server.nothing-afterwards")
 def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
     """The size of a download that was aborted is not held against the next one."""
     shorter = sdo.fit(text, 5)
@@ -112,7 +112,7 @@ def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
     sdo.expect_value(text, data)
 
 
-@must("sequence.refused-then-served", "3.11-nothing-afterwards")
+@must("sequence.refused-then-served", "server.nothing-afterwards")
 def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
     """A refused request leaves no trace in the transfer that follows."""
     missing = sdo.missing_object()
@@ -123,7 +123,7 @@ def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
     sdo.upload(VENDOR_ID)
 
 
-@may("sequence.aborted-domain", "O30")
+@may("sequence.aborted-domain", "server.partial-domain")
 def test_aborted_domain(sdo: Dialogue, variable: KnownObject) -> None:
     """Whatever an aborted download leaves in a domain can be read, and the next one replaces it."""
     size = len(sdo.prepare(variable, 21, least=8))

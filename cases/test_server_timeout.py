@@ -29,14 +29,14 @@ Transfer = Generator[Step, bytes, object]
 
 @must(
     "server-timeout.gives-up",
-    "7-either-side",
-    "D18",
-    "U12",
-    "B14",
-    "B15",
-    "E11",
-    "F15",
-    "G5",
+    "time-out.server",
+    "segmented-download.client-silent",
+    "segmented-upload.client-silent",
+    "block-download.silent-in-sub-block",
+    "block-download.silent-before-sub-block",
+    "block-download.silent-before-end",
+    "block-upload.client-silent",
+    "block-upload.silent-at-end",
     clause=SERVICE,
     slow=True,
     state=STATES,
@@ -52,8 +52,8 @@ def test_gives_up(sdo: Dialogue, server_timeout: float, state: State) -> None:
 
 @must(
     "server-timeout.once",
-    "7-either-side",
-    "3.11-nothing-afterwards",
+    "time-out.server",
+    "server.nothing-afterwards",
     clause=SERVICE,
     slow=True,
     state=WAITING,
@@ -103,7 +103,7 @@ SLOW = {
 }
 
 
-@must("server-timeout.slow-client", "7-either-side", clause=SERVICE, slow=True, begin=SLOW)
+@must("server-timeout.slow-client", "time-out.server", clause=SERVICE, slow=True, begin=SLOW)
 def test_slow_client(
     sdo: Dialogue, server_timeout: float, begin: Callable[[Dialogue], Transfer]
 ) -> None:

@@ -22,7 +22,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message
 
 
-@must("specifier.unknown", "I6", risk=UNKNOWN_SPECIFIER, request=UNKNOWN_SPECIFIERS)
+@must("specifier.unknown", risk=UNKNOWN_SPECIFIER, request=UNKNOWN_SPECIFIERS)
 def test_unknown(sdo: Dialogue, request: bytes) -> None:
     """A command specifier that is not defined is aborted with 05040001h."""
     sdo.send(request)
@@ -31,8 +31,8 @@ def test_unknown(sdo: Dialogue, request: bytes) -> None:
 
 @must(
     "specifier.unknown-is-over",
-    "I6",
-    "3.11-idle",
+    "specifier.unknown",
+    "server.idle-afterwards",
     risk=UNKNOWN_SPECIFIER,
     request=UNKNOWN_SPECIFIERS,
 )
@@ -44,14 +44,20 @@ def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     sdo.expect_value(VENDOR_ID, due)
 
 
-@may("specifier.out-of-block", "I9", "O5", "O6", risk=risk_of_request, request=BLOCK_FRAMES)
+@may(
+    "specifier.out-of-block",
+    "request.out-of-transfer",
+    "abort.any-multiplexer",
+    risk=risk_of_request,
+    request=BLOCK_FRAMES,
+)
 def test_out_of_block(sdo: Dialogue, request: Message) -> None:
     """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
     sdo.send(request)
     sdo.expect_silence_or_abort()
 
 
-@must("specifier.sub-command", "I34", command={"A6h": 0xA6, "C7h": 0xC7})
+@must("specifier.sub-command", command={"A6h": 0xA6, "C7h": 0xC7})
 def test_sub_command(sdo: Dialogue, variable: KnownObject, command: int) -> None:
     """A block initiate whose sub-command bits name none is not served.
 
@@ -63,7 +69,12 @@ def test_sub_command(sdo: Dialogue, variable: KnownObject, command: int) -> None
     sdo.expect_silence_or_abort()
 
 
-@may("specifier.block-download-reserved-bits", "I15", "O2", bits={"08h": 1, "10h": 2, "18h": 3})
+@may(
+    "specifier.block-download-reserved-bits",
+    "block-download.request-reserved-bits",
+    "request.reserved-bits",
+    bits={"08h": 1, "10h": 2, "18h": 3},
+)
 def test_block_download_reserved_bits(sdo: Dialogue, variable: KnownObject, bits: int) -> None:
     """Bits 4 and 3 of a block download initiate may be ignored or refused; silence is neither."""
     size = len(sdo.device.values[variable.mux])
@@ -78,7 +89,12 @@ def test_block_download_reserved_bits(sdo: Dialogue, variable: KnownObject, bits
         sdo.checks.block_download_initiate(frame, variable.mux)
 
 
-@may("specifier.block-upload-reserved-bits", "I16", "O2", bits={"08h": 1, "10h": 2, "18h": 3})
+@may(
+    "specifier.block-upload-reserved-bits",
+    "block-upload.request-reserved-bits",
+    "request.reserved-bits",
+    bits={"08h": 1, "10h": 2, "18h": 3},
+)
 def test_block_upload_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Bits 4 and 3 of a block upload initiate may be ignored or refused; silence is neither."""
     sdo.initiate_block_upload(VENDOR_ID)
@@ -91,7 +107,14 @@ def test_block_upload_reserved_bits(sdo: Dialogue, bits: int) -> None:
         sdo.checks.block_upload_initiate(frame, VENDOR_ID.mux)
 
 
-@must("specifier.block-upload", "I36", "I1", "I31", clause="7.2.4.3.13", crc=[True, False])
+@must(
+    "specifier.block-upload",
+    "block.unsupported",
+    "response.not-refused",
+    "block-upload.no-switch",
+    clause="7.2.4.3.13",
+    crc=[True, False],
+)
 def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     """A block upload is served, or refused with 05040001h as not implemented; never silence.
 
@@ -101,7 +124,13 @@ def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     _served_or_unimplemented(sdo, DEVICE_TYPE, BlockUploadInitiateResponse)
 
 
-@must("specifier.block-download", "I36", "I1", clause="7.2.4.3.9", sized=[True, False])
+@must(
+    "specifier.block-download",
+    "block.unsupported",
+    "response.not-refused",
+    clause="7.2.4.3.9",
+    sized=[True, False],
+)
 def test_block_download(sdo: Dialogue, variable: KnownObject, sized: bool) -> None:
     """A block download is served, or refused with 05040001h as not implemented; never silence."""
     size = len(sdo.device.values[variable.mux]) if sized else None

@@ -12,7 +12,13 @@ from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
 
 
-@must("vanished-client.next-transfer", "3.11-idle", "O9", risk=risk_of_state, state=STATES)
+@must(
+    "vanished-client.next-transfer",
+    "server.idle-afterwards",
+    "server.new-initiate-served",
+    risk=risk_of_state,
+    state=STATES,
+)
 def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> None:
     """What a client left running does not keep the server from the next transfer.
 

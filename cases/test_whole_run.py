@@ -20,27 +20,27 @@ def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -
         raise found
 
 
-@must("run.reserved", "2.13-reserved")
+@must("run.reserved", "response.reserved")
 def test_reserved(sdo: Dialogue, whole_run: WholeRun) -> None:
     """In no response of the whole run a reserved bit or byte was other than 0."""
     found = [incident for incident in whole_run.incidents if incident.violation.rule is RESERVED]
     judge(sdo, found, "reserved bits and bytes are 0", NOT_ZERO)
 
 
-@should("run.filler", "2.13-filler")
+@should("run.filler", "response.filler")
 def test_filler(sdo: Dialogue, whole_run: WholeRun) -> None:
     """In no response of the whole run a byte without data was other than 0."""
     found = [incident for incident in whole_run.incidents if incident.violation.rule is FILLER]
     judge(sdo, found, "bytes without data are 0", NOT_ZERO)
 
 
-@must("run.no-late-response", "2.13-no-response")
+@must("run.no-late-response", "response.unsolicited")
 def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
     """No response came after its case was over."""
     judge(sdo, whole_run.late, "no response between the cases", "answers behind their cases")
 
 
-@must("run.beside-the-cases", "2.13-no-response")
+@must("run.beside-the-cases", "response.unsolicited")
 def test_beside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
     """What the suite met when it got to know the device was right, or a case has failed for it."""
     aside = [standing for _, standing in whole_run.causes.aside()]

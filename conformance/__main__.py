@@ -97,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
         "names",
         nargs="*",
         metavar="RULE",
-        help="only these, by id, by row or by step of the official test",
+        help="only these, by id or by step of the official test",
     )
     rules.set_defaults(command=_rules)
 

@@ -106,7 +106,8 @@ class CaseFunction(pytest.Function):
 
     def __repr__(self) -> str:
         rule = self.case.rule
-        rules = f"  rules {' '.join(rule.rows)}" if rule.rows else ""
+        cited = " ".join(each.id for each in self.case.cites)
+        rules = f"  rules {cited}" if cited else ""
         return f"<Case {self.name}  {rule.level}  clause {rule.clause}{rules}>"
 
 

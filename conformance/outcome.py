@@ -70,7 +70,7 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
         ("node-id", str(result.node_id)),
         ("clause", result.clause),
         ("level", result.level),
-        ("rules", " ".join(result.rows)),
+        ("rules", " ".join(result.rules)),
         ("verdict", result.verdict.value),
         ("requirement", result.requirement),
         ("expected", result.expected),

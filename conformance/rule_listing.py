@@ -38,7 +38,7 @@ def cases_of_rules(cases: Iterable[CaseInfo]) -> dict[str, list[str]]:
 
 
 def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the lines of ``conformance rules``: all rules, or those of these ids, rows and steps.
+    """Yield the lines of ``conformance rules``: all rules, or those of these ids and steps.
 
     A step is one of the official conformance test, such as "SDO 17". Raises UnknownRule.
     """
@@ -56,7 +56,7 @@ def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
 
 
 def _named(name: str, cases: Iterable[CaseInfo]) -> Iterable[Rule]:
-    """Return the rule of an id or a row, or those that the cases of an official step test."""
+    """Return the rule of an id, or those that the cases of an official step test."""
     step = next((step for step in OFFICIAL_STEPS if step.name == name.upper()), None)
     if step is None:
         return [rule_of(name)]
@@ -64,8 +64,7 @@ def _named(name: str, cases: Iterable[CaseInfo]) -> Iterable[Rule]:
 
 
 def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
-    rows = f"  [{' '.join(rule.rows)}]" if rule.rows else ""
-    yield f"  {rule.id}  {rule.level}  {rule.clause}{rows}"
+    yield f"  {rule.id}  {rule.level}  {rule.clause}"
     yield f"      {rule.sentence}"
     if rule.reaction:
         yield f"      accepted: {rule.reaction}"
@@ -83,11 +82,10 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
 
 
 def _totals(tested: Mapping[str, Sequence[str]]) -> str:
-    rows = sum(len(rule.rows) for rule in RULES)
     with_cases = sum(bool(cases) for cases in tested.values())
     cases = len({case for cases in tested.values() for case in cases})
     reasons = sum(bool(rule.untestable) for rule in RULES)
     return (
-        f"{len(RULES)} rules on {rows} rows: {with_cases} tested by {cases} cases, "
+        f"{len(RULES)} rules: {with_cases} tested by {cases} cases, "
         f"{reasons} not testable, {len(RULES) - with_cases - reasons} without a case"
     )

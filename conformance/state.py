@@ -134,6 +134,6 @@ def left_out(case: ItemCase, verdict: Verdict, why: str) -> CaseResult:
         rule.clause,
         rule.sentence,
         verdict,
-        rows=list(rule.rows),
+        rules=[each.id for each in case.cites],
         actual=why,
     )

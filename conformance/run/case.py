@@ -1,12 +1,12 @@
 """How a function becomes a case: its id, level and rules stand above it, its sentence in it.
 
-    @must("segmented-upload.size", "U1", "2.13-size", size=[8, 14])
+    @must("segmented-upload.size", "segmented-upload.segments", "upload.size", size=[8, 14])
     def test_size(sdo, device, size):
         '''An upload delivers the bytes of the object.'''
 
-is two cases, ``segmented-upload.size[8]`` and ``segmented-upload.size[14]``. Both test the rules
-that cover rows U1 and 2.13-size (``python -m conformance rules U1 2.13-size`` shows them), and
-their clause is that of the first.
+is two cases, ``segmented-upload.size[8]`` and ``segmented-upload.size[14]``. Both test the two
+rules that are named (``python -m conformance rules upload.size`` shows one), and their clause is
+that of the first. A case that is called as a rule tests that one before all others.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ from typing import TypeVar
 
 from conformance.device.listing import Listing
 from conformance.run.risks import Risk, RiskOf
-from conformance.sdo.rules import Level, Rule, rule_of
+from conformance.sdo.rules import RULES_BY_ID, Level, Rule, rule_of
 
 Function = TypeVar("Function", bound=Callable[..., None])
 Values = Mapping[str, object] | Sequence[object]
@@ -28,8 +28,8 @@ ATTRIBUTE = "conformance_case"
 class CaseInfo:
     """What the decorator said: what the case requires, and the values for which it is run.
 
-    ``rule`` is the requirement as the case puts it, with the rows that it cites; ``cites`` are the
-    rules of the registry behind them. A ``slow`` case waits for a time that the device declares.
+    ``rule`` is the requirement as the case puts it; ``cites`` are the rules of the registry that it
+    tests. A ``slow`` case waits for a time that the device declares.
     ``risk`` is what it sends that a device may not survive; a function says it of each value.
     """
 
@@ -66,13 +66,14 @@ def must(
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
 
-    ``rules`` are the rules that the case tests, each by a row or its id. ``clause`` is for a case
+    ``rules`` are the ids of the rules that the case tests beside the one whose id it has itself, if
+    there is one. ``clause`` is for a case
     on a narrower clause than that of the first rule. ``each`` is at most one argument with its
     values: a sequence, a mapping from label to value, or a function that chooses such a mapping
     from what is listed of the device. ``risk`` is for a case with frames that a device may not
     survive, or a function from the argument: such cases run behind the others.
 
-    Raises UnknownRule for a rule that is not in the registry.
+    Raises UnknownRule for a rule that is not in the registry, ValueError for one named twice.
     """
     return _case(Level.MUST, id_, rules, clause, each, slow=slow, risk=risk)
 
@@ -111,7 +112,10 @@ def _case(
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
         raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
-    cites = tuple(dict.fromkeys(rule_of(name) for name in names))
+    own = (id_,) if id_ in RULES_BY_ID else ()
+    cites = tuple(rule_of(name) for name in (*own, *names))
+    if len(set(cites)) < len(cites):
+        raise ValueError(f"{id_} names a rule twice")
     if clause is None:
         if not cites:
             raise ValueError(f"{id_} names neither a rule nor a clause")
@@ -119,7 +123,7 @@ def _case(
 
     def mark(function: Function) -> Function:
         sentence = " ".join((getdoc(function) or "").split())
-        rule = Rule(id_, clause, level, sentence, names)
+        rule = Rule(id_, clause, level, sentence)
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping) and not callable(values):
             values = {str(value): value for value in values}

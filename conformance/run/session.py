@@ -173,7 +173,7 @@ class DeviceSession:
             rule.level.value,
             rule.clause,
             rule.sentence,
-            rows=list(rule.rows),
+            rules=[each.id for each in cites],
         )
         return CaseRun(self, sdo, result, Point(rule, cites, generated))
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Self
 
-from conformance.sdo.rules import FILLER, RESERVED, rule_of
+from conformance.sdo.rules import FILLER, RESERVED
 
 # Flaws that a device may have in every answer: they are judged once, for the whole run.
 INCIDENTAL = (RESERVED, FILLER)
@@ -48,15 +48,15 @@ def rule_of_cause(cause: str) -> str:
 class CaseResult:
     """One case on one device: what was required, what happened, and the frames.
 
-    ``level`` is that of the case, or of the breach that made the verdict. ``rows`` are the rules
-    that the case names. Times are in seconds: ``duration`` of the case, the longest ``latency`` of
-    an answer, what was ``waited`` for answers that did not come, and the time ``answering`` of all
-    ``answers`` that did. ``trace`` holds the decoded
-    frames, a line each, ``reproduce`` the commands that send the requests again. ``reason`` is why
-    a known deviation may be one, ``output`` what a device that was lost has written last;
-    ``progress`` says how many of its examples a random case has tried. ``cause`` is
-    what is wrong with the device, the rule and the kind of answer: the same text for all cases that
-    it fails, or keeps from their point; ``met`` are causes that the case has stepped round.
+    ``level`` is that of the case, or of the breach that made the verdict. ``rules`` are the ids
+    of the rules that the case tests. Times are in seconds: ``duration`` of the case, the longest
+    ``latency`` of an answer, what was ``waited`` for answers that did not come, and the time
+    ``answering`` of all ``answers`` that did. ``trace`` holds the decoded frames, a line each,
+    ``reproduce`` the commands that send the requests again. ``reason`` is why a known deviation may
+    be one, ``output`` what a device that was lost has written last; ``progress`` says how many of
+    its examples a random case has tried. ``cause`` is what is wrong with the device, the rule and
+    the kind of answer: the same text for all cases that it fails, or keeps from their point;
+    ``met`` are causes that the case has stepped round.
     """
 
     case_id: str
@@ -70,7 +70,7 @@ class CaseResult:
     expected: str = ""
     actual: str = ""
     afterwards: Afterwards = Afterwards.UNKNOWN
-    rows: list[str] = field(default_factory=list)
+    rules: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     trace: list[str] = field(default_factory=list)
     reproduce: list[str] = field(default_factory=list)
@@ -98,7 +98,7 @@ class CaseResult:
     @property
     def tested_rules(self) -> set[str]:
         """The ids of the rules that the case tests; its own is its name without a variation."""
-        return {self.case_id.partition("[")[0], *(rule_of(row).id for row in self.rows)}
+        return {self.case_id.partition("[")[0], *self.rules}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""

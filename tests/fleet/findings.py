@@ -1,7 +1,7 @@
 """What the suite finds at foreign servers: every case that fails, and why it has to.
 
-Each finding was compared by hand with what CiA 301 requires; ``row`` names the row of the reaction
-matrix (I: idle, D: segmented download, U: segmented upload) or the clause.
+Each finding was compared by hand with what CiA 301 requires; ``rules`` are the ids of those
+that it breaks.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 class Finding:
     """One deviation of a server, and the ids of the cases that show it."""
 
-    row: str
+    rules: tuple[str, ...]
     reason: str
     cases: tuple[str, ...]
 
@@ -35,7 +35,7 @@ DOWNLOAD_SEGMENTS = ("download-segment-00h", "download-segment-11h")
 
 COMMON = (
     Finding(
-        "I3",
+        ("object.sub-index-missing",),
         "The sub-index of a simple variable is not looked at: 1000h:01 reads like 1000h:00.",
         (
             *each("upload.sub-index-of-variable", "1", "2", "128"),
@@ -49,18 +49,18 @@ COMMON = (
         ),
     ),
     Finding(
-        "D4",
+        ("segmented-download.too-many",),
         "The announced size is forgotten: more bytes are confirmed and stored.",
         each("segmented-download.too-many", "7-7-1", "7-6"),
     ),
     Finding(
-        "D8",
+        ("segmented-download.unused-not-stated",),
         "A last segment that does not state how many bytes count (n = 0) is stored whole, beyond "
         "the announced size.",
         ("segmented-download.unused-not-stated",),
     ),
     Finding(
-        "D5",
+        ("segmented-download.too-few",),
         "The announced size is forgotten: fewer bytes are confirmed and stored.",
         (
             *each("segmented-download.too-few", "10-of-14", "7-of-8"),
@@ -68,7 +68,7 @@ COMMON = (
         ),
     ),
     Finding(
-        "O1",
+        ("frame.short",),
         "A last segment of fewer than 8 bytes is confirmed and ends the download: what is stored "
         "is what was in it, not what was announced.",
         each("frame.short-segment", "1", "4"),
@@ -78,12 +78,12 @@ COMMON = (
 CANOPEN = (
     *COMMON,
     Finding(
-        "I34",
+        ("specifier.sub-command",),
         "A6h, which is no sub-command of a block initiate, is answered with an ordinary upload.",
         each("specifier.sub-command", "A6h"),
     ),
     Finding(
-        "I31",
+        ("block-upload.no-switch",),
         "A block upload with pst = 0 is answered with an ordinary upload.",
         (
             *each("specifier.block-upload", "True", "False"),
@@ -92,7 +92,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "I7",
+        ("segmented-download.without-initiate",),
         "Idle, a segment is confirmed when its toggle bit fits by chance.",
         (
             "segmented-download.without-initiate[middle]",
@@ -100,7 +100,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "I8",
+        ("segmented-upload.without-initiate",),
         "Idle, a segment is delivered when the toggle bit fits by chance.",
         (
             "segmented-upload.without-initiate",
@@ -108,7 +108,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "D3",
+        ("segmented-download.toggle",),
         "The server aborts because of the toggle bit, and confirms the segment that follows: its "
         "own abort does not end the download.",
         (
@@ -117,7 +117,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "D10",
+        ("segmented-download.upload-segment",),
         "A request for an upload segment in mid-download is answered with a segment, or refused "
         "for its toggle bit instead of its specifier.",
         (
@@ -126,7 +126,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "D11",
+        ("segmented-download.unknown-specifier",),
         "An undefined specifier is refused, but the download goes on.",
         (
             *each("segmented-download.foreign", *UNKNOWN),
@@ -134,7 +134,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "D12",
+        ("segmented-download.block-frames",),
         "Every A0h to BFh is taken for the initiate of an upload, every C0h to DFh for that of a "
         "block download: the abort names an object made of bytes 1 to 3, and says of the former "
         "that it does not exist.",
@@ -146,12 +146,12 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "D14",
+        ("segmented-download.client-abort",),
         "An abort of the client does not end a download: the last segment behind it is confirmed.",
         each("segmented-download.client-abort-then-segment", *BEGUN),
     ),
     Finding(
-        "U2",
+        ("segmented-upload.toggle",),
         "The server aborts because of the toggle bit, and delivers the next segment all the same.",
         (
             "segmented-upload.toggle-first",
@@ -159,7 +159,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "U3",
+        ("segmented-upload.download-segment",),
         "A download segment in mid-upload is confirmed, or refused for its toggle bit instead of "
         "its specifier.",
         (
@@ -168,7 +168,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "U4",
+        ("segmented-upload.unknown-specifier",),
         "An undefined specifier is refused, but the upload goes on.",
         (
             *each("segmented-upload.foreign", *UNKNOWN),
@@ -176,7 +176,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "U5",
+        ("segmented-upload.new-initiate",),
         "An upload goes on after another transfer was begun and finished in its middle.",
         (
             *each("segmented-upload.new-upload", *BEGUN),
@@ -184,7 +184,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "U7",
+        ("segmented-upload.client-abort",),
         "An abort of the client does not end an upload: the segments go on.",
         (
             *each("segmented-upload.client-abort", *BEGUN),
@@ -192,7 +192,7 @@ CANOPEN = (
         ),
     ),
     Finding(
-        "U10",
+        ("segmented-upload.block-frames",),
         "Frames of a block transfer in mid-upload are taken for initiates: the abort names an "
         "object made of bytes 1 to 3 instead of the one being read, and the upload goes on.",
         (
@@ -205,12 +205,16 @@ CANOPEN = (
 DURAND = (
     *COMMON,
     Finding(
-        "B13",
+        ("frame.short-block-segment",),
         "A block segment of fewer than 8 bytes counts as a whole one: what was not sent is stored.",
         each("frame.short-block-segment", "1", "4"),
     ),
     Finding(
-        "7.2.4.3.17, D10, D11, D12",
+        (
+            "segmented-download.upload-segment",
+            "segmented-download.unknown-specifier",
+            "segmented-download.block-frames",
+        ),
         "The abort of a running download names 0000h:00 instead of the object being written; "
         "except behind C0h to DFh the download goes on.",
         (
@@ -222,7 +226,11 @@ DURAND = (
         ),
     ),
     Finding(
-        "7.2.4.3.17, U3, U4, U10",
+        (
+            "segmented-upload.download-segment",
+            "segmented-upload.unknown-specifier",
+            "segmented-upload.block-frames",
+        ),
         "The abort of a running upload names 0000h:00 instead of the object being read; except "
         "behind A0h to BFh the upload goes on.",
         (
@@ -234,18 +242,21 @@ DURAND = (
         ),
     ),
     Finding(
-        "D13",
+        ("segmented-download.new-initiate",),
         "An upload does not end the download in whose middle it is served: both go on side by "
         "side, and the last segment is confirmed and stored.",
         each("segmented-download.new-upload", *BEGUN),
     ),
     Finding(
-        "U5",
+        ("segmented-upload.new-initiate",),
         "A download does not end the upload in whose middle it is served: both go on side by side.",
         ("segmented-upload.new-download",),
     ),
     Finding(
-        "B6, B7",
+        (
+            "block-download.gap",
+            "block-download.first-lost",
+        ),
         "A gap in a sub-block ends a block download with 05040003h; it is never acknowledged.",
         (
             *each("block-download.lost", "first", "middle", "before-last"),
@@ -255,7 +266,11 @@ DURAND = (
         ),
     ),
     Finding(
-        "E4, E5, B12",
+        (
+            "block-download.unused-too-many",
+            "block-download.too-few",
+            "block-download.too-many",
+        ),
         "The announced size of a block download is forgotten: fewer and more bytes are stored.",
         (
             *each("block-download.unused-too-many", "1", "7"),
@@ -265,12 +280,12 @@ DURAND = (
         ),
     ),
     Finding(
-        "7.2.4.3.17, E7",
+        ("block-download.foreign-at-end",),
         "Where the end of a block download is due, the abort of a foreign frame names 0000h:00.",
         each("block-download.foreign-at-end", *FOREIGN_AT_END),
     ),
     Finding(
-        "7.2.4.3.15",
+        ("block-upload.end",),
         "The end of a block upload says n = 7 for a last segment that is full: C1h | 7 << 2.",
         (
             *each("block-upload.size", "7", "14", "21", "448", "490", "672", "889"),
@@ -281,7 +296,10 @@ DURAND = (
         ),
     ),
     Finding(
-        "F2, F4",
+        (
+            "block-upload.not-started",
+            "block-upload.foreign-before-start",
+        ),
         "Any frame starts a block upload that was initiated.",
         (
             *each("block-upload.not-started", "A1h", "A2h", "60h", "00h", "E0h"),
@@ -291,7 +309,7 @@ DURAND = (
         ),
     ),
     Finding(
-        "F11",
+        ("block-upload.foreign",),
         "Any frame that is no acknowledgement lets a block upload go on.",
         (
             *each("block-upload.foreign", "A3h", "A1h", "60h", "70h", "E0h"),
@@ -301,7 +319,7 @@ DURAND = (
         ),
     ),
     Finding(
-        "G3",
+        ("block-upload.new-initiate-at-end",),
         "Any frame confirms the end of a block upload: an initiate there is not answered.",
         (
             *each("block-upload.new-initiate-at-end", *INITIATES),
@@ -310,23 +328,26 @@ DURAND = (
         ),
     ),
     Finding(
-        "D13, E7",
+        (
+            "segmented-download.new-initiate",
+            "block-download.foreign-at-end",
+        ),
         "An upload where the end of a block download is due is served beside it: the end is "
         "confirmed afterwards.",
         each("block-download.new-initiate-at-end", "upload", "block-upload"),
     ),
     Finding(
-        "E8",
+        ("block-download.last-again",),
         "A last segment that comes again is answered with an abort, but the transfer goes on.",
         ("block-download.last-segment-repeated",),
     ),
     Finding(
-        "F9",
+        ("block-upload.acknowledges-too-many",),
         "An acknowledgement of more segments than were sent skips data.",
         each("block-upload.acknowledges-too-many", "one-more", "128", "255"),
     ),
     Finding(
-        "F10",
+        ("block-upload.acknowledges-block-size",),
         "A block size of 0 or beyond 127 is taken from an acknowledgement.",
         each("block-upload.acknowledges-block-size", "0", "128", "255"),
     ),

@@ -5,20 +5,21 @@ from plugin_runs import reports, run, self_test
 
 pytest_plugins = ["pytester"]
 
-LISTED = """\
+ABOUT = "rules abort.not-answered response.unsolicited"
+LISTED = f"""\
 <CaseModule test_abort.py>
-  <Case abort.not-answered[general-error]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
-  <Case abort.not-answered[timed-out]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
-  <Case abort.not-answered[missing-object]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
-  <Case abort.not-answered[code-0]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
-  <Case abort.not-answered[unknown-code]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
-  <Case abort.not-answered[all-zero]  MUST  clause 7.2.4.3.17  rules I10 2.13-no-response>
-  <Case abort.frame  MUST  clause 7.2.4.3.17  rules 2.13-abort-code 2.13-reserved>
+  <Case abort.not-answered[general-error]  MUST  clause 7.2.4.3.17  {ABOUT}>
+  <Case abort.not-answered[timed-out]  MUST  clause 7.2.4.3.17  {ABOUT}>
+  <Case abort.not-answered[missing-object]  MUST  clause 7.2.4.3.17  {ABOUT}>
+  <Case abort.not-answered[code-0]  MUST  clause 7.2.4.3.17  {ABOUT}>
+  <Case abort.not-answered[unknown-code]  MUST  clause 7.2.4.3.17  {ABOUT}>
+  <Case abort.not-answered[all-zero]  MUST  clause 7.2.4.3.17  {ABOUT}>
+  <Case abort.frame  MUST  clause 7.2.4.3.17  rules abort.code response.reserved>
 <CaseModule test_whole_run.py>
-  <Case run.reserved  MUST  clause 7.2.4.3  rules 2.13-reserved>
-  <Case run.filler  SHOULD  clause 7.2.4.3  rules 2.13-filler>
-  <Case run.no-late-response  MUST  clause 7.2.4.2  rules 2.13-no-response>
-  <Case run.beside-the-cases  MUST  clause 7.2.4.2  rules 2.13-no-response>
+  <Case run.reserved  MUST  clause 7.2.4.3  rules response.reserved>
+  <Case run.filler  SHOULD  clause 7.2.4.3  rules response.filler>
+  <Case run.no-late-response  MUST  clause 7.2.4.2  rules response.unsolicited>
+  <Case run.beside-the-cases  MUST  clause 7.2.4.2  rules response.unsolicited>
 """
 IDS = """\
 cases/test_abort.py::abort.not-answered[general-error]
@@ -80,7 +81,7 @@ def test_each_case_says_what_it_requires(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--collect-only", "-vv", "-k", "abort.frame")
     result.stdout.fnmatch_lines(
         [
-            "*<Case abort.frame  MUST  clause 7.2.4.3.17  rules 2.13-abort-code 2.13-reserved>",
+            "*<Case abort.frame  MUST  clause 7.2.4.3.17  rules abort.code response.reserved>",
             "*An abort of the server is exactly 80h, the multiplexer, and a code of table 22.",
         ]
     )

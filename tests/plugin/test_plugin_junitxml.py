@@ -58,7 +58,7 @@ def test_a_case_that_passed(pytester: pytest.Pytester) -> None:
         "node-id": "5",
         "clause": "7.5.2.1",
         "level": "MUST",
-        "rules": "1.4-mandatory-objects I1",
+        "rules": "object.mandatory response.not-refused",
         "verdict": "pass",
         "requirement": "The device type (1000h), which every device has, reads as 4 bytes.",
         "expected": "",

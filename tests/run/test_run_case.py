@@ -6,6 +6,7 @@ from conformance.run.case import CaseInfo, case_info, may, must, should
 from conformance.sdo.rules import Level, Rule, UnknownRule, rule_of
 
 CLAUSE = "7.2.4.3.6"
+TOGGLE = rule_of("segmented-upload.toggle")
 
 
 def info(function: object) -> CaseInfo:
@@ -44,18 +45,32 @@ def test_the_decorator_says_what_reports_need(function: object, rule: Rule) -> N
     assert info(function).variations() == [(rule.id, {})]
 
 
-def test_a_case_names_rules_by_their_rows_and_ids() -> None:
-    @must("upload.x", "U2", "segmented-upload.restart")
+def test_a_case_names_rules_by_their_ids() -> None:
+    @must("upload.x", "segmented-upload.toggle", "segmented-upload.restart")
     def case() -> None:
         """A sentence."""
 
-    assert info(case).cites == (rule_of("U2"), rule_of("U6"))
-    rows = ("U2", "segmented-upload.restart")
-    assert info(case).rule == Rule("upload.x", "7.2.4.3.7", Level.MUST, "A sentence.", rows)
+    assert info(case).cites == (TOGGLE, rule_of("segmented-upload.restart"))
+    assert info(case).rule == Rule("upload.x", "7.2.4.3.7", Level.MUST, "A sentence.")
+
+
+def test_a_case_that_is_called_as_a_rule_tests_it_first() -> None:
+    @must("segmented-upload.restart", "segmented-upload.toggle")
+    def case() -> None:
+        """A sentence."""
+
+    assert info(case).cites == (rule_of("segmented-upload.restart"), TOGGLE)
+    assert info(case).rule.clause == "7.2.4.3.5"
+
+
+@pytest.mark.parametrize("id_", ["upload.x", TOGGLE.id])
+def test_no_rule_is_named_twice(id_: str) -> None:
+    with pytest.raises(ValueError, match=f"{id_} names a rule twice"):
+        must(id_, TOGGLE.id, TOGGLE.id)
 
 
 def test_a_narrower_clause_replaces_that_of_the_rule() -> None:
-    @should("upload.x", "U2", clause="7.5.2.1")
+    @should("upload.x", TOGGLE.id, clause="7.5.2.1")
     def case() -> None:
         """A sentence."""
 
@@ -63,8 +78,8 @@ def test_a_narrower_clause_replaces_that_of_the_rule() -> None:
 
 
 def test_an_unknown_rule_is_refused_with_the_nearest() -> None:
-    with pytest.raises(UnknownRule, match="'U22'; the nearest is 'U"):
-        must("upload.x", "U22")
+    with pytest.raises(UnknownRule, match=r"'upload\.sizes'; the nearest is 'upload\.size'"):
+        must("upload.x", "upload.sizes")
 
 
 def test_without_a_rule_there_is_a_clause() -> None:

@@ -83,11 +83,11 @@ def risk_of(function: Callable[..., None], **arguments: object) -> Risk | None:
 
 
 def test_a_case_states_its_risk() -> None:
-    @must("frame.some", "U1", risk=ANYTHING)
+    @must("frame.some", "frame.short", risk=ANYTHING)
     def some(sdo: object) -> None:
         """It holds."""
 
-    @must("frame.any", "U1", risk=of_length, dlc=[3, 8])
+    @must("frame.any", "frame.short", risk=of_length, dlc=[3, 8])
     def each(sdo: object, dlc: int) -> None:
         """It holds."""
 

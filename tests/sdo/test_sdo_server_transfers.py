@@ -27,27 +27,27 @@ FIRST_UPLOADED = """
 
 # A frame, and the answer that ends the download of 14 bytes after its first segment.
 KILLS_DOWNLOAD = [
-    pytest.param("00 48 49 4A 4B 4C 4D 4E", "80 01 20 00 00 00 03 05", id="D3-toggle-repeated"),
-    pytest.param("1F 00 00 00 00 00 00 00", "80 01 20 00 13 00 07 06", id="D5-too-short"),
-    pytest.param("60 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D10-60h"),
-    pytest.param("70 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D10-70h"),
-    pytest.param("E0 00 10 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D11-ccs-7"),
-    pytest.param("A1 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D12-A1h"),
-    pytest.param("A2 01 7F 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D12-A2h"),
-    pytest.param("A3 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D12-A3h"),
-    pytest.param("DD 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="D12-DDh"),
+    pytest.param("00 48 49 4A 4B 4C 4D 4E", "80 01 20 00 00 00 03 05", id="toggle-repeated"),
+    pytest.param("1F 00 00 00 00 00 00 00", "80 01 20 00 13 00 07 06", id="too-short"),
+    pytest.param("60 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="60h"),
+    pytest.param("70 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="70h"),
+    pytest.param("E0 00 10 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="ccs-7"),
+    pytest.param("A1 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="A1h"),
+    pytest.param("A2 01 7F 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="A2h"),
+    pytest.param("A3 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="A3h"),
+    pytest.param("DD 00 00 00 00 00 00 00", "80 01 20 00 01 00 04 05", id="DDh"),
 ]
 KILLS_UPLOAD = [
-    pytest.param("60 00 00 00 00 00 00 00", "80 08 10 00 00 00 03 05", id="U2-toggle-repeated"),
-    pytest.param("10 41 42 43 44 45 46 47", "80 08 10 00 01 00 04 05", id="U3-segment"),
-    pytest.param("00 41 42 43 44 45 46 47", "80 08 10 00 01 00 04 05", id="U3-other-toggle"),
-    pytest.param("E0 00 10 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="U4-ccs-7"),
-    pytest.param("A1 00 00 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="U10-A1h"),
-    pytest.param("A2 01 7F 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="U10-A2h"),
-    pytest.param("A3 00 00 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="U10-A3h"),
-    pytest.param("C1 00 00 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="U10-C1h"),
+    pytest.param("60 00 00 00 00 00 00 00", "80 08 10 00 00 00 03 05", id="toggle-repeated"),
+    pytest.param("10 41 42 43 44 45 46 47", "80 08 10 00 01 00 04 05", id="segment"),
+    pytest.param("00 41 42 43 44 45 46 47", "80 08 10 00 01 00 04 05", id="other-toggle"),
+    pytest.param("E0 00 10 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="ccs-7"),
+    pytest.param("A1 00 00 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="A1h"),
+    pytest.param("A2 01 7F 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="A2h"),
+    pytest.param("A3 00 00 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="A3h"),
+    pytest.param("C1 00 00 00 00 00 00 00", "80 08 10 00 01 00 04 05", id="C1h"),
 ]
-# New initiates in mid-transfer (D13, U5, U6): the old transfer ends, the new one is served.
+# New initiates in mid-transfer: the old transfer ends, the new one is served.
 NEW_INITIATES = [
     pytest.param("40 00 10 00 00 00 00 00", "43 00 10 00 91 01 0F 00", id="upload"),
     pytest.param("40 08 10 00 00 00 00 00", "41 08 10 00 1A 00 00 00", id="upload-in-segments"),
@@ -90,13 +90,13 @@ COMPLETE = [
         DOWNLOAD + FIRST_SEGMENT,
         "> 11 48 49 4A 4B 4C 4D 4E \n < 30 00 00 00 00 00 00 00",
         b"ABCDEFGHIJKLMN",
-        id="D2-full-last-segment",
+        id="full-last-segment",
     ),
     pytest.param(
         DOWNLOAD_WITHOUT_SIZE + FIRST_SEGMENT,
         "> 1D 48 FF FF FF FF FF FF \n < 30 00 00 00 00 00 00 00",
         b"ABCDEFGH",
-        id="D9-filler-is-not-stored",
+        id="filler-is-not-stored",
     ),
     pytest.param(
         DOWNLOAD_WITHOUT_SIZE,
@@ -104,25 +104,25 @@ COMPLETE = [
         "> 16 41 42 43 44 00 00 00 \n < 30 00 00 00 00 00 00 00 \n"
         "> 0D 45 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00",
         b"ABCDE",
-        id="D6-short-segments-in-the-middle",
+        id="short-segments-in-the-middle",
     ),
     pytest.param(
         DOWNLOAD_WITHOUT_SIZE + FIRST_SEGMENT,
         "> 1F 00 00 00 00 00 00 00 \n < 30 00 00 00 00 00 00 00",
         b"ABCDEFG",
-        id="D7-empty-last-segment",
+        id="empty-last-segment",
     ),
     pytest.param(
         "> 21 01 20 00 08 00 00 00 \n < 60 01 20 00 00 00 00 00 \n" + FIRST_SEGMENT,
         "> 11 48 00 00 00 00 00 00 \n < 30 00 00 00 00 00 00 00",
         b"ABCDEFGH",
-        id="D8-n-not-stated-in-the-last-segment",
+        id="n-not-stated-in-the-last-segment",
     ),
     pytest.param(
         "> 21 01 20 00 00 00 00 00 \n < 60 01 20 00 00 00 00 00 \n",
         "> 0F 00 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00",
         b"",
-        id="D20-empty-value",
+        id="empty-value",
     ),
 ]
 
@@ -141,12 +141,12 @@ TOO_LONG = [
     pytest.param(
         "> 21 01 20 00 08 00 00 00 \n < 60 01 20 00 00 00 00 00 \n" + FIRST_SEGMENT,
         "> 10 48 49 4A 4B 4C 4D 4E \n < 80 01 20 00 12 00 07 06",
-        id="D4-announced-8",
+        id="announced-8",
     ),
     pytest.param(
         "> 21 01 20 00 08 00 00 00 \n < 60 01 20 00 00 00 00 00 \n" + FIRST_SEGMENT,
         "> 1B 48 49 00 00 00 00 00 \n < 80 01 20 00 12 00 07 06",
-        id="D4-last-segment-says-2-instead-of-1",
+        id="last-segment-says-2-instead-of-1",
     ),
     pytest.param(
         DOWNLOAD_WITHOUT_SIZE
@@ -155,7 +155,7 @@ TOO_LONG = [
         + "> 00 00 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00 \n"
         + "> 10 00 00 00 00 00 00 00 \n < 30 00 00 00 00 00 00 00 \n",
         "> 01 00 00 00 00 00 00 00 \n < 80 01 20 00 12 00 07 06",
-        id="D4-more-than-the-32-bytes-of-the-object",
+        id="more-than-the-32-bytes-of-the-object",
     ),
 ]
 
@@ -229,7 +229,7 @@ def test_an_abort_ends_the_transfer_without_an_answer(begin: str, abort: str) ->
         (DOWNLOAD + FIRST_SEGMENT, "80 01 20 00 00 00 04 05"),
         (UPLOAD + FIRST_UPLOADED, "80 08 10 00 00 00 04 05"),
     ],
-    ids=["D18", "U12"],
+    ids=["download", "upload"],
 )
 def test_time_out(begin: str, abort: str) -> None:
     bench = Bench()

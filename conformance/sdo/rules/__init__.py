@@ -13,7 +13,14 @@ from conformance.sdo.rules.block_download import BLOCK_PROGRESS
 from conformance.sdo.rules.freedoms import RESTART
 from conformance.sdo.rules.idle import MISSING_REFUSED, NOT_REFUSED
 from conformance.sdo.rules.model import Level, Rule, Violation
-from conformance.sdo.rules.registry import CHAPTERS, RULES, Chapter, UnknownRule, rule_of
+from conformance.sdo.rules.registry import (
+    CHAPTERS,
+    RULES,
+    RULES_BY_ID,
+    Chapter,
+    UnknownRule,
+    rule_of,
+)
 from conformance.sdo.rules.responses import (
     ABORT_CODE,
     ANSWERED,
@@ -54,6 +61,7 @@ __all__ = [
     "RESERVED",
     "RESTART",
     "RULES",
+    "RULES_BY_ID",
     "SIZE",
     "SPECIFIER",
     "SUBSTITUTE",

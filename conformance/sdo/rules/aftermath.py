@@ -11,7 +11,6 @@ IDLE_AFTERWARDS = Rule(
     SERVICES,
     MUST,
     "After a transfer has ended, whoever ended it, the server is idle and serves the next one.",
-    rows=("3.11-idle",),
     reaction="the next request is served, and nothing more comes of the old transfer",
 )
 CONSTANT = Rule(
@@ -39,7 +38,6 @@ SUBSTITUTE = Rule(
     ABORT,
     SHOULD,
     "An abort names the reason; 08000000h (general error) is for what no other code covers.",
-    rows=("O28",),
     open="the general error is tolerated where the official test accepts it",
 )
 PART_WRITTEN = Rule(
@@ -57,7 +55,6 @@ AFTERMATH_RULES = (
         "7.2.4.3.15",
         MUST,
         "A request right behind the end confirmation of a block upload is served.",
-        rows=("3.1-next-request",),
         reaction="served",
     ),
     PART_WRITTEN,
@@ -66,7 +63,6 @@ AFTERMATH_RULES = (
         ABORT,
         MUST,
         "A download that was aborted, by whichever side, leaves the object with its value.",
-        rows=("3.11-value-kept",),
         reaction="the object reads as before",
         open="what of a string or domain was written before the abort",
     ),
@@ -75,7 +71,6 @@ AFTERMATH_RULES = (
         ABORT,
         MAY,
         "A domain may hold anything after a download that was aborted; the server lives on.",
-        rows=("3.11-partial-domain", "O30"),
         reaction="any content",
         open="the content",
     ),
@@ -84,7 +79,6 @@ AFTERMATH_RULES = (
         ABORT,
         MUST,
         "Nothing is sent for a transfer that was aborted, and none of its data turns up again.",
-        rows=("3.11-nothing-afterwards",),
         reaction="silence",
     ),
     Rule(
@@ -92,7 +86,6 @@ AFTERMATH_RULES = (
         ABORT,
         MAY,
         "Of two reasons to refuse an initiate a server may name either.",
-        rows=("3.10", "O17"),
         reaction="abort with the code of either reason",
         open="the order",
         untestable="Every order is right: a case sends requests with one error only.",

@@ -16,7 +16,6 @@ BLOCK_PROGRESS = Rule(
     SERVICE,
     MUST,
     "What is sent again is taken: a block transfer comes to an end.",
-    rows=("B8", "8-repeat"),
     reaction="the segments behind the acknowledged one, numbered from 1, are stored",
 )
 
@@ -25,7 +24,6 @@ FULL_SUB_BLOCK = Rule(
     SUB_BLOCK,
     MUST,
     "Segments in order have no answer before the sub-block is full; then all are acknowledged.",
-    rows=("B1",),
     reaction="silence; A2h with ackseq = blksize",
 )
 LAST_SEGMENT = Rule(
@@ -33,7 +31,6 @@ LAST_SEGMENT = Rule(
     SUB_BLOCK,
     MUST,
     "The last segment ends its sub-block early and is acknowledged with its number.",
-    rows=("B2", "8-last-sub-block"),
     reaction="A2h",
 )
 SEGMENTS_ONLY = Rule(
@@ -41,7 +38,6 @@ SEGMENTS_ONLY = Rule(
     SUB_BLOCK,
     MUST,
     "In a sub-block every frame but 80h is a segment, whatever else it looks like.",
-    rows=("B3",),
     reaction="as a segment with the number in bits 6 to 0",
 )
 ABORT_IN_SUB_BLOCK = Rule(
@@ -49,7 +45,6 @@ ABORT_IN_SUB_BLOCK = Rule(
     ABORT,
     MUST,
     "80h in a sub-block ends the download; nothing is written.",
-    rows=("B4",),
     reaction="silence, idle",
 )
 SEQUENCE_ZERO = Rule(
@@ -57,7 +52,6 @@ SEQUENCE_ZERO = Rule(
     SUB_BLOCK,
     MAY,
     "A segment with number 0 is never stored.",
-    rows=("B5", "O14"),
     reaction="silence, or abort",
     codes=(
         AbortCode.INVALID_SEQUENCE_NUMBER,
@@ -71,7 +65,6 @@ GAP = Rule(
     SUB_BLOCK,
     MUST,
     "Behind a gap nothing is taken; the acknowledgement names the last segment before it.",
-    rows=("B6", "8-after-break"),
     reaction="A2h with the last segment in sequence",
     open="when the acknowledgement comes",
 )
@@ -80,7 +73,6 @@ REPEATED_SEGMENT = Rule(
     SUB_BLOCK,
     MAY,
     "A segment that comes twice is not stored twice.",
-    rows=("B10", "O15", "8-duplicates"),
     reaction="silence, or A2h with the last segment in sequence",
     open="whether it is ignored or taken for a gap",
 )
@@ -89,7 +81,6 @@ TOO_MANY = Rule(
     END,
     MUST,
     "More bytes than announced are refused, at the end at the latest.",
-    rows=("B12",),
     reaction="abort, the object keeps its value",
     codes=(*accepted.TOO_LONG, AbortCode.CRC_ERROR),
     open="the moment: with the segment, or at the latest at the end",
@@ -99,7 +90,6 @@ SILENT_IN_SUB_BLOCK = Rule(
     ABORT,
     MAY,
     "When a sub-block breaks off a server may acknowledge what came, give up, or wait.",
-    rows=("B14", "8-lost-last"),
     reaction="silence, A2h, or abort",
     codes=accepted.TIMED_OUT,
     open="whether there is a time-out, and what it leads to",
@@ -109,7 +99,6 @@ EMPTY = Rule(
     INITIATE,
     MAY,
     "A block download of no bytes stores an empty value or is refused.",
-    rows=("B17",),
     reaction="served, or abort",
     codes=(
         AbortCode.LENGTH_TOO_LOW,
@@ -123,7 +112,6 @@ STORED = Rule(
     END,
     MUST,
     "The right end request is confirmed, and the data is stored.",
-    rows=("E1", "8-unused-count"),
     reaction="A1h, idle",
 )
 WRONG_CRC = Rule(
@@ -131,7 +119,6 @@ WRONG_CRC = Rule(
     CRC,
     MUST,
     "A CRC that does not fit the data is refused as such.",
-    rows=("E2", "5-mismatch-download"),
     reaction="abort, the object keeps its value",
     codes=(AbortCode.CRC_ERROR,),
 )
@@ -140,7 +127,6 @@ UNUSED_TOO_MANY = Rule(
     END,
     MUST,
     "An end request whose n does not fit the announced size is refused.",
-    rows=("E4",),
     reaction="abort, the object keeps its value",
     codes=(
         AbortCode.LENGTH_TOO_LOW,
@@ -154,7 +140,6 @@ TOO_FEW = Rule(
     END,
     MUST,
     "Fewer bytes than announced are refused at the end.",
-    rows=("E5",),
     reaction="abort, the object keeps its value",
     codes=accepted.TOO_SHORT,
 )
@@ -163,7 +148,6 @@ FOREIGN_AT_END = Rule(
     END,
     MUST,
     "Any other request where the end is due ends the download.",
-    rows=("E7",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
     open="a new initiate may be served",
@@ -173,7 +157,6 @@ LAST_AGAIN = Rule(
     END,
     MAY,
     "The last segment once more does no harm, as after a lost acknowledgement.",
-    rows=("E8", "O26", "8-lost-acknowledgement"),
     reaction="A2h again, silence, or abort",
     codes=accepted.NOT_VALID,
     open="whether it is acknowledged again, ignored or refused",
@@ -183,7 +166,6 @@ ABORT_BEFORE_END = Rule(
     ABORT,
     MUST,
     "An abort of the client instead of the end request: nothing is written.",
-    rows=("E10",),
     reaction="silence, idle",
 )
 
@@ -199,7 +181,6 @@ BLOCK_DOWNLOAD_RULES = (
         SUB_BLOCK,
         MUST,
         "A sub-block without its first segment is acknowledged with ackseq 0.",
-        rows=("B7",),
         reaction="A2h with ackseq 0",
         open="when the acknowledgement comes",
     ),
@@ -209,7 +190,6 @@ BLOCK_DOWNLOAD_RULES = (
         SUB_BLOCK,
         MAY,
         "What is sent again under its old numbers is not taken for the right segments.",
-        rows=("B9",),
         reaction="A2h with ackseq 0, abort, or silence",
         open="a minority reads the numbers as going on",
     ),
@@ -219,7 +199,6 @@ BLOCK_DOWNLOAD_RULES = (
         SUB_BLOCK,
         MAY,
         "A segment with a number beyond the block size is not stored.",
-        rows=("B11",),
         reaction="silence, A2h, or abort",
         codes=(
             AbortCode.INVALID_SEQUENCE_NUMBER,
@@ -235,7 +214,6 @@ BLOCK_DOWNLOAD_RULES = (
         ABORT,
         MAY,
         "When no segment comes at all a server may give up, or wait.",
-        rows=("B15",),
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
@@ -245,7 +223,6 @@ BLOCK_DOWNLOAD_RULES = (
         ABORT,
         MUST,
         "An object that cannot be written at present refuses a block download.",
-        rows=("B16",),
         reaction="abort, the object keeps its value",
         codes=(
             AbortCode.DEVICE_STATE,
@@ -262,7 +239,6 @@ BLOCK_DOWNLOAD_RULES = (
         INITIATE,
         MUST,
         "A block download that does not say its size (C4h) is served.",
-        rows=("B18",),
         reaction="A0h or A4h",
     ),
     Rule(
@@ -270,7 +246,6 @@ BLOCK_DOWNLOAD_RULES = (
         CRC,
         MUST,
         "For a client without a CRC none is checked.",
-        rows=("B19",),
         reaction="A0h or A4h",
     ),
     STORED,
@@ -280,7 +255,6 @@ BLOCK_DOWNLOAD_RULES = (
         CRC,
         MAY,
         "The CRC field has no meaning when one side computes none: nothing is refused for it.",
-        rows=("E3", "5-unused-field-not-zero"),
         reaction="A1h",
         open="the field has to be 0 then; whether a server looks at it",
     ),
@@ -291,7 +265,6 @@ BLOCK_DOWNLOAD_RULES = (
         END,
         MAY,
         "When both CRC and size are wrong the download is refused for one of them.",
-        rows=("E6", "O25"),
         reaction="abort, the object keeps its value",
         codes=(*accepted.TOO_SHORT, AbortCode.LENGTH_TOO_HIGH, AbortCode.CRC_ERROR),
         open="which of the two is looked at first",
@@ -303,7 +276,6 @@ BLOCK_DOWNLOAD_RULES = (
         END,
         MAY,
         "The reserved bit of an end request may be ignored or refused.",
-        rows=("E9",),
         reaction="A1h, or abort",
         codes=accepted.NOT_VALID,
         open="served or refused",
@@ -314,7 +286,6 @@ BLOCK_DOWNLOAD_RULES = (
         ABORT,
         MAY,
         "When the end request does not come a server may give up, or wait.",
-        rows=("E11",),
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",

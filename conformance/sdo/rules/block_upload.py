@@ -15,7 +15,6 @@ FIRST_SUB_BLOCK = Rule(
     SUB_BLOCK,
     MUST,
     "The start brings the first sub-block: as many segments as asked for, or all there are.",
-    rows=("F1",),
     reaction="segments from 1 on, the very last one of the data marked",
 )
 NOT_STARTED = Rule(
@@ -23,7 +22,6 @@ NOT_STARTED = Rule(
     INITIATE,
     MUST,
     "An acknowledgement or an end confirmation where the start is due ends the upload.",
-    rows=("F2",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -32,7 +30,6 @@ FOREIGN_BEFORE_START = Rule(
     INITIATE,
     MUST,
     "A segment, or command specifier 7, where the start is due ends the upload.",
-    rows=("F4",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -41,7 +38,6 @@ NEXT_SUB_BLOCK = Rule(
     SUB_BLOCK,
     MUST,
     "When all is acknowledged the next sub-block follows, with the block size just given.",
-    rows=("F5",),
     reaction="segments from 1 on",
 )
 ENDS = Rule(
@@ -49,7 +45,6 @@ ENDS = Rule(
     END,
     MUST,
     "When the last segment is acknowledged the end follows, with n and the CRC.",
-    rows=("F6",),
     reaction="C1h to DDh",
 )
 ACKNOWLEDGED = Rule(
@@ -57,7 +52,6 @@ ACKNOWLEDGED = Rule(
     SUB_BLOCK,
     MUST,
     "What was not acknowledged is sent again, in a new sub-block of the block size just given.",
-    rows=("F7", "8-client-acknowledges-fewer"),
     reaction="segments from 1 on, beginning behind the acknowledged one",
 )
 ACKNOWLEDGES_TOO_MANY = Rule(
@@ -65,7 +59,6 @@ ACKNOWLEDGES_TOO_MANY = Rule(
     SUB_BLOCK,
     MUST,
     "An acknowledgement of more segments than were sent ends the upload.",
-    rows=("F9", "O16", "8-client-acknowledges-more"),
     reaction="abort, idle",
     codes=(
         AbortCode.INVALID_SEQUENCE_NUMBER,
@@ -79,7 +72,6 @@ ACKNOWLEDGES_BLOCK_SIZE = Rule(
     SUB_BLOCK,
     MUST,
     "An acknowledgement with a block size of 0, or beyond 127, ends the upload.",
-    rows=("F10",),
     reaction="abort, idle",
     codes=(AbortCode.INVALID_BLOCK_SIZE, AbortCode.GENERAL_ERROR),
 )
@@ -88,7 +80,6 @@ FOREIGN = Rule(
     SUB_BLOCK,
     MUST,
     "Anything but an acknowledgement where it is due ends the upload.",
-    rows=("F11",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -97,7 +88,6 @@ CLIENT_ABORT = Rule(
     ABORT,
     MUST,
     "An abort of the client ends the upload wherever it is, and no segment follows.",
-    rows=("F14",),
     reaction="silence, idle",
 )
 EMPTY = Rule(
@@ -105,7 +95,6 @@ EMPTY = Rule(
     INITIATE,
     MAY,
     "An object without data is uploaded as nothing, or refused.",
-    rows=("F17",),
     reaction="served with size 0, or abort",
     codes=(AbortCode.NO_DATA,),
     open="served or refused",
@@ -115,7 +104,6 @@ OVER = Rule(
     END,
     MUST,
     "The confirmation of the end is not answered, and the server is idle.",
-    rows=("G1",),
     reaction="silence, idle",
 )
 ACKNOWLEDGED_AGAIN = Rule(
@@ -123,7 +111,6 @@ ACKNOWLEDGED_AGAIN = Rule(
     END,
     MAY,
     "An acknowledgement once more, where the end is to be confirmed, does no harm.",
-    rows=("G2",),
     reaction="the end again, silence, or abort",
     codes=accepted.NOT_VALID,
     open="whether the end is repeated or the upload aborted",
@@ -133,7 +120,6 @@ CLIENT_ABORT_AT_END = Rule(
     ABORT,
     MUST,
     "An abort instead of the confirmation of the end, as for a wrong CRC, ends the upload.",
-    rows=("G4", "5-mismatch-upload"),
     reaction="silence, idle",
 )
 
@@ -145,7 +131,6 @@ BLOCK_UPLOAD_RULES = (
         INITIATE,
         MAY,
         "An initiate where the start is due ends the upload; it is served or refused.",
-        rows=("F3",),
         reaction="served, or abort",
         codes=accepted.NOT_VALID,
         open="whether the new transfer is served or refused",
@@ -159,7 +144,6 @@ BLOCK_UPLOAD_RULES = (
         SUB_BLOCK,
         MUST,
         "ackseq 0 has the whole sub-block sent again.",
-        rows=("F8",),
         reaction="segments from 1 on, with the data of the sub-block before",
     ),
     ACKNOWLEDGES_TOO_MANY,
@@ -170,7 +154,6 @@ BLOCK_UPLOAD_RULES = (
         SUB_BLOCK,
         MAY,
         "Reserved bits of an acknowledgement may be ignored or refused.",
-        rows=("F12",),
         reaction="segments or the end, or abort",
         codes=accepted.NOT_VALID,
         open="served or refused",
@@ -180,7 +163,6 @@ BLOCK_UPLOAD_RULES = (
         SUB_BLOCK,
         MAY,
         "An initiate where an acknowledgement is due ends the upload; it is served or refused.",
-        rows=("F13",),
         reaction="served, or abort",
         codes=accepted.NOT_VALID,
         open="whether the new transfer is served or refused",
@@ -191,7 +173,6 @@ BLOCK_UPLOAD_RULES = (
         ABORT,
         MAY,
         "A server may give up a block upload that does not go on, or wait.",
-        rows=("F15",),
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
@@ -201,7 +182,6 @@ BLOCK_UPLOAD_RULES = (
         SUB_BLOCK,
         MAY,
         "An acknowledgement that comes while segments are being sent may have any effect.",
-        rows=("F16",),
         reaction="any, and the server serves the next transfer",
         open="the effect: no client that keeps the rules does it",
     ),
@@ -213,7 +193,6 @@ BLOCK_UPLOAD_RULES = (
         END,
         MAY,
         "An initiate where the end is to be confirmed is served or refused.",
-        rows=("G3",),
         reaction="served, or abort",
         codes=accepted.NOT_VALID,
         open="whether the new transfer is served or refused",
@@ -224,7 +203,6 @@ BLOCK_UPLOAD_RULES = (
         ABORT,
         MAY,
         "When the confirmation of the end does not come a server may give up, or wait.",
-        rows=("G5",),
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",

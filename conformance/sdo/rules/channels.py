@@ -17,7 +17,6 @@ REQUEST_IDENTIFIER = Rule(
     CONNECTION_SET,
     MUST,
     "A server takes requests on the COB-ID of its channel and on no other.",
-    rows=("1.2-request",),
     reaction="silence to requests for another node",
 )
 REMOTE = Rule(
@@ -25,7 +24,6 @@ REMOTE = Rule(
     "7.2.4.3",
     MAY,
     "A remote frame on the COB-ID of the requests carries none: nothing is served for it.",
-    rows=("1.1-remote",),
     reaction="silence, or an abort",
     open="the reaction to a remote frame",
 )
@@ -34,7 +32,6 @@ REMOTE_IGNORED = Rule(
     "7.2.4.3",
     SHOULD,
     "A remote frame on the COB-ID of the requests is ignored.",
-    rows=("1.1-remote-ignored",),
     reaction="silence",
 )
 EXTENDED_IGNORED = Rule(
@@ -42,7 +39,6 @@ EXTENDED_IGNORED = Rule(
     "7.2.4.3",
     SHOULD,
     "A frame with the other length of identifier is not for the channel and is ignored.",
-    rows=("1.1-extended",),
     reaction="silence",
 )
 NMT_INITIALISING = Rule(
@@ -50,7 +46,6 @@ NMT_INITIALISING = Rule(
     NMT,
     MUST,
     "A device that is starting up answers nothing before its boot-up message.",
-    rows=("1.5-initialising",),
     reaction="silence",
 )
 NMT_STOPPED = Rule(
@@ -58,7 +53,6 @@ NMT_STOPPED = Rule(
     NMT,
     MUST,
     "In Stopped no request is answered, not even by an abort.",
-    rows=("1.5-stopped",),
     reaction="silence",
 )
 NMT_INTERRUPTED = Rule(
@@ -66,7 +60,6 @@ NMT_INTERRUPTED = Rule(
     NMT,
     MAY,
     "A transfer may end in any way when the node stops; afterwards the server serves again.",
-    rows=("1.5-interrupted", "O29"),
     reaction="silence, or one abort",
     codes=(
         AbortCode.CONNECTION_NOT_AVAILABLE,
@@ -86,7 +79,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MUST,
         "1200h counts 2 entries, and they hold the two COB-IDs that the node-ID gives.",
-        rows=("P1", "1.3-highest-sub-index", "1.3-request-cob-id", "1.3-response-cob-id"),
         reaction="02h, 600h + node-ID, 580h + node-ID",
         open="whether 1200h is there while the device has the default channel only",
     ),
@@ -95,7 +87,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MUST,
         "The default channel can be neither moved nor switched off: 1200h refuses every write.",
-        rows=("P2",),
         reaction="abort, nothing changes",
         codes=accepted.READ_ONLY,
     ),
@@ -104,7 +95,6 @@ CHANNEL_RULES = (
         ABORT,
         MUST,
         "The parameter of a server channel that the device lacks does not exist.",
-        rows=("P3",),
         reaction="abort",
         codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
     ),
@@ -113,7 +103,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MUST,
         "A COB-ID changes only while it is marked not valid, and a channel serves while both are.",
-        rows=("P4", "1.3-valid"),
         reaction="abort",
         codes=(
             AbortCode.VALUE_INVALID,
@@ -129,7 +118,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MAY,
         "A valid COB-ID may take the value that it has, or refuse it.",
-        rows=("P5",),
         reaction="served, or abort",
         codes=accepted.WRONG_VALUE,
     ),
@@ -138,7 +126,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MUST,
         "A device without 29-bit identifiers refuses a COB-ID that asks for one.",
-        rows=("P6", "1.3-frame-bit"),
         reaction="abort",
         codes=accepted.WRONG_VALUE,
         open="whether the device supports 29-bit identifiers",
@@ -148,7 +135,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MUST,
         "Bits 28 to 11 of a COB-ID are 0 when its identifier has 11 bits.",
-        rows=("P7", "1.3-bits-28-to-11"),
         reaction="abort",
         codes=accepted.WRONG_VALUE,
     ),
@@ -157,7 +143,6 @@ CHANNEL_RULES = (
         RESTRICTED,
         MUST,
         "No channel takes one of the CAN-IDs that are kept for other services.",
-        rows=("P8", "1.3-identifier"),
         reaction="abort",
         codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
     ),
@@ -166,7 +151,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MAY,
         "Bit 30 of a COB-ID may be set, as dynamically assigned, or be refused as reserved.",
-        rows=("P9", "1.3-dynamic-bit"),
         reaction="served, or abort",
         codes=accepted.WRONG_VALUE,
     ),
@@ -175,7 +159,6 @@ CHANNEL_RULES = (
         PARAMETER,
         MUST,
         "The node-ID of a channel's client is 1 to 127.",
-        rows=("P10", "1.3-client-node-id"),
         reaction="abort",
         codes=(
             AbortCode.VALUE_INVALID,
@@ -188,9 +171,8 @@ CHANNEL_RULES = (
         "channel.entry-count",
         PARAMETER,
         MUST,
-        "The number of entries of a channel's parameter cannot be written.",
-        rows=("P11",),
-        reaction="abort",
+        "A channel's parameter counts 2 or 3 entries, and the count cannot be written.",
+        reaction="02h, or 03h with the client's node-ID; abort of a download",
         codes=(AbortCode.WRITE_OF_READ_ONLY,),
     ),
     Rule(
@@ -198,7 +180,6 @@ CHANNEL_RULES = (
         SERVICES,
         MUST,
         "A second channel takes nothing from the default one: their transfers may interleave.",
-        rows=("P12",),
         reaction="both served",
     ),
     Rule(
@@ -206,7 +187,6 @@ CHANNEL_RULES = (
         RESET,
         MUST,
         "After a reset of the communication a channel is as it is after power-on.",
-        rows=("P13",),
         reaction="the defaults or the stored values",
     ),
     Rule(
@@ -214,7 +194,6 @@ CHANNEL_RULES = (
         "7.5.2.34",
         MAY,
         "1280h to 12FFh describe the channels in which the device is the client.",
-        rows=("1.3-client-parameter",),
         reaction="served, or abort",
         codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
         open="whether there are any",
@@ -224,7 +203,6 @@ CHANNEL_RULES = (
         "7.5.2",
         MUST,
         "Every device has 1000h, 1001h and 1018h.",
-        rows=("1.4-mandatory-objects",),
         reaction="served",
         open="1200h: a device with the default channel only may lack it",
     ),
@@ -234,7 +212,6 @@ CHANNEL_RULES = (
         NMT,
         MUST,
         "The server serves in Pre-operational.",
-        rows=("1.5-pre-operational",),
         reaction="served",
     ),
     Rule(
@@ -242,7 +219,6 @@ CHANNEL_RULES = (
         NMT,
         MUST,
         "The server serves in Operational.",
-        rows=("1.5-operational",),
         reaction="served",
     ),
     NMT_STOPPED,

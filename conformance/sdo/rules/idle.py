@@ -15,7 +15,6 @@ NOT_REFUSED = Rule(
     PROTOCOLS,
     MUST,
     "A request that the protocol and the object allow is served.",
-    rows=("I1",),
     reaction="the positive response to the initiate",
     open="expedited or segmented for an upload of 4 bytes or fewer",
 )
@@ -24,7 +23,6 @@ MISSING_REFUSED = Rule(
     ABORT,
     MUST,
     "What does not exist in the device is not served.",
-    rows=("I2",),
     reaction="abort",
     codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
 )
@@ -34,7 +32,6 @@ SUB_INDEX_MISSING = Rule(
     ABORT,
     MUST,
     "A sub-index that an object does not have is refused as such.",
-    rows=("I3",),
     reaction="abort",
     codes=(AbortCode.SUB_INDEX_MISSING, AbortCode.GENERAL_ERROR),
 )
@@ -43,7 +40,6 @@ WRITE_ONLY = Rule(
     ABORT,
     MUST,
     "A write-only object cannot be read.",
-    rows=("I4",),
     reaction="abort",
     codes=(
         AbortCode.READ_OF_WRITE_ONLY,
@@ -56,7 +52,6 @@ READ_ONLY = Rule(
     ABORT,
     MUST,
     "A read-only or constant object cannot be written, in whatever protocol.",
-    rows=("I5",),
     reaction="abort",
     codes=accepted.READ_ONLY,
     open="the moment: the initiate, or later, up to the last request of the transfer",
@@ -66,7 +61,6 @@ UNKNOWN_SPECIFIER = Rule(
     PROTOCOLS,
     MUST,
     "Client command specifier 7 has no meaning and is refused.",
-    rows=("I6",),
     reaction="abort",
     codes=accepted.NOT_VALID_OR_GENERAL,
 )
@@ -75,7 +69,6 @@ DOWNLOAD_WITHOUT_INITIATE = Rule(
     DOWNLOAD_SEGMENT,
     MAY,
     "A download segment without a transfer is never confirmed.",
-    rows=("I7",),
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
     open="abort or silence",
@@ -85,7 +78,6 @@ UPLOAD_WITHOUT_INITIATE = Rule(
     UPLOAD_SEGMENT,
     MAY,
     "A request for a segment without a transfer brings no data.",
-    rows=("I8",),
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
     open="abort or silence",
@@ -95,7 +87,6 @@ OUT_OF_BLOCK = Rule(
     PROTOCOLS,
     MAY,
     "The inner frames of a block transfer that was never started have no positive answer.",
-    rows=("I9",),
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
     open="abort or silence",
@@ -105,7 +96,6 @@ ABORT_NOT_ANSWERED = Rule(
     ABORT,
     MUST,
     "An abort is never answered, also when no transfer is running.",
-    rows=("I10",),
     reaction="silence",
 )
 ABORT_RESERVED_BITS = Rule(
@@ -113,7 +103,6 @@ ABORT_RESERVED_BITS = Rule(
     ABORT,
     MAY,
     "81h to 9Fh without a transfer has no positive answer.",
-    rows=("I11",),
     reaction="silence, or abort",
     open="whether it is an abort",
 )
@@ -122,7 +111,6 @@ SUB_COMMAND = Rule(
     PROTOCOLS,
     MUST,
     "A block initiate whose sub-command bits name none is not served.",
-    rows=("I34",),
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
     open="silence: it may pass for an acknowledgement or an end out of place",
@@ -132,7 +120,6 @@ BLOCK_UNSUPPORTED = Rule(
     PROTOCOLS,
     MAY,
     "A server without block transfers refuses them; it never keeps silent.",
-    rows=("I36", "8-capability"),
     reaction="served, or abort",
     codes=accepted.NOT_VALID,
     open="whether the server has block transfers",
@@ -142,7 +129,6 @@ NO_DATA = Rule(
     ERROR_LIST,
     MUST,
     "An entry that holds nothing yet is not read as if it did.",
-    rows=("I37",),
     reaction="abort",
     codes=(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR),
     open="06090011h is tolerated where a place of 1003h holds no error",
@@ -168,7 +154,6 @@ IDLE_RULES = (
         ABORT,
         MAY,
         "Two clients at one object are both served, or one is refused; no data is mixed up.",
-        rows=("I38", "O31"),
         reaction="served, or abort",
         codes=(
             AbortCode.LOCAL_CONTROL,

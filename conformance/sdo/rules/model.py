@@ -24,19 +24,16 @@ class Rule:
 
     A MAY is a freedom of the server; it is broken by what no choice allows.
 
-    ``rows`` are the labels under which the protocol reference of the project lists what the rule
-    covers, such as ``D3`` or ``5-covers``; each row belongs to one rule. ``reaction`` says in words
-    what is accepted. ``codes`` are the abort codes accepted where an abort is due or allowed, the
-    most precise first; empty where there is no abort, or where any code of CiA 301 will do.
-    ``open`` says what the specification leaves to the server. ``untestable`` says why no case tests
-    the rule; it is empty when one does.
+    ``reaction`` says in words what is accepted. ``codes`` are the abort codes accepted where an
+    abort is due or allowed, the most precise first; empty where there is no abort, or where any
+    code of CiA 301 will do. ``open`` says what the specification leaves to the server.
+    ``untestable`` says why no case tests the rule; it is empty when one does.
     """
 
     id: str
     clause: str
     level: Level
     sentence: str
-    rows: tuple[str, ...] = ()
     reaction: str = ""
     codes: tuple[AbortCode, ...] = ()
     open: str = ""

@@ -1,4 +1,4 @@
-"""All rules, chapter by chapter, and how to find one by its id or by a row it covers."""
+"""All rules, chapter by chapter, and how to find one by its id."""
 
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -32,7 +32,7 @@ class Chapter:
 
 
 class UnknownRule(LookupError):
-    """Neither the id of a rule nor the label of a row."""
+    """No rule has this id."""
 
 
 CHAPTERS = (
@@ -57,29 +57,17 @@ CHAPTERS = (
 )
 RULES = tuple(rule for chapter in CHAPTERS for rule in chapter.rules)
 
-
-def _index() -> dict[str, Rule]:
-    found: dict[str, Rule] = {}
-    for rule in RULES:
-        for name in (rule.id, *rule.rows):
-            if found.setdefault(name, rule) is not rule:
-                raise ValueError(f"{name} belongs to {found[name].id} and to {rule.id}")
-    return found
+RULES_BY_ID = {rule.id: rule for rule in RULES}
 
 
-_BY_NAME = _index()
+def rule_of(id_: str) -> Rule:
+    """Return the rule with this id; raises UnknownRule, which names the nearest.
 
-
-def rule_of(name: str) -> Rule:
-    """Return the rule with this id, or the one that covers this row.
-
-    >>> rule_of("D3").id
-    'segmented-download.toggle'
-
-    Raises UnknownRule, which names the nearest.
+    >>> rule_of("segmented-download.toggle").clause
+    '7.2.4.3.4'
     """
     try:
-        return _BY_NAME[name]
+        return RULES_BY_ID[id_]
     except KeyError:
-        near = get_close_matches(name, _BY_NAME, n=1, cutoff=0.0)[0]
-        raise UnknownRule(f"no rule is called {name!r}; the nearest is {near!r}") from None
+        near = get_close_matches(id_, RULES_BY_ID, n=1, cutoff=0.0)[0]
+        raise UnknownRule(f"no rule is called {id_!r}; the nearest is {near!r}") from None

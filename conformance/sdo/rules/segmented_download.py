@@ -14,7 +14,6 @@ CONFIRMED = Rule(
     SEGMENT,
     MUST,
     "A segment with the toggle bit that is due is confirmed with the same toggle bit.",
-    rows=("D1",),
     reaction="20h, 30h",
 )
 STORED = Rule(
@@ -22,7 +21,6 @@ STORED = Rule(
     SEGMENT,
     MUST,
     "The last segment ends a download of the announced size, and all of it is stored.",
-    rows=("D2", "6-segmented-size"),
     reaction="20h or 30h, idle",
 )
 TOGGLE = Rule(
@@ -30,7 +28,6 @@ TOGGLE = Rule(
     SEGMENT,
     MUST,
     "The data of a segment whose toggle bit did not alternate is not stored.",
-    rows=("D3", "O7"),
     reaction="abort, or silence",
     codes=accepted.TOGGLE_ERROR,
     open="whether the transfer is aborted or the segment ignored",
@@ -40,7 +37,6 @@ TOO_MANY = Rule(
     ABORT,
     MUST,
     "More bytes than announced are refused.",
-    rows=("D4",),
     reaction="abort, the object keeps its value",
     codes=accepted.TOO_LONG,
 )
@@ -49,7 +45,6 @@ TOO_FEW = Rule(
     ABORT,
     MUST,
     "A last segment that leaves bytes of the announced size missing is refused.",
-    rows=("D5",),
     reaction="abort, the object keeps its value",
     codes=accepted.TOO_SHORT,
 )
@@ -58,7 +53,6 @@ UPLOAD_SEGMENT = Rule(
     SEGMENT,
     MUST,
     "A request for a segment in the middle of a download ends it.",
-    rows=("D10",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -67,7 +61,6 @@ UNKNOWN_SPECIFIER = Rule(
     SEGMENT,
     MUST,
     "Client command specifier 7 in the middle of a download ends it.",
-    rows=("D11",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -76,7 +69,6 @@ BLOCK_FRAMES = Rule(
     SEGMENT,
     MUST,
     "The inner frames of a block transfer in the middle of a segmented download end it.",
-    rows=("D12",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -85,7 +77,6 @@ CLIENT_ABORT = Rule(
     ABORT,
     MUST,
     "An abort of the client ends the download; the object keeps its value.",
-    rows=("D14",),
     reaction="silence, idle",
 )
 EMPTY = Rule(
@@ -93,7 +84,6 @@ EMPTY = Rule(
     INITIATE,
     MAY,
     "A download of no bytes stores an empty value or is refused.",
-    rows=("D20",),
     reaction="served, or abort",
     codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.NOT_TRANSFERABLE),
     open="served or refused",
@@ -110,7 +100,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         SEGMENT,
         MUST,
         "A segment before the last may hold fewer than 7 bytes.",
-        rows=("D6",),
         reaction="20h, 30h",
     ),
     Rule(
@@ -118,7 +107,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         SEGMENT,
         MUST,
         "The last segment may be empty when all bytes have come.",
-        rows=("D7",),
         reaction="20h or 30h, idle",
     ),
     Rule(
@@ -126,7 +114,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         SEGMENT,
         MAY,
         "n = 0 in a last segment that is not full: the bytes due are taken, or it is refused.",
-        rows=("D8", "O21"),
         reaction="20h or 30h, or abort",
         codes=accepted.TOO_LONG,
         open="n = 0 may say that the size of the segment is not stated",
@@ -136,7 +123,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         SEGMENT,
         MUST,
         "The bytes of a segment that hold no data are not stored.",
-        rows=("D9",),
         reaction="20h, 30h",
     ),
     UPLOAD_SEGMENT,
@@ -147,7 +133,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         DOWNLOAD,
         MUST,
         "An initiate of any kind ends the download that is running; nothing of it is stored.",
-        rows=("D13",),
         reaction="served, or abort",
         open="whether the new transfer is served or refused, and the code",
     ),
@@ -157,7 +142,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         ABORT,
         MAY,
         "81h to 9Fh in the middle of a download is an abort, no valid request, or nothing.",
-        rows=("D16",),
         reaction="silence, or abort",
         codes=accepted.NOT_VALID,
         open="whether it is an abort",
@@ -167,7 +151,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         ABORT,
         MAY,
         "A server may give up a download that does not go on, or wait for ever.",
-        rows=("D18",),
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
@@ -177,7 +160,6 @@ SEGMENTED_DOWNLOAD_RULES = (
         SEGMENT,
         MAY,
         "A segment behind the last one is never confirmed, and changes nothing.",
-        rows=("D19",),
         reaction="abort, or silence",
         codes=accepted.NOT_VALID,
         open="abort or silence",

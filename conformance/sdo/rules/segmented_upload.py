@@ -12,7 +12,6 @@ SEGMENTS = Rule(
     SEGMENT,
     MUST,
     "A request with the toggle bit that is due brings the next segment, up to the last.",
-    rows=("U1",),
     reaction="00h to 1Fh, with the toggle bit of the request",
 )
 TOGGLE = Rule(
@@ -20,7 +19,6 @@ TOGGLE = Rule(
     SEGMENT,
     MUST,
     "A toggle bit that did not alternate ends the upload and brings no data.",
-    rows=("U2",),
     reaction="abort, idle",
     codes=accepted.TOGGLE_ERROR,
 )
@@ -29,7 +27,6 @@ DOWNLOAD_SEGMENT = Rule(
     SEGMENT,
     MUST,
     "A download segment in the middle of an upload ends it.",
-    rows=("U3",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -38,7 +35,6 @@ UNKNOWN_SPECIFIER = Rule(
     SEGMENT,
     MUST,
     "Client command specifier 7 in the middle of an upload ends it.",
-    rows=("U4",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -47,7 +43,6 @@ CLIENT_ABORT = Rule(
     ABORT,
     MUST,
     "An abort of the client ends the upload.",
-    rows=("U7",),
     reaction="silence, idle",
 )
 BLOCK_FRAMES = Rule(
@@ -55,7 +50,6 @@ BLOCK_FRAMES = Rule(
     SEGMENT,
     MUST,
     "The inner frames of a block transfer in the middle of a segmented upload end it.",
-    rows=("U10",),
     reaction="abort, idle",
     codes=accepted.NOT_VALID,
 )
@@ -70,7 +64,6 @@ SEGMENTED_UPLOAD_RULES = (
         UPLOAD,
         MUST,
         "An initiate of any kind ends the upload that is running.",
-        rows=("U5",),
         reaction="served, or abort",
         open="whether the new transfer is served or refused, and the code",
     ),
@@ -79,7 +72,6 @@ SEGMENTED_UPLOAD_RULES = (
         UPLOAD,
         MUST,
         "The same upload initiate again begins with the first byte and t = 0, or is refused.",
-        rows=("U6",),
         reaction="served, or abort",
         open="whether it is served or refused, and the code",
     ),
@@ -89,7 +81,6 @@ SEGMENTED_UPLOAD_RULES = (
         SEGMENT,
         MAY,
         "Reserved bits of a request for a segment may be ignored or refused.",
-        rows=("U8",),
         reaction="served, or abort",
         codes=accepted.NOT_VALID,
         open="served or refused",
@@ -99,7 +90,6 @@ SEGMENTED_UPLOAD_RULES = (
         SEGMENT,
         MAY,
         "Bytes 1 to 7 of a request for a segment say nothing and are ignored.",
-        rows=("U9",),
         reaction="served",
     ),
     BLOCK_FRAMES,
@@ -108,7 +98,6 @@ SEGMENTED_UPLOAD_RULES = (
         SEGMENT,
         MAY,
         "A request behind the last segment brings no data.",
-        rows=("U11",),
         reaction="abort, or silence",
         codes=accepted.NOT_VALID,
         open="abort or silence",
@@ -118,7 +107,6 @@ SEGMENTED_UPLOAD_RULES = (
         ABORT,
         MAY,
         "A server may give up an upload that does not go on, or wait for ever.",
-        rows=("U12",),
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
         open="whether there is a time-out, and its length",
@@ -128,7 +116,6 @@ SEGMENTED_UPLOAD_RULES = (
         SEGMENT,
         MAY,
         "What is uploaded when the object changes in the meantime is nowhere fixed.",
-        rows=("U14",),
         open="the data, or a refusal",
         untestable="Nothing is required, and the bus does not show when an object changes.",
     ),

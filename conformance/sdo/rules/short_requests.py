@@ -15,18 +15,13 @@ CODES = (
 )
 
 
-def _short(id_: str, sentence: str, *rows: str) -> Rule:
-    return Rule(id_, PROTOCOLS, MAY, sentence, rows, REACTION, CODES, OPEN)
+def _short(id_: str, sentence: str) -> Rule:
+    return Rule(id_, PROTOCOLS, MAY, sentence, REACTION, CODES, OPEN)
 
 
 SHORT = _short(
     "frame.short",
     "A request cut short has no positive answer from bytes that were not sent.",
-    "3.9-empty",
-    "3.9-initiate",
-    "3.9-upload-initiate",
-    "O1",
-    "1.1-length",
 )
 
 SHORT_REQUEST_RULES = (
@@ -34,32 +29,25 @@ SHORT_REQUEST_RULES = (
     _short(
         "frame.short-download",
         "An expedited download whose data is cut off changes nothing.",
-        "3.9-download-cut",
     ),
     _short(
         "frame.short-download-whole",
         "A short download that has all its data is stored rightly, if at all.",
-        "3.9-download-whole",
     ),
     _short(
         "frame.short-segment",
         "A segment of a download that is cut off is not filled up with other bytes.",
-        "3.9-segment",
-        "D17",
     ),
     _short(
         "frame.short-segment-request",
         "A request for a segment that is cut short brings the right segment, if any.",
-        "U13",
     ),
     _short(
         "frame.short-block-segment",
         "A segment of a block download that is cut off is not filled up with other bytes.",
-        "B13",
     ),
     _short(
         "frame.short-abort",
         "An abort without its code ends the transfer or is ignored; it is not served.",
-        "3.9-abort",
     ),
 )

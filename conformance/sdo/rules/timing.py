@@ -10,7 +10,6 @@ SERVER_TIME_OUT = Rule(
     ABORT,
     MAY,
     "A server may give up a transfer that does not go on, and says so by its abort.",
-    rows=("7-either-side", "O11"),
     reaction="silence, or abort with the multiplexer of the transfer",
     codes=accepted.TIMED_OUT,
     open="whether there is a time-out, and its length",
@@ -22,7 +21,6 @@ TIMING_RULES = (
         "7.2.4.2",
         MAY,
         "Within which time a server answers is for its maker to say.",
-        rows=("7-no-value", "7-values-seen"),
         open="the time",
         untestable="There is no value to hold a server to; --response-timeout sets the wait.",
     ),
@@ -32,7 +30,6 @@ TIMING_RULES = (
         ABORT,
         MUST,
         "When the client gives up, by an abort for the time-out, the server is idle.",
-        rows=("7-client",),
         reaction="silence, idle",
     ),
 )

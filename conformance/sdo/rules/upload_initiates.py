@@ -14,7 +14,6 @@ INVALID_BLOCK_SIZE = Rule(
     BLOCK_UPLOAD,
     MUST,
     "A block upload in sub-blocks of no segment, or of more than 127, is refused.",
-    rows=("I29",),
     reaction="abort",
     codes=(
         AbortCode.INVALID_BLOCK_SIZE,
@@ -28,7 +27,6 @@ SWITCH = Rule(
     PROTOCOL_SWITCH,
     MAY,
     "A block upload of at most pst bytes may be answered as an ordinary upload.",
-    rows=("I30", "O23", "8-threshold"),
     reaction="a block upload, or an upload from its initiate response on",
     open="whether the server switches",
 )
@@ -37,7 +35,6 @@ NO_SWITCH = Rule(
     THRESHOLD,
     MUST,
     "pst = 0 forbids the switch to an ordinary upload.",
-    rows=("I31",),
     reaction="a block upload",
 )
 ABOVE_THRESHOLD = Rule(
@@ -45,7 +42,6 @@ ABOVE_THRESHOLD = Rule(
     PROTOCOL_SWITCH,
     MUST,
     "An object of more than pst bytes is uploaded in blocks, as asked.",
-    rows=("I32",),
     reaction="a block upload",
 )
 
@@ -55,7 +51,6 @@ UPLOAD_INITIATE_RULES = (
         UPLOAD,
         MAY,
         "Reserved bits of an upload initiate may be ignored or refused.",
-        rows=("I12",),
         reaction="served, or abort",
         codes=accepted.NOT_VALID,
         open="served or refused",
@@ -65,7 +60,6 @@ UPLOAD_INITIATE_RULES = (
         BLOCK_UPLOAD,
         MAY,
         "Bits 4 and 3 of a block upload initiate may be ignored or refused.",
-        rows=("I16",),
         reaction="served, or abort",
         codes=accepted.NOT_VALID,
         open="served or refused",
@@ -75,7 +69,6 @@ UPLOAD_INITIATE_RULES = (
         UPLOAD,
         MAY,
         "Bytes 4 to 7 of an upload initiate say nothing and are ignored.",
-        rows=("I17",),
         reaction="served",
     ),
     INVALID_BLOCK_SIZE,
@@ -87,7 +80,6 @@ UPLOAD_INITIATE_RULES = (
         PROTOCOL_SWITCH,
         MAY,
         "With blksize 0 a server may still switch when pst lets it, or refuse.",
-        rows=("I33",),
         reaction="an upload, or abort",
         codes=(AbortCode.INVALID_BLOCK_SIZE,),
         open="which of the two is looked at first",

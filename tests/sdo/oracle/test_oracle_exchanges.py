@@ -1,4 +1,4 @@
-"""What the oracle says of single exchanges, one or more for each family of rows of the reference.
+"""What the oracle says of single exchanges, by the rule that each is about.
 
 An exchange is written a line a frame: ``>`` the client, ``<`` the server. ``:`` says what the
 oracle has to find at the end, by the id of the rule; without it everything was allowed.
@@ -63,197 +63,279 @@ def judged(exchange: str, oracle: Oracle | None = None) -> list[Violation]:
 
 
 ALLOWED = {
-    "I1 read": f"{READ} \n < 43 00 10 00 91 01 0F 00",
-    "I1 read in segments": f"{READ} \n < 41 00 10 00 04 00 00 00",
-    "I1 read without count": f"{READ} \n < 42 00 10 00 91 01 0F 00",
-    "I2": "> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 02 06",
-    "I3": "> 40 00 10 01 00 00 00 00 \n < 80 00 10 01 11 00 09 06",
-    "I4": "> 40 02 20 00 00 00 00 00 \n < 80 02 20 00 01 00 01 06",
-    "I5": "> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 02 00 01 06",
-    "I6": "> E0 00 10 00 00 00 00 00 \n < 80 12 34 56 01 00 04 05",
-    "I7 silence": "> 00 00 00 00 00 00 00 00",
-    "I7 abort": "> 00 00 00 00 00 00 00 00 \n < 80 00 00 00 01 00 04 05",
-    "I10": "> 80 00 10 00 00 00 00 08",
-    "I34 silence": "> A6 08 10 00 7F 00 00 00",
-    "I34 abort": "> C7 10 20 00 0E 00 00 00 \n < 80 10 20 00 01 00 04 05",
-    "I12 accepted": "> 41 00 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00",
-    "I12 refused": "> 41 00 10 00 00 00 00 00 \n < 80 00 10 00 01 00 04 05",
-    "I19": "> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 12 00 07 06",
-    "I20 generic": "> 2F 00 20 00 01 00 00 00 \n < 80 00 20 00 10 00 07 06",
-    "I23 at once": "> 21 01 20 00 05 00 00 00 \n < 80 01 20 00 12 00 07 06",
-    "I23 later": "> 21 01 20 00 02 00 00 00 \n < 60 01 20 00 00 00 00 00 \n"
-    "> 0B 01 02 00 00 00 00 00 \n < 80 01 20 00 12 00 07 06",
-    "I28": "> 2F 01 20 00 0A 00 00 00 \n < 80 01 20 00 31 00 09 06",
-    "I29": "> A0 00 10 00 80 00 00 00 \n < 80 00 10 00 02 00 04 05",
-    "I36": "> A0 00 10 00 7F 00 00 00 \n < 80 00 10 00 01 00 04 05",
-    "I30": "> A0 00 10 00 7F 04 00 00 \n < 43 00 10 00 91 01 0F 00",
-    "D3 abort": f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 80 10 20 00 00 00 03 05",
-    "D3 silence": f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47",
-    "D4": f"{DOWNLOAD} \n > 00 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00 \n"
-    "> 19 41 42 43 00 00 00 00 \n < 80 10 20 00 12 00 07 06",
-    "D12": f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00 \n < 80 10 20 00 01 00 04 05",
-    "D14": f"{DOWNLOAD} \n > 80 10 20 00 00 00 00 08",
-    "O8 served": f"{DOWNLOAD} \n {READ} \n < 43 00 10 00 91 01 0F 00",
-    "U1": f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 00 54 69 6E 79 20 4E 6F \n"
-    "> 70 00 00 00 00 00 00 00 \n < 1B 64 65 00 00 00 00 00",
-    "U2": f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 80 08 10 00 00 00 03 05",
-    "B6 not before its time-out": f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36",
-    "B6 late segment taken": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n"
-    "> 01 30 31 32 33 34 35 36 \n > 83 30 31 32 33 34 35 36 \n < A2 01 04 00 00 00 00 00",
-    "B6 late segment discarded": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n"
-    "> 01 30 31 32 33 34 35 36 \n > 83 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
-    "B6 late segment refused": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n"
-    "> 01 30 31 32 33 34 35 36 \n < 80 10 20 00 03 00 04 05",
-    "B6 at once": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
-    "B6 at the end": f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 03 30 31 32 33 34 35 36"
-    "\n > 04 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00",
-    "B4": f"{BLOCK_DOWNLOAD} \n > 80 10 20 00 00 00 00 08",
-    "E1": f"{BLOCK_SENT} \n > C1 D2 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
-    "E2": f"{BLOCK_SENT} \n > C1 D3 A8 00 00 00 00 00 \n < 80 10 20 00 04 00 04 05",
-    "E8 again": f"{BLOCK_SENT} \n > 82 37 38 39 3A 3B 3C 3D \n < A2 02 04 00 00 00 00 00",
-    "F2": f"{BLOCK_UPLOAD} \n > A2 00 02 00 00 00 00 00 \n < 80 08 10 00 01 00 04 05",
-    "F7": f"{BLOCK_RECEIVED} \n > A2 01 02 00 00 00 00 00 \n < 81 64 65 00 00 00 00 00",
-    "F9": f"{BLOCK_RECEIVED} \n > A2 03 02 00 00 00 00 00 \n < 80 08 10 00 03 00 04 05",
-    "F10": f"{BLOCK_RECEIVED} \n > A2 02 00 00 00 00 00 00 \n < 80 08 10 00 02 00 04 05",
-    "G1": f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00 \n"
-    "> A1 00 00 00 00 00 00 00",
-    "O1 silence": "> 40 00 10 00",
-    "O1 served": "> 40 00 10 00 \n < 43 00 10 00 91 01 0F 00",
-    "O32": f"{READ} \n > 40 08 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00 \n"
-    "< 41 08 10 00 09 00 00 00",
+    "response.not-refused read": f"{READ} \n < 43 00 10 00 91 01 0F 00",
+    "response.not-refused read in segments": f"{READ} \n < 41 00 10 00 04 00 00 00",
+    "response.not-refused read without count": f"{READ} \n < 42 00 10 00 91 01 0F 00",
+    "object.missing-refused": "> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 02 06",
+    "object.sub-index-missing": "> 40 00 10 01 00 00 00 00 \n < 80 00 10 01 11 00 09 06",
+    "object.write-only": "> 40 02 20 00 00 00 00 00 \n < 80 02 20 00 01 00 01 06",
+    "object.read-only": "> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 02 00 01 06",
+    "specifier.unknown": "> E0 00 10 00 00 00 00 00 \n < 80 12 34 56 01 00 04 05",
+    "segmented-download.without-initiate silence": "> 00 00 00 00 00 00 00 00",
+    "segmented-download.without-initiate abort": (
+        "> 00 00 00 00 00 00 00 00 \n < 80 00 00 00 01 00 04 05"
+    ),
+    "abort.not-answered": "> 80 00 10 00 00 00 00 08",
+    "specifier.sub-command silence": "> A6 08 10 00 7F 00 00 00",
+    "specifier.sub-command abort": "> C7 10 20 00 0E 00 00 00 \n < 80 10 20 00 01 00 04 05",
+    "upload.request-reserved-bits accepted": (
+        "> 41 00 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00"
+    ),
+    "upload.request-reserved-bits refused": (
+        "> 41 00 10 00 00 00 00 00 \n < 80 00 10 00 01 00 04 05"
+    ),
+    "download.too-long": "> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 12 00 07 06",
+    "download.too-short generic": "> 2F 00 20 00 01 00 00 00 \n < 80 00 20 00 10 00 07 06",
+    "segmented-download.number-too-long at once": (
+        "> 21 01 20 00 05 00 00 00 \n < 80 01 20 00 12 00 07 06"
+    ),
+    "segmented-download.number-too-long later": (
+        "> 21 01 20 00 02 00 00 00 \n < 60 01 20 00 00 00 00 00 \n "
+        "> 0B 01 02 00 00 00 00 00 \n < 80 01 20 00 12 00 07 06"
+    ),
+    "object.limits": "> 2F 01 20 00 0A 00 00 00 \n < 80 01 20 00 31 00 09 06",
+    "block-upload.invalid-block-size": "> A0 00 10 00 80 00 00 00 \n < 80 00 10 00 02 00 04 05",
+    "block.unsupported": "> A0 00 10 00 7F 00 00 00 \n < 80 00 10 00 01 00 04 05",
+    "block-upload.switch": "> A0 00 10 00 7F 04 00 00 \n < 43 00 10 00 91 01 0F 00",
+    "segmented-download.toggle abort": (
+        f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 80 10 20 00 00 00 03 05"
+    ),
+    "segmented-download.toggle silence": f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47",
+    "segmented-download.too-many": (
+        f"{DOWNLOAD} \n > 00 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00 \n "
+        "> 19 41 42 43 00 00 00 00 \n < 80 10 20 00 12 00 07 06"
+    ),
+    "segmented-download.block-frames": (
+        f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00 \n < 80 10 20 00 01 00 04 05"
+    ),
+    "segmented-download.client-abort": f"{DOWNLOAD} \n > 80 10 20 00 00 00 00 08",
+    "server.new-initiate-served served": f"{DOWNLOAD} \n {READ} \n < 43 00 10 00 91 01 0F 00",
+    "segmented-upload.segments": (
+        f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 00 54 69 6E 79 20 4E 6F \n "
+        "> 70 00 00 00 00 00 00 00 \n < 1B 64 65 00 00 00 00 00"
+    ),
+    "segmented-upload.toggle": (
+        f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 80 08 10 00 00 00 03 05"
+    ),
+    "block-download.gap not before its time-out": f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36",
+    "block-download.gap late segment taken": (
+        f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 01 30 31 32 33 34 35 36 \n "
+        "> 83 30 31 32 33 34 35 36 \n < A2 01 04 00 00 00 00 00"
+    ),
+    "block-download.gap late segment discarded": (
+        f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 01 30 31 32 33 34 35 36 \n "
+        "> 83 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00"
+    ),
+    "block-download.gap late segment refused": (
+        f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 01 30 31 32 33 34 35 36 \n "
+        "< 80 10 20 00 03 00 04 05"
+    ),
+    "block-download.gap at once": (
+        f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00"
+    ),
+    "block-download.gap at the end": (
+        f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 03 30 31 32 33 34 35 36 \n "
+        "> 04 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00"
+    ),
+    "block-download.abort-in-sub-block": f"{BLOCK_DOWNLOAD} \n > 80 10 20 00 00 00 00 08",
+    "block-download.stored": (
+        f"{BLOCK_SENT} \n > C1 D2 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00"
+    ),
+    "block-download.crc": f"{BLOCK_SENT} \n > C1 D3 A8 00 00 00 00 00 \n < 80 10 20 00 04 00 04 05",
+    "block-download.last-again again": (
+        f"{BLOCK_SENT} \n > 82 37 38 39 3A 3B 3C 3D \n < A2 02 04 00 00 00 00 00"
+    ),
+    "block-upload.not-started": (
+        f"{BLOCK_UPLOAD} \n > A2 00 02 00 00 00 00 00 \n < 80 08 10 00 01 00 04 05"
+    ),
+    "block-upload.acknowledged": (
+        f"{BLOCK_RECEIVED} \n > A2 01 02 00 00 00 00 00 \n < 81 64 65 00 00 00 00 00"
+    ),
+    "block-upload.acknowledges-too-many": (
+        f"{BLOCK_RECEIVED} \n > A2 03 02 00 00 00 00 00 \n < 80 08 10 00 03 00 04 05"
+    ),
+    "block-upload.acknowledges-block-size": (
+        f"{BLOCK_RECEIVED} \n > A2 02 00 00 00 00 00 00 \n < 80 08 10 00 02 00 04 05"
+    ),
+    "block-upload.over": (
+        f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00 \n "
+        "> A1 00 00 00 00 00 00 00"
+    ),
+    "frame.short silence": "> 40 00 10 00",
+    "frame.short served": "> 40 00 10 00 \n < 43 00 10 00 91 01 0F 00",
+    "request.behind-another": (
+        f"{READ} \n > 40 08 10 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00 \n "
+        "< 41 08 10 00 09 00 00 00"
+    ),
 }
 LONG_SUB_BLOCK = "> C4 10 20 00 00 00 00 00 \n < A4 10 20 00 7F 00 00 00 \n" + " \n ".join(
     f"> {number:02X} 41 42 43 44 45 46 47" for number in range(1, 21)
 )
 NOT_ALLOWED = {
-    "K13 unknown code": (f"{LONG_SUB_BLOCK} \n < 80 10 20 00 99 99 99 99", "abort.code"),
-    "K13 foreign": (f"{LONG_SUB_BLOCK} \n < 80 12 34 00 12 00 07 06", "response.multiplexer"),
-    "K13 reserved": (f"{LONG_SUB_BLOCK} \n < 91 10 20 00 12 00 07 06", "response.reserved"),
-    "I1 unanswered": (READ, "response.answered"),
-    "I1 refused": (f"{READ} \n < 80 00 10 00 00 00 02 06", "response.not-refused"),
-    "I1 value": (f"{READ} \n < 43 00 10 00 92 01 0F 00", "response.not-refused"),
-    "2.13 multiplexer": (f"{READ} \n < 43 01 10 00 91 01 0F 00", "response.multiplexer"),
-    "2.13 twice": (
+    "long sub-block: unknown code": (
+        f"{LONG_SUB_BLOCK} \n < 80 10 20 00 99 99 99 99",
+        "abort.code",
+    ),
+    "long sub-block: foreign multiplexer": (
+        f"{LONG_SUB_BLOCK} \n < 80 12 34 00 12 00 07 06",
+        "response.multiplexer",
+    ),
+    "long sub-block: reserved bits": (
+        f"{LONG_SUB_BLOCK} \n < 91 10 20 00 12 00 07 06",
+        "response.reserved",
+    ),
+    "response.not-refused unanswered": (READ, "response.answered"),
+    "response.not-refused refused": (
+        f"{READ} \n < 80 00 10 00 00 00 02 06",
+        "response.not-refused",
+    ),
+    "response.not-refused value": (f"{READ} \n < 43 00 10 00 92 01 0F 00", "response.not-refused"),
+    "response.multiplexer": (f"{READ} \n < 43 01 10 00 91 01 0F 00", "response.multiplexer"),
+    "response.unsolicited": (
         f"{READ} \n < 43 00 10 00 91 01 0F 00 \n < 43 00 10 00 91 01 0F 00",
         "response.unsolicited",
     ),
-    "2.13 length": (f"{READ} \n < 43 00 10 00 91 01 0F", "response.frame"),
-    "I2 served": (
+    "response.frame": (f"{READ} \n < 43 00 10 00 91 01 0F", "response.frame"),
+    "object.missing-refused served": (
         "> 40 FF 1F 00 00 00 00 00 \n < 43 FF 1F 00 00 00 00 00",
         "object.missing-refused",
     ),
-    "I5 code": ("> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 01 00 01 06", "object.read-only"),
-    "I6 silence": ("> E0 00 10 00 00 00 00 00", "response.answered"),
-    "I7 served": (
+    "object.read-only code": (
+        "> 23 00 10 00 91 01 0F 00 \n < 80 00 10 00 01 00 01 06",
+        "object.read-only",
+    ),
+    "specifier.unknown silence": ("> E0 00 10 00 00 00 00 00", "response.answered"),
+    "segmented-download.without-initiate served": (
         "> 00 00 00 00 00 00 00 00 \n < 20 00 00 00 00 00 00 00",
         "segmented-download.without-initiate",
     ),
-    "I8 served": (
+    "segmented-upload.without-initiate served": (
         "> 60 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
         "segmented-upload.without-initiate",
     ),
-    "I9 served": (
+    "specifier.out-of-block served": (
         "> A2 02 04 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
         "specifier.out-of-block",
     ),
-    "I34 served as an upload": (
+    "specifier.sub-command served as an upload": (
         "> A6 08 10 00 7F 00 00 00 \n < C6 08 10 00 09 00 00 00",
         "specifier.sub-command",
     ),
-    "I34 served as a download": (
+    "specifier.sub-command served as a download": (
         "> C7 10 20 00 0E 00 00 00 \n < A4 10 20 00 04 00 00 00",
         "specifier.sub-command",
     ),
-    "I34 code": (
+    "specifier.sub-command code": (
         "> A6 08 10 00 7F 00 00 00 \n < 80 08 10 00 02 00 04 05",
         "specifier.sub-command",
     ),
-    "I10 answered": (
+    "abort.not-answered answered": (
         "> 80 00 10 00 00 00 00 08 \n < 80 00 10 00 00 00 00 08",
         "abort.not-answered",
     ),
-    "I19 code": ("> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 13 00 07 06", "download.too-long"),
-    "I28 stored": ("> 2F 01 20 00 0A 00 00 00 \n < 60 01 20 00 00 00 00 00", "object.limits"),
-    "I31": ("> A0 00 10 00 7F 00 00 00 \n < 43 00 10 00 91 01 0F 00", "response.not-refused"),
-    "D3 confirmed": (
+    "download.too-long code": (
+        "> 23 01 20 00 01 02 03 04 \n < 80 01 20 00 13 00 07 06",
+        "download.too-long",
+    ),
+    "object.limits stored": (
+        "> 2F 01 20 00 0A 00 00 00 \n < 60 01 20 00 00 00 00 00",
+        "object.limits",
+    ),
+    "block-upload.no-switch": (
+        "> A0 00 10 00 7F 00 00 00 \n < 43 00 10 00 91 01 0F 00",
+        "response.not-refused",
+    ),
+    "segmented-download.toggle confirmed": (
         f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 30 00 00 00 00 00 00 00",
         "segmented-download.toggle",
     ),
-    "D10 ignored": (
+    "segmented-download.upload-segment ignored": (
         f"{DOWNLOAD} \n > 60 00 00 00 00 00 00 00",
         "response.answered",
     ),
-    "D11 ignored": (
+    "segmented-download.unknown-specifier ignored": (
         f"{DOWNLOAD} \n > E0 00 00 00 00 00 00 00",
         "response.answered",
     ),
-    "D12 ignored": (f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00", "response.answered"),
-    "U3 ignored": (
+    "segmented-download.block-frames ignored": (
+        f"{DOWNLOAD} \n > A2 00 00 00 00 00 00 00",
+        "response.answered",
+    ),
+    "segmented-upload.download-segment ignored": (
         f"{UPLOAD} \n > 00 41 42 43 44 45 46 47",
         "response.answered",
     ),
-    "U4 ignored": (f"{UPLOAD} \n > E0 00 00 00 00 00 00 00", "response.answered"),
-    "D5 confirmed": (
+    "segmented-upload.unknown-specifier ignored": (
+        f"{UPLOAD} \n > E0 00 00 00 00 00 00 00",
+        "response.answered",
+    ),
+    "segmented-download.too-few confirmed": (
         f"{DOWNLOAD} \n > 01 41 42 43 44 45 46 47 \n < 20 00 00 00 00 00 00 00",
         "segmented-download.too-few",
     ),
-    "O8 silence": (f"{DOWNLOAD} \n {READ}", "response.answered"),
-    "U2 served": (
+    "server.new-initiate-served silence": (f"{DOWNLOAD} \n {READ}", "response.answered"),
+    "segmented-upload.toggle served": (
         f"{UPLOAD} \n > 70 00 00 00 00 00 00 00 \n < 10 54 69 6E 79 20 4E 6F",
         "segmented-upload.toggle",
     ),
-    "U1 toggle": (
+    "segmented-upload.segments toggle": (
         f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 10 54 69 6E 79 20 4E 6F",
         "response.toggle",
     ),
-    "U1 last early": (
+    "segmented-upload.segments last early": (
         f"{UPLOAD} \n > 60 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
         "upload.size",
     ),
-    "B1 answered": (
+    "block-download.full-sub-block answered": (
         f"{BLOCK_DOWNLOAD} \n > 01 30 31 32 33 34 35 36 \n < A2 01 04 00 00 00 00 00",
         "block-download.full-sub-block",
     ),
-    "B6 beyond": (
+    "block-download.gap beyond": (
         f"{BLOCK_DOWNLOAD} \n > 82 30 31 32 33 34 35 36 \n < A2 02 04 00 00 00 00 00",
         "block.acknowledgement",
     ),
-    "2.13 block size": (
+    "block.size": (
         "> C4 10 20 00 00 00 00 00 \n < A4 10 20 00 80 00 00 00",
         "block.size",
     ),
-    "E2 confirmed": (
+    "block-download.crc confirmed": (
         f"{BLOCK_SENT} \n > C1 D3 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
         "block-download.crc",
     ),
-    "E7 ignored": (f"{BLOCK_SENT} \n > 60 00 00 00 00 00 00 00", "response.answered"),
-    "F1 number": (
+    "block-download.foreign-at-end ignored": (
+        f"{BLOCK_SENT} \n > 60 00 00 00 00 00 00 00",
+        "response.answered",
+    ),
+    "block-upload.first-sub-block number": (
         f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n < 02 54 69 6E 79 20 4E 6F",
         "block.sequence",
     ),
-    "F1 incomplete": (
+    "block-upload.first-sub-block incomplete": (
         f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F",
         "block-upload.first-sub-block",
     ),
-    "F7 skipped": (
+    "block-upload.acknowledged skipped": (
         f"{BLOCK_RECEIVED} \n > A2 01 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00",
         "block.sequence",
     ),
-    "F6 CRC": (
+    "block-upload.end CRC": (
         f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 00 00 00 00 00 00 00",
         "block.crc",
     ),
-    "G1 answered": (
+    "block-upload.over answered": (
         f"{BLOCK_RECEIVED} \n > A2 02 02 00 00 00 00 00 \n < D5 50 40 00 00 00 00 00 \n"
         "> A1 00 00 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
         "block-upload.over",
     ),
-    "O1 from bytes not sent": (
+    "frame.short from bytes not sent": (
         "> 23 00 20 00 01 02 \n < 60 00 20 00 00 00 00 00",
         "frame.short",
     ),
-    "O28": ("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 00 08", "abort.precise-code"),
-    "O8 refused": (
+    "abort.precise-code": (
+        "> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 00 08",
+        "abort.precise-code",
+    ),
+    "server.new-initiate-served refused": (
         f"{DOWNLOAD} \n {READ} \n < 80 00 10 00 22 00 00 08",
         "server.new-initiate-served",
     ),
@@ -332,7 +414,7 @@ def test_after_a_breach_the_next_transfer_is_judged_again() -> None:
 
 def test_the_profile_names_choices() -> None:
     oracle = Oracle(KNOWN)
-    judged(ALLOWED["B6 at once"], oracle)
+    judged(ALLOWED["block-download.gap at once"], oracle)
     assert oracle.profile["acknowledges a gap"] == {"at once"}
     assert oracle.profile["block size of a download"] == {"4"}
     assert "acknowledges a gap: at once" in oracle.profile.lines()
