@@ -47,7 +47,7 @@ bench: $(VENV)/installed-for-tests
 # The lower ends of the version ranges in pyproject.toml.
 oldest: $(OLDEST)/installed
 	$(OLDEST)/bin/pip install --quiet --no-deps --force-reinstall .
-	cd $(OLDEST) && bin/pytest --self-test --rootdir=. --report-dir=reports
+	cd $(OLDEST) && bin/pytest --self-test --rootdir=. --sdo-report-dir=reports
 
 $(OLDEST)/installed: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m venv $(OLDEST)

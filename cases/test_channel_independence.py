@@ -36,7 +36,7 @@ def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
     """Return two writable objects, strings and domains before numbers."""
     found = sorted(device.all_writable(), key=lambda known: not known.varies)
     if len(found) < 2:
-        raise NotTestable("needs two writable objects: name them, for example --object=2001")
+        raise NotTestable("needs two writable objects: name them, for example --sdo-object=2001")
     return found[0], found[1]
 
 
@@ -51,7 +51,7 @@ def long_read_only(device: Device, but: KnownObject | None = None) -> tuple[Know
             return known, value
     raise NotTestable(
         "needs a read-only object longer than 7 bytes: name one, for example "
-        "--object=2021=visible_string,ro"
+        "--sdo-object=2021=visible_string,ro"
     )
 
 

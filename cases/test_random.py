@@ -1,4 +1,4 @@
-"""Random conversations, each response judged by the oracle; --examples=N says how many.
+"""Random conversations, each response judged by the oracle; --sdo-examples=N says how many.
 
 A failure is shrunk to the shortest conversation that breaks the same rule, kept beside the
 reports, and tried first by the next run.

@@ -21,10 +21,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
     """Return what was asked for, where and with what."""
     options = state.options
     run = options.run
-    named = {
-        option: config.getoption(dest)
-        for option, dest in (("eds", "eds"), ("device", "device_description"))
-    }
+    named = {option: config.getoption(f"sdo_{option}") for option in ("eds", "device")}
     files = {option: config.invocation_params.dir / name for option, name in named.items() if name}
     eds = options.eds
     return {

@@ -26,19 +26,18 @@ def add_options(parser: pytest.Parser) -> None:
         "are tested in turn, or at once with -n of pytest-xdist",
     )
     group.addoption(
-        "--device",
+        "--sdo-device",
         metavar="FILE.toml",
-        dest="device_description",
         help="the description of the device: node-ID, bus, EDS, what may be written and more; "
         "options override it",
     )
     group.addoption(
-        "--eds",
+        "--sdo-eds",
         metavar="FILE",
         help="the EDS or DCF of the device: adds cases for every object that it lists",
     )
     group.addoption(
-        "--scan",
+        "--sdo-scan",
         action="store_true",
         help="read all indices as well, 65535 of them, and tell what the EDS does not list",
     )
@@ -56,30 +55,28 @@ def add_options(parser: pytest.Parser) -> None:
         type=named_value,
         action="append",
         default=[],
-        dest="can_options",
         help="anything else that the interface takes in python-can, as host=10.0.0.7 and "
         "port=29536 of socketcand; may be repeated",
     )
     group.addoption(
-        "--response-timeout",
+        "--sdo-response-timeout",
         metavar="SECONDS",
         type=_seconds,
         help=f"time within which a response has to come ({DEFAULT_RESPONSE_TIMEOUT})",
     )
     group.addoption(
-        "--server-timeout",
+        "--sdo-server-timeout",
         metavar="SECONDS",
         type=_seconds,
         help="time after which the device itself gives up a transfer whose client is silent, if "
         "it does: is tested then (the built-in server gets one)",
     )
     group.addoption(
-        "--object",
+        "--sdo-object",
         metavar="INDEX[:SUB][=TYPE[,ACCESS]]",
         type=_object,
         action="append",
         default=[],
-        dest="conformance_objects",
         help="an object that may be written (and is restored), as 2001 or 2010:01=unsigned16; "
         "with access wo or ro one that cannot be read or written; may be repeated",
     )
@@ -92,12 +89,11 @@ def add_options(parser: pytest.Parser) -> None:
         "parameter in the EDS or DCF of its client, as in plc.dcf:1280",
     )
     group.addoption(
-        "--allow",
+        "--sdo-allow",
         metavar="NAME",
         type=_permission,
         action="append",
         default=[],
-        dest="conformance_permissions",
         help="permit what is not done otherwise: nmt (commands to the device, which is left "
         "Pre-operational, and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or "
         "another of the names in the README; may be repeated",
@@ -108,66 +104,66 @@ def add_options(parser: pytest.Parser) -> None:
         help="test the built-in reference server on a virtual bus: no hardware, no device",
     )
     group.addoption(
-        "--fault",
+        "--sdo-fault",
         metavar="NAME",
         help="with --self-test: a faulty or unusual server instead ('conformance faults' lists)",
     )
     group.addoption(
-        "--simulated",
+        "--sdo-simulated",
         action="store_true",
         help="with --self-test: the server answers within the call that sends; nothing ever waits",
     )
     group.addoption(
-        "--answer-delay",
+        "--sdo-answer-delay",
         metavar="SECONDS",
         type=_seconds,
         default=0.0,
         help="with --self-test: the time that the device takes for each answer (none)",
     )
     group.addoption(
-        "--process",
+        "--sdo-process",
         metavar="COMMAND",
         type=_command,
         help="the device as a program: started for the run, stopped afterwards, started again "
         "when lost; {node_id} stands for the node-ID",
     )
     group.addoption(
-        "--recover",
+        "--sdo-recover",
         metavar="COMMAND",
         type=_command,
         help="what brings a device on the bench back that was lost, as ./power-cycle.sh",
     )
     group.addoption(
-        "--deviations",
+        "--sdo-deviations",
         metavar="FILE",
         help="TOML with known deviations: [[deviations]] tables of case and reason; a case that "
         "is listed may fail, and must not pass",
     )
     group.addoption(
-        "--write-deviations",
+        "--sdo-write-deviations",
         metavar="FILE",
         help="draft such a list from what fails in this run",
     )
     group.addoption(
-        "--report-dir",
+        "--sdo-report-dir",
         metavar="DIR",
         default="reports",
         help="where each run leaves a folder with its reports (%(default)s)",
     )
     group.addoption(
-        "--restore",
+        "--sdo-restore",
         action="store_true",
         help="put back first what an earlier run that was killed has left changed on the device",
     )
     group.addoption(
-        "--seed",
+        "--sdo-seed",
         metavar="N",
         type=int,
         default=DEFAULT_SEED,
         help="decides on the bytes that cases write, and on random conversations (%(default)s)",
     )
     group.addoption(
-        "--examples",
+        "--sdo-examples",
         metavar="N",
         type=_count,
         default=DEFAULT_EXAMPLES,

@@ -69,7 +69,7 @@ class CaseFixtures:
     def conversations(
         self, _conformance_device_session: DeviceSession, _conformance_sdo: Dialogue
     ) -> Search:
-        """Random conversations with the device, as many as --examples says."""
+        """Random conversations with the device, as many as --sdo-examples says."""
         del _conformance_sdo  # it begins the case
         case, run = case_of(self._item), self._item.stash[CASE_RUN]
         options = self._item.config.stash[STATE].options

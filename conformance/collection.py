@@ -21,7 +21,7 @@ CASE_FILES = "test_*.py"
 OWN = "_conformance_"
 WHOLE_RUN = f"{OWN}whole_run"
 DEVICE_SESSION = f"{OWN}device_session"
-SLOW = "slow"
+SLOW = "sdo_slow"
 
 
 class CaseModule(pytest.Module):

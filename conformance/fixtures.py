@@ -32,7 +32,7 @@ class Fixtures:
 
     @pytest.fixture
     def conversations(self, _conformance_conversations: Search) -> Search:
-        """Random conversations with the device, as many as --examples says."""
+        """Random conversations with the device, as many as --sdo-examples says."""
         return _conformance_conversations
 
     @pytest.fixture

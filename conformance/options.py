@@ -65,8 +65,8 @@ def read_options(config: pytest.Config) -> Options | None:
     if not self_test and node_ids is None:
         return None
     node_ids = node_ids or [SELF_TEST_NODE]
-    server = config.getoption("fault")
-    simulated = bool(config.getoption("simulated"))
+    server = config.getoption("sdo_fault")
+    simulated = bool(config.getoption("sdo_simulated"))
     share = share_of(config, node_ids)
     # Workers of a self-test have a bus each; on a real one they meet.
     neighbours = frozenset() if self_test else frozenset(node_ids) - frozenset(share.node_ids)
@@ -75,15 +75,15 @@ def read_options(config: pytest.Config) -> Options | None:
         run = RunSettings(
             share.node_ids,
             _bus(config, description, self_test=self_test, simulated=simulated),
-            config.getoption("response_timeout")
+            config.getoption("sdo_response_timeout")
             or description.response
             or DEFAULT_RESPONSE_TIMEOUT,
-            config.getoption("seed"),
-            config.getoption("server_timeout") or description.server_timeout,
+            config.getoption("sdo_seed"),
+            config.getoption("sdo_server_timeout") or description.server_timeout,
             _sdo_channel(config, node_ids, self_test=self_test),
             _listings(config, description, share.node_ids, self_test=self_test),
             _permits(config, description, self_test=self_test),
-            config.getoption("scan"),
+            config.getoption("sdo_scan"),
             neighbours,
             _process(config, description, node_ids),
             description.storage or STORAGE_TIME,
@@ -95,39 +95,43 @@ def read_options(config: pytest.Config) -> Options | None:
         run,
         self_test,
         server,
-        config.invocation_params.dir / config.getoption("report_dir"),
+        config.invocation_params.dir / config.getoption("sdo_report_dir"),
         _strict(config),
         simulated,
         node_ids,
         share,
-        config.getoption("answer_delay"),
+        config.getoption("sdo_answer_delay"),
         deviations,
-        _path(config, "write_deviations"),
-        config.getoption("examples"),
+        _path(config, "sdo_write_deviations"),
+        config.getoption("sdo_examples"),
         _eds(config, description),
-        config.getoption("restore"),
+        config.getoption("sdo_restore"),
     )
 
 
 def _check_together(config: pytest.Config, *, self_test: bool) -> None:
     """Refuse options that do not go with each other."""
-    server = config.getoption("fault")
+    server = config.getoption("sdo_fault")
     if server is not None and not self_test:
-        raise pytest.UsageError(f"--fault={server} goes with --self-test.")
-    if config.getoption("simulated") and not self_test:
-        raise pytest.UsageError("--simulated goes with --self-test: a real device takes its time.")
-    if config.getoption("answer_delay") and not self_test:
-        raise pytest.UsageError("--answer-delay goes with --self-test.")
-    if self_test and (config.getoption("process") or config.getoption("recover")):
-        raise pytest.UsageError("--process and --recover go with a device, not with --self-test.")
+        raise pytest.UsageError(f"--sdo-fault={server} goes with --self-test.")
+    if config.getoption("sdo_simulated") and not self_test:
+        raise pytest.UsageError(
+            "--sdo-simulated goes with --self-test: a real device takes its time."
+        )
+    if config.getoption("sdo_answer_delay") and not self_test:
+        raise pytest.UsageError("--sdo-answer-delay goes with --self-test.")
+    if self_test and (config.getoption("sdo_process") or config.getoption("sdo_recover")):
+        raise pytest.UsageError(
+            "--sdo-process and --sdo-recover go with a device, not with --self-test."
+        )
 
 
 def _description(config: pytest.Config, *, self_test: bool) -> Description:
-    name = config.getoption("device_description")
+    name = config.getoption("sdo_device")
     if name is None:
         return Description()
     if self_test:
-        raise pytest.UsageError(f"--device={name} describes a device: leave out --self-test.")
+        raise pytest.UsageError(f"--sdo-device={name} describes a device: leave out --self-test.")
     try:
         return read_description(config.invocation_params.dir / name)
     except FileError as error:
@@ -140,8 +144,8 @@ def _wanted_nodes(config: pytest.Config, description: Description) -> list[int] 
         return node_ids
     if description.node_id is not None:
         return [description.node_id]
-    for option, dest in (("--device", "device_description"), ("--eds", "eds")):
-        name = config.getoption(dest)
+    for option in ("--sdo-device", "--sdo-eds"):
+        name = config.getoption(option)
         if name is not None and not config.getoption("self_test"):
             raise pytest.UsageError(
                 f"{option}={name} does not say which node it is: add --node-id=N, or node-id = N "
@@ -159,12 +163,12 @@ def _bus(
         config.getoption("can_interface") or description.interface,
         config.getoption("can_channel") or description.channel,
         config.getoption("can_bitrate") or description.bitrate,
-        tuple((dict(description.can_options) | dict(config.getoption("can_options"))).items()),
+        tuple((dict(description.can_options) | dict(config.getoption("can_option"))).items()),
     ).resolve()
 
 
 def _eds(config: pytest.Config, description: Description) -> Path | None:
-    name = config.getoption("eds")
+    name = config.getoption("sdo_eds")
     return config.invocation_params.dir / name if name is not None else description.eds
 
 
@@ -174,8 +178,8 @@ def _listings(
     path = _eds(config, description)
     if path is not None:
         return {node_id: read_eds(path, node_id) for node_id in node_ids}
-    if self_test and not config.getoption("conformance_objects"):
-        server = config.getoption("fault")
+    if self_test and not config.getoption("sdo_object"):
+        server = config.getoption("sdo_fault")
         return {node_id: listing_of(described_node(server, node_id)) for node_id in node_ids}
     return {}
 
@@ -193,10 +197,10 @@ def _sdo_channel(
 
 
 def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
-    named = list(config.getoption("conformance_objects"))
+    named = list(config.getoption("sdo_object"))
     if self_test and not named:
-        return permits_for(described_node(config.getoption("fault"), SELF_TEST_NODE))
-    permissions = description.permissions | frozenset(config.getoption("conformance_permissions"))
+        return permits_for(described_node(config.getoption("sdo_fault"), SELF_TEST_NODE))
+    permissions = description.permissions | frozenset(config.getoption("sdo_allow"))
     if self_test:
         permissions = PERMISSIONS  # the device is our own
     overridden = {known.mux for known in named}
@@ -216,10 +220,10 @@ def _permits(config: pytest.Config, description: Description, *, self_test: bool
 def _process(
     config: pytest.Config, description: Description, node_ids: list[int]
 ) -> ProcessSettings | None:
-    command, folder = config.getoption("process"), None
+    command, folder = config.getoption("sdo_process"), None
     if command is None:
         command, folder = list(description.command), description.folder
-    recover, recover_folder = config.getoption("recover"), None
+    recover, recover_folder = config.getoption("sdo_recover"), None
     if recover is None:
         recover, recover_folder = list(description.recover), description.folder
     if not command and not recover:
@@ -232,8 +236,8 @@ def _process(
     )
     if len(node_ids) > 1 and settings.command and not settings.names_node_id:
         raise pytest.UsageError(
-            f"--process starts one program for each device: say with {NODE_ID} where the node-ID "
-            f"goes, as in --process='./my_server vcan0 {NODE_ID}'."
+            f"--sdo-process starts one program for each device: say with {NODE_ID} where the "
+            f"node-ID goes, as in --sdo-process='./my_server vcan0 {NODE_ID}'."
         )
     return settings
 
@@ -245,7 +249,7 @@ def _path(config: pytest.Config, option: str) -> Path | None:
 
 def _deviations(config: pytest.Config, description: Description) -> tuple[Deviation, ...]:
     """Return what is known to fail: what a file of its own lists overrides device.toml."""
-    path = _path(config, "deviations")
+    path = _path(config, "sdo_deviations")
     named = () if path is None else read_deviations(path)
     overridden = {deviation.key for deviation in named}
     kept = [known for known in description.deviations if known.key not in overridden]

@@ -128,7 +128,7 @@ class Outlook:
         self._next = elapsed + min(max((elapsed + left) / 10, OFTEN), SELDOM)
         if left < SHORT:
             return
-        hint = ", fewer cases take less: -k, --examples" if first and left > LONG else ""
+        hint = ", fewer cases take less: -k, --sdo-examples" if first and left > LONG else ""
         say(
             self._config,
             f"{estimate.done} of {estimate.selected} cases in {in_words(elapsed)}, at this "

@@ -100,7 +100,7 @@ def _objects(run: RunSettings) -> str:
     listing = run.all_listings[run.node_ids[0]]
     if not listing.is_complete:
         named = len(run.permits.named)
-        return f"{named} named, no EDS (--eds=FILE adds cases for each object of the device)"
+        return f"{named} named, no EDS (--sdo-eds=FILE adds cases for each object of the device)"
     writable = len(run.permits.allowed(known for known in listing.entries if known.access.writable))
     return f"{len(listing.entries)} entries in the EDS, {writable} of them may be written"
 

@@ -147,7 +147,7 @@ class Running:
         except OSError as error:
             raise BenchError(
                 f"The report folder {state.report_dir} cannot be made: {error}. "
-                "Choose another with --report-dir=DIR."
+                "Choose another with --sdo-report-dir=DIR."
             ) from error
         state.log = log
         state.bench = self._bench(self._listener(log))

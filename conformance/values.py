@@ -62,7 +62,7 @@ def left_lines(options: Options) -> list[str]:
     offer = (
         "is put back first"
         if options.restores
-        else "--restore puts it back first; else it is taken for what the device holds"
+        else "--sdo-restore puts it back first; else it is taken for what the device holds"
     )
     return [
         f"conformance: an earlier run has left node {left.node_id} changed "

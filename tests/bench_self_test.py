@@ -34,7 +34,7 @@ def timed_run(*arguments: str) -> tuple[float, list[str], str]:
     with tempfile.TemporaryDirectory() as folder:
         command = [
             *(sys.executable, "-m", "pytest", "--self-test", "-q", "-p", "no:cacheprovider"),
-            *(f"--rootdir={folder}", f"--report-dir={folder}", *CHOSEN, *arguments),
+            *(f"--rootdir={folder}", f"--sdo-report-dir={folder}", *CHOSEN, *arguments),
         ]
         begin = time.perf_counter()
         run = subprocess.run(  # noqa: S603 - it is our own
@@ -78,7 +78,7 @@ def main() -> None:
     parser.add_argument("--answer-delay", type=float, help="seconds that the device takes")
     delay = parser.parse_args().answer_delay
     if delay is not None:
-        seconds, directions, outcome = timed_run("-p", "no:xdist", f"--answer-delay={delay}")
+        seconds, directions, outcome = timed_run("-p", "no:xdist", f"--sdo-answer-delay={delay}")
         answers = sum(direction == RECEIVED for direction, _ in groupby(directions))
         floor = answers * delay
         print(
@@ -89,7 +89,7 @@ def main() -> None:
     for name, arguments in (
         ("one process", ("-p", "no:xdist")),
         ("two workers", ("-n", "2")),
-        ("simulated bus", ("-p", "no:xdist", "--simulated")),
+        ("simulated bus", ("-p", "no:xdist", "--sdo-simulated")),
     ):
         seconds, directions, outcome = timed_run(*arguments)
         floor = frames_alone(directions)

@@ -91,7 +91,7 @@ def run() -> dict[str, Count]:
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
         here = os.getcwd()
         os.chdir(folder)
-        arguments = ["--self-test", "-q", "-p", "no:cacheprovider", "--report-dir=reports"]
+        arguments = ["--self-test", "-q", "-p", "no:cacheprovider", "--sdo-report-dir=reports"]
         try:
             status = pytest.main([*arguments, f"--rootdir={folder}"], plugins=[timer])
         finally:

@@ -2,7 +2,7 @@
 
 Writing them may store parameters, move the node to other COB-IDs, replace its program or let it
 start others. Each group of them has a permission of its own, in ``[permissions]`` of device.toml or
-with ``--allow``.
+with ``--sdo-allow``.
 """
 
 import difflib
@@ -82,6 +82,6 @@ def denial(index: int, permissions: frozenset[str]) -> Denied | None:
 def how_to_permit(group: Denied) -> str:
     """Say what lifts a denial."""
     return (
-        f"a permission is needed to write {group.what}: --allow={group.permission}, or "
+        f"a permission is needed to write {group.what}: --sdo-allow={group.permission}, or "
         f"[permissions] {group.permission} = true in device.toml"
     )

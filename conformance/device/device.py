@@ -214,7 +214,8 @@ class Device:
         if self.server_timeout is None:
             raise NotTestable(
                 "needs the time after which the device gives up a transfer whose client is silent: "
-                "declare it with --server-timeout=SECONDS; without one there is nothing to wait for"
+                "declare it with --sdo-server-timeout=SECONDS; without one there is nothing to "
+                "wait for"
             )
         return self.server_timeout
 
@@ -312,6 +313,6 @@ def _takes_any_bytes(known: KnownObject) -> bool:
 
 def _lacking(what: str, example: str) -> NotTestable:
     return NotTestable(
-        f"needs {what}: name one with its type, --object={example} or in device.toml "
+        f"needs {what}: name one with its type, --sdo-object={example} or in device.toml "
         f'[objects] writable = ["{example}"]'
     )

@@ -56,7 +56,7 @@ class Permits:
             return ""
         return (
             "nobody allowed to write it: name what may be written, [objects] writable = "
-            '["2001", "2010:01"] in device.toml or --object=2001; "all-rw" stands for all that '
+            '["2001", "2010:01"] in device.toml or --sdo-object=2001; "all-rw" stands for all that '
             "the EDS calls rw from 2000h on"
         )
 

@@ -70,7 +70,7 @@ class WritePolicy:
             )
         raise WriteNotPermitted(
             f"A case was about to write to {target}, which nobody allowed. Allow it with "
-            f"--object={target.index:04X}:{target.sub_index:02X}, or leave the case out."
+            f"--sdo-object={target.index:04X}:{target.sub_index:02X}, or leave the case out."
         )
 
 

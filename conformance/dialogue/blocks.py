@@ -195,7 +195,7 @@ class BlockSteps(RoomSteps):
         if data is None and declared is None:
             self.notes.append(
                 f"a gap is not acknowledged within {seconds * 1000:g} ms: declare the time after "
-                "which the device acknowledges it, or gives up, with --server-timeout=SECONDS"
+                "which the device acknowledges it, or gives up, with --sdo-server-timeout=SECONDS"
             )
             self.end_transfer()
             return None

@@ -72,7 +72,9 @@ class NetworkSteps(BlockSteps):
     def require(self, permission: str) -> None:
         """Raise NotTestable without a permission."""
         if permission not in self.device.permissions:
-            raise NotTestable(f"needs permission {PURPOSES[permission]}: add --allow={permission}")
+            raise NotTestable(
+                f"needs permission {PURPOSES[permission]}: add --sdo-allow={permission}"
+            )
 
     @property
     def on_default_channel(self) -> bool:

@@ -331,7 +331,7 @@ class RoomSteps(Steps):
                     return known, data
             raise NotTestable(
                 f"needs an object of {needed} bytes or more: name a string or domain, "
-                "--object=2010=visible_string or in device.toml [objects] writable = "
+                "--sdo-object=2010=visible_string or in device.toml [objects] writable = "
                 '["2010=visible_string"]'
             ) from None
         return known, data

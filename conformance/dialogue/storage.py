@@ -100,7 +100,9 @@ class StorageSteps(ChannelSteps):
         """
         device = self.device
         if not device.listing.is_complete:
-            raise NotTestable("needs an EDS, --eds=FILE: nobody else knows all that would change")
+            raise NotTestable(
+                "needs an EDS, --sdo-eds=FILE: nobody else knows all that would change"
+            )
         self._require_for_defaults(LOAD_DEFAULTS)
         self._require_for_defaults(NMT)
         self.require_command(LOAD_ALL)

@@ -172,7 +172,7 @@ class Wire:
         if not self.may_ask(frame):
             raise NotTestable(
                 "needs permission to send SDO requests to other nodes, which may end a transfer "
-                f"that somebody has open there: add --allow={OTHER_NODES}"
+                f"that somebody has open there: add --sdo-allow={OTHER_NODES}"
             )
         self.about_to_send(decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")))
         self.channel.send_frame(frame)
@@ -190,7 +190,7 @@ class Wire:
         if target is not None and self.device.policy.needs_probes(target):
             raise NotTestable(
                 f"needs permission to write to {target}, which a device that is right refuses: "
-                f"add --allow={READ_ONLY_PROBES}"
+                f"add --sdo-allow={READ_ONLY_PROBES}"
             )
         self.device.policy.check(request)
         self._sent_before, self._last_sent = self._last_sent, request

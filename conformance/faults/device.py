@@ -52,7 +52,7 @@ def _text(value: bytes, access: Access) -> Entry:
     return Entry(value, DataType.VISIBLE_STRING, access)
 
 
-# What a user of a like device would name with --object.
+# What a user of a like device would name with --sdo-object.
 REFERENCE_OBJECTS = (
     *(KnownObject(Multiplexer(0x2000 + length), UNSIGNED[length]) for length in (1, 2, 3, 4, 8)),
     KnownObject(Multiplexer(0x2010), DataType.VISIBLE_STRING),

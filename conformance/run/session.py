@@ -212,7 +212,7 @@ class DeviceSession:
         Returns an empty text, or why the device stays lost. Raises BenchError.
         """
         if self.revival is None:
-            return "nothing brings it back: there is neither --process nor --recover"
+            return "nothing brings it back: there is neither --sdo-process nor --sdo-recover"
         with self.channel.link.stop.putting_back():
             why = self.revival.attempt()
             if not why:

@@ -62,7 +62,7 @@ def test_named_objects_may_be_written(frame: str) -> None:
 
 @pytest.mark.parametrize("frame", WRITES_2010_01)
 def test_others_may_not(frame: str) -> None:
-    with pytest.raises(WriteNotPermitted, match=r"2010h:01, which nobody .* --object=2010:01"):
+    with pytest.raises(WriteNotPermitted, match=r"2010h:01, which nobody .* --sdo-object=2010:01"):
         check(WritePolicy([Multiplexer(0x2010, 0)]), bytes.fromhex(frame))
 
 
@@ -123,7 +123,9 @@ def test_naming_a_protected_object_is_no_permission(index: int) -> None:
     policy = WritePolicy([mux])
     policy.allow_missing(mux)
     assert not policy.permits(mux)
-    with pytest.raises(WriteNotPermitted, match=r"a permission is needed to write .*: --allow="):
+    with pytest.raises(
+        WriteNotPermitted, match=r"a permission is needed to write .*: --sdo-allow="
+    ):
         policy.check(decode_request(b"\x2f" + index.to_bytes(2, "little") + bytes(5)))
 
 

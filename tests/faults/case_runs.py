@@ -100,9 +100,9 @@ def run_cases(
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as out:
         command = [
             *("--self-test", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
-            *(["--simulated"] if simulated else []),
-            *(f"--rootdir={folder}", f"--report-dir={folder}"),
-            *([f"--fault={name}"] if name else []),
+            *(["--sdo-simulated"] if simulated else []),
+            *(f"--rootdir={folder}", f"--sdo-report-dir={folder}"),
+            *([f"--sdo-fault={name}"] if name else []),
             *arguments,
         ]
         here = os.getcwd()

@@ -75,7 +75,7 @@ BEYOND_TRANSFERS = (
     "test_nmt",
 )
 # Long enough for a right server on a loaded machine, short enough to wait for with the faulty ones.
-SERVER_TIMEOUT, SERVER_TIMEOUT_OF_FAULTS = "--server-timeout=1", "--server-timeout=0.4"
+SERVER_TIMEOUT, SERVER_TIMEOUT_OF_FAULTS = "--sdo-server-timeout=1", "--sdo-server-timeout=0.4"
 
 
 class Sieve:
@@ -167,12 +167,12 @@ def run_fault(
     deviation: Deviation, run: Run, *arguments: str, plugins: Sequence[object] = ()
 ) -> None:
     """Run cases against a faulty server, and add to what they said of it before."""
-    examples = [f"--examples={EXAMPLES_OF_FAULTS}"] if deviation.about is About.HISTORY else []
+    examples = [f"--sdo-examples={EXAMPLES_OF_FAULTS}"] if deviation.about is About.HISTORY else []
     run_cases(
         deviation.name,
         *timing_of(deviation),
         *arguments,
-        f"--response-timeout={TIMEOUT_OF_FAULTS}",
+        f"--sdo-response-timeout={TIMEOUT_OF_FAULTS}",
         *examples,
         simulated=not deviation.timed,
         plugins=plugins,

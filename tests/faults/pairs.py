@@ -90,7 +90,7 @@ HIDDEN: dict[tuple[str, str], str] = {
 """Pairs that cannot be told from the pervasive fault alone, and why."""
 
 MOST_CASES, MOST_CAUSES = 60, 3
-TIMEOUT = "--response-timeout=0.25"
+TIMEOUT = "--sdo-response-timeout=0.25"
 SHARE, QUICK_SHARE = 6, 12
 # Which specific fault the first pervasive one is paired with when it is quick; the rest follows.
 QUICK_BEGIN = 22
@@ -145,7 +145,7 @@ class Pair:
 def alone(name: str, choice: Choice | None = None, *files: str) -> Run:
     """Run the cases against a server with one fault."""
     plugins = [] if choice is None else [choice]
-    return run_cases(name, TIMEOUT, "--examples=0", *files, plugins=plugins)
+    return run_cases(name, TIMEOUT, "--sdo-examples=0", *files, plugins=plugins)
 
 
 def spread(cases: Sequence[str], most: int) -> list[str]:

@@ -26,7 +26,7 @@ def test_abort_now_and_then_passes(name: str) -> None:
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_random_conversations_pass(name: str) -> None:
-    run = run_cases(name, "-k", "random.block-transfers or random.sequences", "--examples=25")
+    run = run_cases(name, "-k", "random.block-transfers or random.sequences", "--sdo-examples=25")
     assert not run.failed(), run.output
 
 

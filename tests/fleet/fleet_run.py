@@ -99,9 +99,9 @@ def run_suite(server: ForeignServer, built: Path, bus: Bus, options: Sequence[st
     program = [str(built / word) if (built / word).exists() else word for word in server.start]
     command = [
         *(sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"),
-        *("--device=device.toml", "--can-interface=socketcan", f"--can-channel={bus.channel}"),
-        *("--report-dir=reports", "--junitxml=junit.xml"),
-        f"--process={shlex.join([*program, bus.channel])}",
+        *("--sdo-device=device.toml", "--can-interface=socketcan", f"--can-channel={bus.channel}"),
+        *("--sdo-report-dir=reports", "--junitxml=junit.xml"),
+        f"--sdo-process={shlex.join([*program, bus.channel])}",
         *options,
     ]
     kept = {name: value for name, value in os.environ.items() if name not in UNWANTED}

@@ -55,7 +55,7 @@ def readable(device: ForeignDevice) -> list[Multiplexer]:
 
 
 def named_objects(device: ForeignDevice) -> list[KnownObject]:
-    """Return what a user would name with --object."""
+    """Return what a user would name with --sdo-object."""
     return [known for known in REFERENCE_OBJECTS if known.data_type not in device.unknown_types]
 
 

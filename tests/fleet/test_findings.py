@@ -61,12 +61,12 @@ def shown_cases(
         f"--node-id={NODE_ID}",
         "--can-interface=virtual",
         f"--can-channel={channel}",
-        "--report-dir=reports",
-        "--allow=read-only-probes",
-        "--allow=other-nodes",
+        "--sdo-report-dir=reports",
+        "--sdo-allow=read-only-probes",
+        "--sdo-allow=other-nodes",
         # The cases are imported under names that no file of this run can have.
         "--import-mode=importlib",
-        *(f"--object={option(known)}" for known in objects),
+        *(f"--sdo-object={option(known)}" for known in objects),
         # These take a third of the time, and show what shorter ones show.
         *("-k", "not beyond"),
         # What is generated finds the same over and over again.
@@ -81,7 +81,7 @@ def shown_cases(
 
 
 def option(known: KnownObject) -> str:
-    """Write an object as --object takes it."""
+    """Write an object as --sdo-object takes it."""
     assert known.data_type is not None
     name = f"{known.mux.index:04X}:{known.mux.sub_index:02X}"
     return f"{name}={known.data_type.name.lower()},{known.access}"

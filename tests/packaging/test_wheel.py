@@ -122,7 +122,7 @@ def test_what_the_wheel_says_of_itself(wheel: Path, names: list[str]) -> None:
 def test_the_self_test_of_the_installed_wheel(installed: Path, empty: Path) -> None:
     """From an empty folder, and with the cases that came with the wheel."""
     files = "test_abort or test_segmented_upload or test_specifiers"
-    chosen = ("--fault=no-block-transfer", "-k", files, "-rs", "-p", "no:cacheprovider")
+    chosen = ("--sdo-fault=no-block-transfer", "-k", files, "-rs", "-p", "no:cacheprovider")
     printed = call((installed / "python", "-m", "pytest", "--self-test", *chosen), empty)
     assert "cases/test_abort.py ...." in printed
     assert "cases/test_segmented_upload.py ...." in printed

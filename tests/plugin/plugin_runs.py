@@ -30,7 +30,7 @@ def reports(pytester: pytest.Pytester) -> Path:
 
 def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     """Run pytest with these arguments in the empty folder of the test."""
-    folder = f"--report-dir={reports(pytester)}"
+    folder = f"--sdo-report-dir={reports(pytester)}"
     return pytester.runpytest_inprocess(*QUICK, folder, *arguments, *other_files(arguments))
 
 

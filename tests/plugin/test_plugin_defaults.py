@@ -59,7 +59,7 @@ def described(folder: Path, node: Node, *objects: str) -> str:
     (folder / "device.eds").write_text(eds_of(node), encoding="utf-8")
     lines = ['eds = "device.eds"', "[objects]", 'writable = "all-rw"', *objects]
     (folder / "device.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return "--device=device.toml"
+    return "--sdo-device=device.toml"
 
 
 def cases(
@@ -73,7 +73,7 @@ def cases(
 
 
 def allowed(*names: str) -> tuple[str, ...]:
-    return tuple(f"--allow={name}" for name in names)
+    return tuple(f"--sdo-allow={name}" for name in names)
 
 
 def test_the_suite_loads_them_once_and_puts_back_what_was_there(
@@ -108,7 +108,7 @@ def test_what_to_permit_is_said(pytester: pytest.Pytester, lacking: str) -> None
     result, watched = cases(pytester, "parameters-stored", *allowed(*names))
     assert result.ret == pytest.ExitCode.OK
     assert set(result.parseoutcomes()) == {"skipped", "deselected"}
-    result.stdout.fnmatch_lines([f"not testable (* cases): *add --allow={lacking}; or load *"])
+    result.stdout.fnmatch_lines([f"not testable (* cases): *add --sdo-allow={lacking}; or load *"])
     assert watched.loads == 0
     assert watched.node.objects.find(NUMBER).value == b"\4\3\2\1"
 

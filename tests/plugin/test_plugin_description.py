@@ -1,4 +1,4 @@
-"""--device, --eds and --scan: a device that is described, and what is said of a wrong one."""
+"""--sdo-device, --sdo-eds, --sdo-scan: a device that is described, and what is wrong with that."""
 
 from pathlib import Path
 
@@ -28,7 +28,7 @@ def described(pytester: pytest.Pytester, writable: str = '"all-rw"', more: str =
     folder = pytester.mkdir("files")
     (folder / "ref.eds").write_text(eds_of(build_node(None, NODE_ID)), encoding="utf-8")
     (pytester.path / "ref.toml").write_text(DEVICE.format(writable=writable) + more, "utf-8")
-    return "--device=ref.toml"
+    return "--sdo-device=ref.toml"
 
 
 def bus_of(options: tuple[str, ...]) -> tuple[str, ...]:
@@ -59,7 +59,7 @@ def test_the_bus_and_the_response_time_are_in_it(pytester: pytest.Pytester) -> N
         bus = f'[can]\ninterface = "virtual"\nchannel = "{channel}"\n'
         path = pytester.path / "ref.toml"
         path.write_text(path.read_text("utf-8") + bus, "utf-8")
-        result = run(pytester, "--device=ref.toml", "-k", "abort.frame")
+        result = run(pytester, "--sdo-device=ref.toml", "-k", "abort.frame")
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(
         [f"*target: node 5 on virtual {channel}", "*response time-out: 250 ms*"]
@@ -78,7 +78,7 @@ def test_without_permission_nothing_is_written(pytester: pytest.Pytester) -> Non
     eds = pytester.path / "ref.eds"
     eds.write_text(eds_of(build_node(None, NODE_ID)), encoding="utf-8")
     with reference() as options:
-        result = run(pytester, *options, f"--eds={eds}", "-k", "od.write-back or od.read-only")
+        result = run(pytester, *options, f"--sdo-eds={eds}", "-k", "od.write-back or od.read-only")
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(
         [
@@ -94,24 +94,24 @@ def test_without_permission_nothing_is_written(pytester: pytest.Pytester) -> Non
 
 
 def test_never_is_stronger_than_the_option(pytester: pytest.Pytester) -> None:
-    arguments = (described(pytester, '["2002"]'), "--object=2001=unsigned8")
+    arguments = (described(pytester, '["2002"]'), "--sdo-object=2001=unsigned8")
     found = outcomes(pytester, *arguments, "-k", "od.write-back[2001h or od.write-back[2002h")
     assert found == {"passed": 1, "skipped": 1}
 
 
 WRONG = {
-    "--device=none.toml": "none.toml: the file cannot be read: No such file or directory.",
-    "--eds=none.eds --node-id=5": "none.eds: the file cannot be read: No such file or directory.",
-    "--eds=drive.xdd --node-id=5": "the name of the file has to end in .eds or .dcf.",
-    "--eds=typo.eds --node-id=5": "typo.eds, line 3: [1000] has no AccessType, but 'AccesType'.",
-    "--device=typo.toml": "typo.toml, line 2: there is no key 'nodeid'. Did you mean 'node-id'?",
-    "--device=denied.toml": (
+    "--sdo-device=none.toml": "none.toml: the file cannot be read: No such file or directory.",
+    "--sdo-eds=none.eds --node-id=5": "none.eds: the file cannot be read: No such file or dir",
+    "--sdo-eds=drive.xdd --node-id=5": "the name of the file has to end in .eds or .dcf.",
+    "--sdo-eds=typo.eds --node-id=5": "typo.eds, line 3: [1000] has no AccessType, but 'Acces",
+    "--sdo-device=typo.toml": "typo.toml, line 2: there is no key 'nodeid'. Did you mean 'node",
+    "--sdo-device=denied.toml": (
         "1017h:00 was named, but a permission is needed to write the heartbeat time: "
-        "--allow=nmt, or [permissions] nmt = true in device.toml."
+        "--sdo-allow=nmt, or [permissions] nmt = true in device.toml."
     ),
-    "--device=nameless.toml": "does not say which node it is: add --node-id=N",
-    "--eds=drive.eds": "--eds=drive.eds does not say which node it is: add --node-id=N",
-    "--device=denied.toml --self-test": "describes a device: leave out --self-test.",
+    "--sdo-device=nameless.toml": "does not say which node it is: add --node-id=N",
+    "--sdo-eds=drive.eds": "--sdo-eds=drive.eds does not say which node it is: add --node-id=N",
+    "--sdo-device=denied.toml --self-test": "describes a device: leave out --self-test.",
 }
 
 
@@ -133,7 +133,7 @@ def test_a_wrong_description(pytester: pytest.Pytester, options: str, sentence: 
 
 
 def test_ids_are_known_before_the_bus_is_opened(pytester: pytest.Pytester) -> None:
-    eds = f"--eds={FILES / 'io_module.eds'}"
+    eds = f"--sdo-eds={FILES / 'io_module.eds'}"
     result = run(pytester, "--node-id=5", eds, "--collect-only", "-q", "-k", "od.")
     ids = {line.partition("::")[2] for line in result.outlines}
     assert {
@@ -164,7 +164,7 @@ def test_ids_are_known_before_the_bus_is_opened(pytester: pytest.Pytester) -> No
 
 @pytest.mark.parametrize("name", ["io_module.eds", "drive.eds", "encoder.dcf"])
 def test_each_device_has_its_own_cases(pytester: pytest.Pytester, name: str) -> None:
-    eds = f"--eds={FILES / name}"
+    eds = f"--sdo-eds={FILES / name}"
     result = run(pytester, "--node-id=5,9", eds, "--collect-only", "-q", "-k", "od.read[")
     ids = [line for line in result.outlines if "::od.read[" in line]
     assert len(ids) == len(set(ids))
@@ -179,20 +179,20 @@ def test_a_dcf_is_compared_with_the_configuration(pytester: pytest.Pytester) -> 
     dcf = pytester.path / "ref.dcf"
     dcf.write_text(text.replace("[2001]", "[2001]\nParameterValue=0x12"), encoding="utf-8")
     assert outcomes(
-        pytester, "--node-id=5", f"--eds={dcf}", "-k", "od.configured or od.read[2150h:00]"
+        pytester, "--node-id=5", f"--sdo-eds={dcf}", "-k", "od.configured or od.read[2150h:00]"
     ) == {"non": 1, "failed": 1}  # pytester reads "non-strict" so
 
 
 def test_a_failure_names_the_object_as_the_eds_does(pytester: pytest.Pytester) -> None:
     case = "od.within-limits[2100h:01]"
-    result = self_test(pytester, "--fault=value-outside-its-limits", "-k", case)
+    result = self_test(pytester, "--sdo-fault=value-outside-its-limits", "-k", case)
     result.stdout.fnmatch_lines(["*expected: 2100h:01 (Entry 2100h:01) between 10 and 100"])
 
 
 def test_what_is_known_of_a_device_without_an_eds(pytester: pytest.Pytester) -> None:
     """The objects of every device and those that were named; nothing is said of what is missing."""
     with hosted(build_node(None, NODE_ID)) as bus:
-        result = run(pytester, "--node-id=5", *bus, "--object=2004=unsigned32", "-k", "od.")
+        result = run(pytester, "--node-id=5", *bus, "--sdo-object=2004=unsigned32", "-k", "od.")
     assert result.ret == pytest.ExitCode.OK
     ids = set(case_ids(the_report(pytester) / "junit.xml"))
     assert {"od.read[1000h:00]", "od.read[1001h:00]", "od.block-read[1018h:01]"} <= ids
@@ -201,12 +201,12 @@ def test_what_is_known_of_a_device_without_an_eds(pytester: pytest.Pytester) -> 
 
 
 def test_scan(pytester: pytest.Pytester) -> None:
-    part = ("--scan", "-k", "od.scan[2000h")
-    result = self_test(pytester, *part, "--fault=more-objects-than-the-eds-lists")
+    part = ("--sdo-scan", "-k", "od.scan[2000h")
+    result = self_test(pytester, *part, "--sdo-fault=more-objects-than-the-eds-lists")
     result.stdout.fnmatch_lines(
         ["info: od.scan[[]2000h-2FFFh]: not listed, and there: 2005h, 2009h, *, 2132h, 2141h"]
     )
-    lacking = self_test(pytester, *part, "--fault=listed-objects-missing")
+    lacking = self_test(pytester, *part, "--sdo-fault=listed-objects-missing")
     assert lacking.ret == pytest.ExitCode.TESTS_FAILED
     lacking.stdout.fnmatch_lines(["*actual: none at 2001h, 2002h, *, 2140h"])
     self_test(pytester, *part).assert_outcomes(

@@ -10,7 +10,7 @@ from conformance.running import ExitCode
 
 pytest_plugins = ["pytester"]
 
-WRONG = ("--fault=identity-count-wrong", "-k", "upload.identity")
+WRONG = ("--sdo-fault=identity-count-wrong", "-k", "upload.identity")
 LISTED = Deviation("upload.identity", "ticket 1: the count is wrong before release 2")
 
 
@@ -22,7 +22,7 @@ def listing(pytester: pytest.Pytester, *deviations: Deviation) -> str:
         lines += [f"case = '{deviation.case}'"] if deviation.case else []
         lines += [f"rule = '{deviation.rule}'"] if deviation.rule else []
     (pytester.path / "known.toml").write_text("\n".join(lines), encoding="utf-8")
-    return "--deviations=known.toml"
+    return "--sdo-deviations=known.toml"
 
 
 def skipped(report: Path) -> list[str]:
@@ -47,7 +47,7 @@ def test_what_is_listed_may_fail(pytester: pytest.Pytester) -> None:
 
 
 def test_also_in_a_worker(pytester: pytest.Pytester) -> None:
-    nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--report-dir=left behind")
+    nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--sdo-report-dir=left behind")
     options = ("--self-test", *WRONG, *nodes, listing(pytester, LISTED))
     result = pytester.runpytest_subprocess(*options)
     assert result.ret == pytest.ExitCode.OK
@@ -88,7 +88,7 @@ def test_a_bench_error_is_not_excused(pytester: pytest.Pytester) -> None:
 
 def test_a_lost_device_is_not_excused(pytester: pytest.Pytester) -> None:
     case = "segmented-download.foreign[unknown-FFh]"
-    halts = ("--fault=unknown-specifier-halts", "--response-timeout=0.1", "-k", case)
+    halts = ("--sdo-fault=unknown-specifier-halts", "--sdo-response-timeout=0.1", "-k", case)
     result = self_test(pytester, *halts, listing(pytester, Deviation(case, "ticket 4")))
     assert result.ret == ExitCode.DEVICE_LOST
 
@@ -96,7 +96,7 @@ def test_a_lost_device_is_not_excused(pytester: pytest.Pytester) -> None:
 @pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one-process", "workers"])
 def test_a_case_that_does_not_exist(pytester: pytest.Pytester, workers: tuple[str, ...]) -> None:
     listed = listing(pytester, Deviation("upload.identiy", "ticket 5"))
-    options = ("--self-test", "-p", "no:cacheprovider", "--report-dir=left behind", *workers)
+    options = ("--self-test", "-p", "no:cacheprovider", "--sdo-report-dir=left behind", *workers)
     result = pytester.runpytest_subprocess(*options, listed, "-k", "abort.frame")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *'upload.identiy'*Did you mean 'upload.identity'?*"])
@@ -156,7 +156,7 @@ def test_an_entry_for_several_cases_that_were_not_selected(
 
 
 def test_stale_in_workers(pytester: pytest.Pytester) -> None:
-    nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--report-dir=left behind")
+    nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--sdo-report-dir=left behind")
     listed = listing(pytester, Deviation("upload.ident*", "ticket 6"))
     for selection, ret in (("upload.identity", 1), ("abort.frame", 0)):
         options = ("--self-test", *nodes, listed, "-k", selection)
@@ -165,7 +165,7 @@ def test_stale_in_workers(pytester: pytest.Pytester) -> None:
 
 def test_a_cause_that_any_case_meets(pytester: pytest.Pytester) -> None:
     """One rule excuses it, in each selection, in the cases and beside them."""
-    answers = ("--fault=every-abort-answered", "--simulated", "--response-timeout=0.1")
+    answers = ("--sdo-fault=every-abort-answered", "--sdo-simulated", "--sdo-response-timeout=0.1")
     known = Deviation(None, "ticket 8", "abort.not-answered")
     for selection in ("upload.identity or upload.size", "abort.not-answered"):
         result = self_test(pytester, *answers, "-k", selection, listing(pytester, known))
@@ -177,18 +177,18 @@ def test_a_case_that_was_not_selected(pytester: pytest.Pytester) -> None:
 
 
 def test_a_list_that_cannot_be_read(pytester: pytest.Pytester) -> None:
-    result = self_test(pytester, "--deviations=none.toml")
+    result = self_test(pytester, "--sdo-deviations=none.toml")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *none.toml: the file cannot be read*"])
 
 
 def test_a_draft_from_a_run(pytester: pytest.Pytester) -> None:
     """It serves at once, and says that it is not done."""
-    result = self_test(pytester, *WRONG, "--write-deviations=draft.toml")
+    result = self_test(pytester, *WRONG, "--sdo-write-deviations=draft.toml")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     (drafted,) = read_deviations(pytester.path / "draft.toml")
     assert drafted == Deviation("upload.identity", NO_REASON, "upload.identity")
-    result = self_test(pytester, *WRONG, "--deviations=draft.toml")
+    result = self_test(pytester, *WRONG, "--sdo-deviations=draft.toml")
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(["1 known deviations lack a reason: *"])
 

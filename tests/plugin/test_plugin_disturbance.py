@@ -15,8 +15,12 @@ pytest_plugins = ["pytester"]
 
 NODE = f"--node-id={NODE_ID}"
 WRITABLE = (
-    *(f"--object=200{length}=unsigned{8 * length}" for length in (1, 2, 3, 4, 8)),
-    *("--object=2010=visible_string", "--object=2011=domain", "--object=2020=unsigned32,wo"),
+    *(f"--sdo-object=200{length}=unsigned{8 * length}" for length in (1, 2, 3, 4, 8)),
+    *(
+        "--sdo-object=2010=visible_string",
+        "--sdo-object=2011=domain",
+        "--sdo-object=2020=unsigned32,wo",
+    ),
 )
 OTHER = 9
 # Transfers of many segments show nothing more here, and cost most of the time.
@@ -87,7 +91,7 @@ def verdicts(
 ) -> dict[str, tuple[str, str]]:
     """Run cases; return the verdict of each and how it left the device."""
     with hosted(*nodes) as bus:
-        options = (f"--response-timeout={timeout}", "--junitxml=all.xml", "-k", chosen)
+        options = (f"--sdo-response-timeout={timeout}", "--junitxml=all.xml", "-k", chosen)
         run(pytester, NODE, *bus, *WRITABLE, *options)
     found = {}
     for case in parsed(pytester.path / "all.xml").iter("testcase"):

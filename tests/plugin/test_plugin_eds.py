@@ -52,7 +52,7 @@ def test_a_device_made_of_an_eds_passes(pytester: pytest.Pytester, name: str, pa
     server = Audited(described_device(listing))
     (pytester.path / "device.toml").write_text(DESCRIPTION.format(eds=FILES / name), "utf-8")
     with hosted(Node(NODE_ID, server)) as bus:
-        result = run(pytester, "--device=device.toml", *bus, "-k", CHOSEN)
+        result = run(pytester, "--sdo-device=device.toml", *bus, "-k", CHOSEN)
     assert result.ret == pytest.ExitCode.OK, result.stdout.str()
     outcomes = result.parseoutcomes()
     assert outcomes["passed"] > passed
@@ -87,6 +87,6 @@ def test_faults_show_on_other_devices_too(pytester: pytest.Pytester, fault: str,
         entry = node.server.objects.find(Multiplexer(0x2000))
         entry.value = b"\x05"  # of sub-indices 1, 2, 3, 5 and 7
     with hosted(node) as bus:
-        result = run(pytester, "--device=device.toml", *bus, "-k", case)
+        result = run(pytester, "--sdo-device=device.toml", *bus, "-k", case)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines([f"{case.replace('[', '[[]')}: FAIL *"])

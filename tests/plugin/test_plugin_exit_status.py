@@ -39,7 +39,7 @@ def test_a_device_that_is_right(pytester: pytest.Pytester) -> None:
 
 
 def test_a_device_that_is_wrong(pytester: pytest.Pytester) -> None:
-    result = self_test(pytester, "--fault=identity-count-wrong", "-k", "upload.identity")
+    result = self_test(pytester, "--sdo-fault=identity-count-wrong", "-k", "upload.identity")
     assert result.ret == 1
     result.assert_outcomes(failed=1, deselected=result.parseoutcomes()["deselected"])
 
@@ -50,7 +50,7 @@ def test_nothing_selected(pytester: pytest.Pytester) -> None:
 
 def test_only_what_cannot_be_tested(pytester: pytest.Pytester) -> None:
     """Skipped cases are no failure; the summary says what to add."""
-    result = self_test(pytester, "--object=2001=unsigned8", "-k", "sequence.downloads-unread")
+    result = self_test(pytester, "--sdo-object=2001=unsigned8", "-k", "sequence.downloads-unread")
     assert result.ret == 0
     assert set(result.parseoutcomes()) == {"skipped", "deselected"}
 
@@ -91,7 +91,7 @@ def test_a_late_answer_of_the_device_before(pytester: pytest.Pytester) -> None:
 
 def silent(pytester: pytest.Pytester, *nodes: HostedNode) -> pytest.RunResult:
     """Run against a node that does not answer, among others."""
-    timeout = f"--response-timeout={RESPONSE_TIMEOUT}"
+    timeout = f"--sdo-response-timeout={RESPONSE_TIMEOUT}"
     with hosted(*nodes) as bus:
         # To collect all cases would take longer than to find out that nobody answers.
         result = run(pytester, f"--node-id={NODE_ID}", *bus, timeout, str(CASES / "test_abort.py"))
@@ -139,7 +139,7 @@ def test_a_node_that_starts_and_does_not_answer(pytester: pytest.Pytester) -> No
 
 def test_one_silent_node_of_two(pytester: pytest.Pytester) -> None:
     """The other is tested; a run that leaves a device out does not look like one that does not."""
-    chosen = ("--node-id=5,9", "-k", "abort.frame", f"--response-timeout={RESPONSE_TIMEOUT}")
+    chosen = ("--node-id=5,9", "-k", "abort.frame", f"--sdo-response-timeout={RESPONSE_TIMEOUT}")
     with hosted(build_node(None, NODE_ID)) as bus:
         result = run(pytester, *bus, *chosen)
     assert result.ret == ExitCode.SILENT_NODE
@@ -164,7 +164,7 @@ def test_a_report_folder_that_cannot_be_made(pytester: pytest.Pytester) -> None:
     reports(pytester).write_text("a file", encoding="utf-8")
     result = self_test(pytester, "-k", "abort.frame")
     assert result.ret == ExitCode.BENCH_ERROR
-    result.stdout.fnmatch_lines(["The report folder *--report-dir=DIR.*"])
+    result.stdout.fnmatch_lines(["The report folder *--sdo-report-dir=DIR.*"])
 
 
 ROGUE = f"""
@@ -268,7 +268,7 @@ def test_a_cable_that_is_out_ends_the_run(
     monkeypatch.setattr(SimulatedBus, "send", send_if_there_is_room)
     monkeypatch.setattr("conformance.bus.link.SEND_LIMIT", 0.01)
     pytester.makepyfile(test_mine=CABLE_OUT)
-    result = self_test(pytester, "--simulated", "test_mine.py")
+    result = self_test(pytester, "--sdo-simulated", "test_mine.py")
     assert result.ret == ExitCode.BENCH_ERROR
     outcomes = result.parseoutcomes()
     assert (outcomes["passed"], outcomes["errors"]) == (1, MOST_FULL)
@@ -288,13 +288,13 @@ def test_a_case_that_would_write_elsewhere(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "test_mine.py")
     assert result.ret == ExitCode.BENCH_ERROR
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*= the bench =*", "*write to 1004h:00*--object=1004:00*"])
+    result.stdout.fnmatch_lines(["*= the bench =*", "*write to 1004h:00*--sdo-object=1004:00*"])
     assert "605#2B0410" not in (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
 
 
 # A lost device
 
-HALTS = ("--fault=unknown-specifier-halts", "--response-timeout=0.1")
+HALTS = ("--sdo-fault=unknown-specifier-halts", "--sdo-response-timeout=0.1")
 
 
 def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
@@ -362,7 +362,12 @@ def test_a_lost_device_is_no_error_of_the_next_one(
     """The cases of the first that are left out lie in several files, and the next begins anew."""
     result = self_test(
         pytester,
-        *("--node-id=5,9", "--fault=unknown-specifier-halts", "--response-timeout=0.1", *verbose),
+        *(
+            "--node-id=5,9",
+            "--sdo-fault=unknown-specifier-halts",
+            "--sdo-response-timeout=0.1",
+            *verbose,
+        ),
         *("-k", "upload.identity or specifier.unknown or specifier.block or independence.refusal"),
         "--junitxml=all.xml",
     )

@@ -38,7 +38,7 @@ def look(pytester: pytest.Pytester, *arguments: str) -> Looking:
     """Run an ordinary test, as a run on a device or not."""
     pytester.makepyfile(test_ordinary="def test_nothing(): pass")
     looking = Looking()
-    given = (*QUICK, f"--report-dir={reports(pytester)}", "test_ordinary.py", *arguments)
+    given = (*QUICK, f"--sdo-report-dir={reports(pytester)}", "test_ordinary.py", *arguments)
     result = pytester.runpytest_inprocess(*given, plugins=[looking])
     result.assert_outcomes(passed=1)
     return looking

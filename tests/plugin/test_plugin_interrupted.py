@@ -27,7 +27,7 @@ NEW = b"new!"
 # Only what hangs takes so many seconds, on any machine.
 HANGS = 600.0
 # A loaded machine may take its time: a device that seems lost is not written to any more.
-PATIENT = "--response-timeout=60"
+PATIENT = "--sdo-response-timeout=60"
 INTERRUPTED = """
     import threading
     import pytest
@@ -95,8 +95,8 @@ def test_what_was_written_is_put_back(
     nodes = [Watched(node_id) for node_id in NODES]
     before = nodes[0].value
     with socketcand() as bus, hosted_on(bus, *nodes):
-        reports = "--report-dir=left behind"
-        options = (*QUICK, PATIENT, reports, "--object=2004=unsigned32", *bus, *workers)
+        reports = "--sdo-report-dir=left behind"
+        options = (*QUICK, PATIENT, reports, "--sdo-object=2004=unsigned32", *bus, *workers)
         process = subprocess.Popen(  # noqa: S603
             [
                 *started_by,

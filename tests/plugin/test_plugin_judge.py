@@ -40,7 +40,7 @@ def test_a_clean_run_passes(pytester: pytest.Pytester, capsys: pytest.CaptureFix
 def test_a_faulty_server_does_not(
     pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    self_test(pytester, "--fault=upload-toggle-ignored", "-k", "segmented-upload.toggle")
+    self_test(pytester, "--sdo-fault=upload-toggle-ignored", "-k", "segmented-upload.toggle")
     status, text = judged(the_report(pytester) / "bus.log", capsys)
     assert status == NOT_ALLOWED
     assert "segmented-upload.toggle (MUST)" in text
@@ -211,7 +211,7 @@ def test_what_a_stopped_node_may_do(
 def test_the_log_of_a_server_that_answers_in_stopped(
     pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    self_test(pytester, "--fault=nmt-stopped-answers", "-k", "nmt.stopped")
+    self_test(pytester, "--sdo-fault=nmt-stopped-answers", "-k", "nmt.stopped")
     status, text = judged(the_report(pytester) / "bus.log", capsys)
     assert status == NOT_ALLOWED
     assert "nmt.stopped (MUST)" in text

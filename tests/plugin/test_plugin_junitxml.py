@@ -8,7 +8,11 @@ from plugin_runs import QUICK, parsed, reference, reports, run, self_test, the_r
 pytest_plugins = ["pytester"]
 
 MIXED = "upload.identity or abort.frame or extended-ignored or test_expedited_download and stored"
-SERVER = ("--fault=answers-extended", "--object=2001=unsigned8", "--object=2002=unsigned16")
+SERVER = (
+    "--sdo-fault=answers-extended",
+    "--sdo-object=2001=unsigned8",
+    "--sdo-object=2002=unsigned16",
+)
 ELSEWHERE = """
     from conformance.sdo.layout import Multiplexer
 
@@ -68,7 +72,7 @@ def test_a_case_that_passed(pytester: pytest.Pytester) -> None:
 
 
 def test_a_case_that_failed(pytester: pytest.Pytester) -> None:
-    found = junit(pytester, "--fault=identity-count-wrong", "-k", "upload.identity")
+    found = junit(pytester, "--sdo-fault=identity-count-wrong", "-k", "upload.identity")
     case = found["upload.identity"]
     failure = child(case, "failure")
     values = properties(case)
@@ -86,9 +90,13 @@ def test_a_case_that_failed(pytester: pytest.Pytester) -> None:
 
 
 def test_what_is_not_supported_or_lacks_something_is_skipped(pytester: pytest.Pytester) -> None:
-    without = "--fault=no-block-transfer"
+    without = "--sdo-fault=no-block-transfer"
     found = junit(
-        pytester, without, "--object=2001=unsigned8", "-k", "specifier.block-upload or write-only"
+        pytester,
+        without,
+        "--sdo-object=2001=unsigned8",
+        "-k",
+        "specifier.block-upload or write-only",
     )
     refused = found["specifier.block-upload[True]"]
     message = child(refused, "skipped").attrib["message"]
@@ -140,10 +148,10 @@ def test_one_case_on_two_devices(pytester: pytest.Pytester) -> None:
 
 
 def test_workers_tell_the_same(pytester: pytest.Pytester) -> None:
-    chosen = ("--self-test", "--fault=answers-extended", "-k", MIXED, "--junitxml=junit.xml")
+    chosen = ("--self-test", "--sdo-fault=answers-extended", "-k", MIXED, "--junitxml=junit.xml")
     told = []
     for workers in ("0", "1"):
-        folder = f"--report-dir={reports(pytester)}"
+        folder = f"--sdo-report-dir={reports(pytester)}"
         pytester.runpytest_subprocess(*QUICK, folder, "-n", workers, *chosen)
         found = {}
         for name, case in cases(pytester).items():

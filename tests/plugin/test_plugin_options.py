@@ -25,20 +25,20 @@ WRONG = {
     "--node-id=1,,2": f"'' {NO_NODE}",
     "--node-id=1-": f"'1-' {NO_NODE}",
     "--node-id=5.0": f"'5.0' {NO_NODE}",
-    "--response-timeout=0": f"'0' {NO_TIME}",
-    "--response-timeout=-1": f"'-1' {NO_TIME}",
-    "--response-timeout=nan": f"'nan' {NO_TIME}",
-    "--response-timeout=inf": f"'inf' {NO_TIME}",
-    "--response-timeout=500ms": f"'500ms' {NO_TIME}",
-    "--server-timeout=0": f"'0' {NO_TIME}",
-    "--object=2001=unsinged16": "called 'unsinged16'. Did you mean 'unsigned16'?",
-    "--object=2001=unsigned8,rx": "called 'rx'. Known: rw, ro, wo, const.",
-    "--object=20010": f"'20010' {NO_OBJECT}",
-    "--object=": f"'' {NO_OBJECT}",
-    "--allow=nmtt": "There is no permission called 'nmtt'. Did you mean 'nmt'?",
-    "--allow=sdo-parameter": "Did you mean 'sdo-parameters'?",
-    "--object=1201:01=unsigned32": "needed to write the SDO channels: --allow=sdo-parameters",
-    "--object=1010:01=unsigned32": "to write the parameter storage: --allow=store-parameters",
+    "--sdo-response-timeout=0": f"'0' {NO_TIME}",
+    "--sdo-response-timeout=-1": f"'-1' {NO_TIME}",
+    "--sdo-response-timeout=nan": f"'nan' {NO_TIME}",
+    "--sdo-response-timeout=inf": f"'inf' {NO_TIME}",
+    "--sdo-response-timeout=500ms": f"'500ms' {NO_TIME}",
+    "--sdo-server-timeout=0": f"'0' {NO_TIME}",
+    "--sdo-object=2001=unsinged16": "called 'unsinged16'. Did you mean 'unsigned16'?",
+    "--sdo-object=2001=unsigned8,rx": "called 'rx'. Known: rw, ro, wo, const.",
+    "--sdo-object=20010": f"'20010' {NO_OBJECT}",
+    "--sdo-object=": f"'' {NO_OBJECT}",
+    "--sdo-allow=nmtt": "There is no permission called 'nmtt'. Did you mean 'nmt'?",
+    "--sdo-allow=sdo-parameter": "Did you mean 'sdo-parameters'?",
+    "--sdo-object=1201:01=unsigned32": "to write the SDO channels: --sdo-allow=sdo-parameters",
+    "--sdo-object=1010:01=unsigned32": "write the parameter storage: --sdo-allow=store-parameters",
     "--sdo-channel=640": "'640' is no SDO channel: write REQUEST:RESPONSE in hexadecimal",
     "--sdo-channel=800:5C0": "'800' is no CAN-ID: it has more than 11 bits",
     "--sdo-channel=plc.dcf": "'plc.dcf' does not say which record of the file",
@@ -47,27 +47,27 @@ WRONG = {
     "--self-test --sdo-channel=640:5C0": "--sdo-channel goes with one device: --node-id=N.",
     "--can-option=port": "'port' is no setting: write NAME=VALUE, as in port=29536",
     "--can-option==29536": "'=29536' is no setting",
-    "--answer-delay=fast --self-test": f"'fast' {NO_TIME}",
-    "--answer-delay=0.1": "--answer-delay goes with --self-test.",
-    "--process=": "an empty text is no command",
-    "--seed=x": "invalid int value: 'x'",
-    "--examples=x": "'x' is no number of examples",
-    "--examples=-1": "'-1' is no number of examples",
+    "--sdo-answer-delay=fast --self-test": f"'fast' {NO_TIME}",
+    "--sdo-answer-delay=0.1": "--sdo-answer-delay goes with --self-test.",
+    "--sdo-process=": "an empty text is no command",
+    "--sdo-seed=x": "invalid int value: 'x'",
+    "--sdo-examples=x": "'x' is no number of examples",
+    "--sdo-examples=-1": "'-1' is no number of examples",
     "--can-bitrate=fast": "invalid int value: 'fast'",
     "--can-interface=socketcam": "python-can has no interface called 'socketcam'",
-    "--fault=answers-late": "--fault=answers-late goes with --self-test.",
-    "--simulated": "--simulated goes with --self-test",
-    "--self-test --fault=answer-late": "called 'answer-late'. Did you mean 'answers-late'?",
-    "--self-test --fault=qqqq": "There is no faulty or unusual server called 'qqqq'.",
-    "--self-test --fault=": "There is no faulty or unusual server called ''.",
-    "--self-test --fault=answer-late --collect-only": "Did you mean 'answers-late'?",
+    "--sdo-fault=answers-late": "--sdo-fault=answers-late goes with --self-test.",
+    "--sdo-simulated": "--sdo-simulated goes with --self-test",
+    "--self-test --sdo-fault=answer-late": "called 'answer-late'. Did you mean 'answers-late'?",
+    "--self-test --sdo-fault=qqqq": "There is no faulty or unusual server called 'qqqq'.",
+    "--self-test --sdo-fault=": "There is no faulty or unusual server called ''.",
+    "--self-test --sdo-fault=answer-late --collect-only": "Did you mean 'answers-late'?",
 }
 
 
 @pytest.mark.parametrize(("options", "sentence"), WRONG.items(), ids=WRONG)
 def test_a_wrong_option(pytester: pytest.Pytester, options: str, sentence: str) -> None:
     given = options.split()
-    device = [] if "--self-test" in options or "--fault" in options else ["--node-id=5"]
+    device = [] if "--self-test" in options or "--sdo-fault" in options else ["--node-id=5"]
     result = run(pytester, *device, *given)
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     printed = result.stdout.str() + result.stderr.str()
@@ -93,7 +93,7 @@ def test_header_of_the_self_test(pytester: pytest.Pytester) -> None:
 
 
 def test_header_of_a_fault(pytester: pytest.Pytester) -> None:
-    target, *_ = header(self_test(pytester, "--fault=answers-late", "--collect-only"))
+    target, *_ = header(self_test(pytester, "--sdo-fault=answers-late", "--collect-only"))
     assert target.startswith(f"{__version__}, target: built-in answers-late, node 5 on virtual ")
 
 
@@ -103,15 +103,16 @@ def test_header_of_a_device(pytester: pytest.Pytester) -> None:
         "--can-interface=pcan",
         "--can-channel=PCAN_USBBUS1",
         "--can-bitrate=250000",
-        "--response-timeout=0.25",
-        "--seed=7",
+        "--sdo-response-timeout=0.25",
+        "--sdo-seed=7",
         "--strict",
     )
     target, how, objects = header(run(pytester, *options, "--collect-only"))
     assert target == f"{__version__}, target: node 1, 2, 3, 9 on pcan PCAN_USBBUS1, 250000 bit/s"
     assert how == "bit rate: 250000 bit/s, response time-out: 250 ms, seed: 7, strict: yes"
     assert (
-        objects == "objects: 0 named, no EDS (--eds=FILE adds cases for each object of the device)"
+        objects
+        == "objects: 0 named, no EDS (--sdo-eds=FILE adds cases for each object of the device)"
     )
 
 
@@ -131,7 +132,7 @@ def test_the_report_folder_is_reports_by_default(pytester: pytest.Pytester) -> N
 def test_the_seed_decides_on_the_bytes_that_are_written(pytester: pytest.Pytester) -> None:
     texts = []
     for seed in ("1", "1", "2"):
-        self_test(pytester, f"--seed={seed}", "-k", "download.text and 4")
+        self_test(pytester, f"--sdo-seed={seed}", "-k", "download.text and 4")
         newest = max(reports(pytester).iterdir())
         lines = (newest / "bus.log").read_text(encoding="utf-8").splitlines()
         texts.append([line.split()[2] for line in lines if " 605#23112000" in line])
@@ -141,8 +142,8 @@ def test_the_seed_decides_on_the_bytes_that_are_written(pytester: pytest.Pyteste
 
 
 def test_the_response_timeout_is_what_a_silent_answer_costs(pytester: pytest.Pytester) -> None:
-    fault = ("--fault=unknown-specifier-ignored", "-k", "specifier.unknown and E0h")
-    result = self_test(pytester, *fault, "--response-timeout=0.07")
+    fault = ("--sdo-fault=unknown-specifier-ignored", "-k", "specifier.unknown and E0h")
+    result = self_test(pytester, *fault, "--sdo-response-timeout=0.07")
     result.stdout.fnmatch_lines(["*actual: nothing within 70 ms"])
 
 
@@ -156,11 +157,11 @@ def test_a_node_id_may_be_hexadecimal(pytester: pytest.Pytester) -> None:
 def test_time_outs_are_waited_for_only_where_declared(pytester: pytest.Pytester) -> None:
     undeclared = self_test(pytester, "-k", "server-timeout.once")
     undeclared.assert_outcomes(skipped=3, deselected=undeclared.parseoutcomes()["deselected"])
-    undeclared.stdout.fnmatch_lines(["*declare it with --server-timeout=SECONDS*"])
+    undeclared.stdout.fnmatch_lines(["*declare it with --sdo-server-timeout=SECONDS*"])
 
 
 def test_the_built_in_server_keeps_a_declared_time_out(pytester: pytest.Pytester) -> None:
-    declared = ["--server-timeout=0.3", "-k", "server-timeout.once and segmented"]
+    declared = ["--sdo-server-timeout=0.3", "-k", "server-timeout.once and segmented"]
     assert self_test(pytester, *declared).parseoutcomes()["passed"] == 1
-    left_out = self_test(pytester, *declared, "-m", "not slow")
+    left_out = self_test(pytester, *declared, "-m", "not sdo_slow")
     assert left_out.ret == pytest.ExitCode.NO_TESTS_COLLECTED

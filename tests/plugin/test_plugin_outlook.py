@@ -26,7 +26,7 @@ def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_it_says_so_after_the_first_cases_and_then_again(
     pytester: pytest.Pytester, verbosity: tuple[str, ...]
 ) -> None:
-    result = self_test(pytester, "--simulated", "-k", "abort.not-answered", *verbosity)
+    result = self_test(pytester, "--sdo-simulated", "-k", "abort.not-answered", *verbosity)
     said = [found for line in result.outlines if (found := LINE.match(line))]
     assert said, result.outlines
     assert int(said[0][1]) == 3
@@ -64,7 +64,7 @@ def test_workers_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_nothing_is_said_where_nothing_is_wanted(pytester: pytest.Pytester) -> None:
-    result = self_test(pytester, "--simulated", "-k", "abort.not-answered", "-qq")
+    result = self_test(pytester, "--sdo-simulated", "-k", "abort.not-answered", "-qq")
     result.stdout.no_fnmatch_line("conformance: *left*")
 
 
@@ -72,7 +72,7 @@ def test_a_long_discovery_says_what_it_is_at(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("conformance.outlook.LOOK", 0.0)
-    result = self_test(pytester, "--simulated", "-k", "abort.not-answered")
+    result = self_test(pytester, "--sdo-simulated", "-k", "abort.not-answered")
     result.stdout.fnmatch_lines(
         ["conformance: node 5: reading 2001h:00, object 1 of *", "*, object 2 of *, about 0 s left"]
     )

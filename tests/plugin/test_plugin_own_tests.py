@@ -56,7 +56,7 @@ def test_roles(number, variable, text, write_only, read_only_text, device, sdo):
     assert not write_only.access.readable
 """
     own(pytester, body).assert_outcomes(passed=1)
-    own(pytester, body, "--object=2004=unsigned32").assert_outcomes(skipped=1)
+    own(pytester, body, "--sdo-object=2004=unsigned32").assert_outcomes(skipped=1)
 
 
 def test_a_failed_assertion_keeps_its_traceback_and_shows_the_frames(
@@ -185,13 +185,13 @@ def test_mine(sdo):
     entries = reference_entries(NODE_ID)
     node = Node(NODE_ID, Server(ObjectDictionary(entries)))
     with hosted(node) as bus:
-        options = (f"--node-id={NODE_ID}", *bus, "--object=2004=unsigned32")
+        options = (f"--node-id={NODE_ID}", *bus, "--sdo-object=2004=unsigned32")
         result = pytester.runpytest_inprocess(
             "-p",
             "no:cacheprovider",
             "-p",
             "no:hypothesispytest",
-            f"--report-dir={reports(pytester)}",
+            f"--sdo-report-dir={reports(pytester)}",
             *options,
             "test_mine.py",
             no_reraise_ctrlc=True,

@@ -58,8 +58,8 @@ def test_the_controller_is_told_what_a_worker_was(pytester: pytest.Pytester) -> 
     pytester.makepyfile(other_plugin=BOTH_SIDES)
     pytester.syspathinsert()
     chosen = f"{FAILS} or next-transfer and sub-block-sent or timeout.once and sub-block-sent"
-    arguments = ("--self-test", "--fault=identity-count-wrong", "-k", chosen, *OTHER)
-    folder = f"--report-dir={reports(pytester)}"
+    arguments = ("--self-test", "--sdo-fault=identity-count-wrong", "-k", chosen, *OTHER)
+    folder = f"--sdo-report-dir={reports(pytester)}"
     result = pytester.runpytest_subprocess(*QUICK, folder, *arguments)
     result.assert_outcomes(passed=1, skipped=1, failed=1)
     told = [line.partition("here: ")[2] for line in result.outlines if "here: " in line]

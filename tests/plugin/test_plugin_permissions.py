@@ -46,7 +46,11 @@ class Watched:
 def cases(pytester: pytest.Pytester, *options: str) -> tuple[pytest.RunResult, Watched]:
     """Run the cases on channels and NMT against a device that is not the built-in one."""
     watched = Watched(build_node(None, NODE_ID))
-    objects = ("--object=2004=unsigned32", "--object=2010=visible_string", "--object=2011=domain")
+    objects = (
+        "--sdo-object=2004=unsigned32",
+        "--sdo-object=2010=visible_string",
+        "--sdo-object=2011=domain",
+    )
     with hosted(watched) as bus:
         device = (f"--node-id={NODE_ID}", *bus, *objects)
         return run(pytester, *device, "-k", NETWORK, *options), watched
@@ -61,8 +65,8 @@ def test_without_permission(pytester: pytest.Pytester) -> None:
     assert watched.commands == []
     assert watched.writes == set()
     text = result.stdout.str()
-    assert "needs permission to send NMT commands to the device: add --allow=nmt" in text
-    assert "add --allow=sdo-parameters" in text
+    assert "needs permission to send NMT commands to the device: add --sdo-allow=nmt" in text
+    assert "add --sdo-allow=sdo-parameters" in text
 
 
 @pytest.mark.parametrize(
@@ -72,19 +76,19 @@ def test_without_permission(pytester: pytest.Pytester) -> None:
 def test_one_permission(
     pytester: pytest.Pytester, name: str, other: str, indices: set[int]
 ) -> None:
-    result, watched = cases(pytester, f"--allow={name}")
+    result, watched = cases(pytester, f"--sdo-allow={name}")
     assert result.ret == 0
     assert bool(watched.commands) is (name == "nmt")
     assert {data[1] for data in watched.commands} <= {NODE_ID}
     assert watched.writes == indices
     text = result.stdout.str()
-    assert f"add --allow={other}" in text
-    assert f"add --allow={name}\n" not in text
+    assert f"add --sdo-allow={other}" in text
+    assert f"add --sdo-allow={name}\n" not in text
 
 
 def test_all_permissions(pytester: pytest.Pytester) -> None:
     permissions = ("nmt", "sdo-parameters", "store-parameters")
-    result, watched = cases(pytester, *(f"--allow={name}" for name in permissions))
+    result, watched = cases(pytester, *(f"--sdo-allow={name}" for name in permissions))
     assert result.ret == 0
     assert "skipped" not in result.parseoutcomes()
     assert not any(channel.record.is_valid for channel in watched.node.channels[1:])
@@ -113,12 +117,16 @@ def test_another_channel(
     node = build_node(None, NODE_ID)
     for sub_index, value in enumerate(values, 1):
         node.channels[1].record.entries[sub_index].value = bytes.fromhex(value)
-    objects = ("--object=2004=unsigned32", "--object=2010=visible_string", "--object=2011=domain")
+    objects = (
+        "--sdo-object=2004=unsigned32",
+        "--sdo-object=2010=visible_string",
+        "--sdo-object=2011=domain",
+    )
     with hosted(node) as bus:
         result = run(
             pytester,
             *(f"--node-id={NODE_ID}", *bus, *objects, f"--sdo-channel={option}"),
-            *("--allow=sdo-parameters", "-k", "test_expedited or test_frame or test_channel"),
+            *("--sdo-allow=sdo-parameters", "-k", "test_expedited or test_frame or test_channel"),
         )
     assert result.ret == 0, result.stdout.str()
     assert result.parseoutcomes()["passed"] > 50

@@ -18,11 +18,15 @@ from conformance.sdo.node import Node
 pytest_plugins = ["pytester"]
 
 NODE = f"--node-id={NODE_ID}"
-WRITABLE = ("--object=2002=unsigned16", "--object=2004=unsigned32", "--response-timeout=0.5")
+WRITABLE = (
+    "--sdo-object=2002=unsigned16",
+    "--sdo-object=2004=unsigned32",
+    "--sdo-response-timeout=0.5",
+)
 
 
 def started(*command: str) -> str:
-    return f"--process={shlex.join([sys.executable, *command])}"
+    return f"--sdo-process={shlex.join([sys.executable, *command])}"
 
 
 def fragile(pytester: pytest.Pytester, bus: tuple[str, ...], node_id: str = str(NODE_ID)) -> str:
@@ -68,7 +72,7 @@ def test_a_program_that_ends_at_once(pytester: pytest.Pytester) -> None:
 
 def test_a_program_that_is_not_there(pytester: pytest.Pytester) -> None:
     with hosted() as bus:
-        result = run(pytester, NODE, *bus, "--process=./no-such-server vcan0", "-k", "abort.")
+        result = run(pytester, NODE, *bus, "--sdo-process=./no-such-server vcan0", "-k", "abort.")
     assert result.ret == ExitCode.BENCH_ERROR
     result.stdout.fnmatch_lines(["The device's program cannot be started: ./no-such-server vcan0*"])
 
@@ -76,9 +80,9 @@ def test_a_program_that_is_not_there(pytester: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--self-test", "--process=x"), "*not with --self-test*"),
-        (("--node-id=5,9", "--process=x"), "*where the node-ID goes*{node_id}*"),
-        (("--node-id=5", "--process='x"), "*is no command: No closing quotation*"),
+        (("--self-test", "--sdo-process=x"), "*not with --self-test*"),
+        (("--node-id=5,9", "--sdo-process=x"), "*where the node-ID goes*{node_id}*"),
+        (("--node-id=5", "--sdo-process='x"), "*is no command: No closing quotation*"),
     ],
 )
 def test_wrong_use(pytester: pytest.Pytester, options: tuple[str, ...], said: str) -> None:
@@ -144,7 +148,15 @@ def test_what_has_stopped_it_twice_is_not_tried_again(pytester: pytest.Pytester)
 
 def test_several_programs(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=KILLS.format(times=1))
-    chosen = ("-k", "abort.frame", "-n", "2", "-p", "no:cacheprovider", "--report-dir=left behind")
+    chosen = (
+        "-k",
+        "abort.frame",
+        "-n",
+        "2",
+        "-p",
+        "no:cacheprovider",
+        "--sdo-report-dir=left behind",
+    )
     with socketcand() as bus:
         options = ("--node-id=5,9", *bus, fragile(pytester, bus, "{node_id}"))
         result = pytester.runpytest_subprocess(*options, *chosen)
@@ -179,7 +191,7 @@ def hanging(pytester: pytest.Pytester) -> Hangs:
 def test_a_bench_device_is_recovered(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=KILLS.format(times=2))
     with hosted(hanging(pytester)) as bus:
-        options = (NODE, *bus, *WRITABLE, "--recover=touch power")
+        options = (NODE, *bus, *WRITABLE, "--sdo-recover=touch power")
         result = run(pytester, *options, "test_mine.py")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(failed=2, passed=1)
@@ -191,7 +203,7 @@ def test_a_command_that_recovers_nothing(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=KILLS.format(times=1))
     fails = shlex.join([sys.executable, "-c", "print('no relay'); raise SystemExit(1)"])
     with hosted(hanging(pytester)) as bus:
-        result = run(pytester, NODE, *bus, *WRITABLE, f"--recover={fails}", "test_mine.py")
+        result = run(pytester, NODE, *bus, *WRITABLE, f"--sdo-recover={fails}", "test_mine.py")
     assert result.ret == ExitCode.DEVICE_LOST
     result.assert_outcomes(failed=1)
     unrestored = "write 4 bytes: 11 22 33 44 to 2004h:00 of node 5"

@@ -24,7 +24,11 @@ pytest_plugins = ["pytester"]
 
 TEXT, NUMBER = Multiplexer(0x2010), Multiplexer(0x2004)
 LONG = bytes(range(0x20, 0x7F)) * 3
-NAMED = ("--object=2004=unsigned32", "--object=2010=visible_string", "--response-timeout=30")
+NAMED = (
+    "--sdo-object=2004=unsigned32",
+    "--sdo-object=2010=visible_string",
+    "--sdo-response-timeout=30",
+)
 KILLED = """
     import os
     import signal
@@ -48,7 +52,7 @@ def killed(pytester: pytest.Pytester) -> Iterator[tuple[ObjectDictionary, tuple[
     objects.find(TEXT).value = LONG
     with socketcand() as bus, hosted_on(bus, Node(NODE_ID, Server(objects))):
         pytester.makepyfile(test_mine=KILLED)
-        folder = f"--report-dir={reports(pytester)}"
+        folder = f"--sdo-report-dir={reports(pytester)}"
         options = (*QUICK, folder, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
         assert pytester.runpytest_subprocess(*options).ret == -signal.SIGKILL
         assert objects.find(TEXT).value == b"new"
@@ -67,7 +71,7 @@ def test_the_next_run_says_so(pytester: pytest.Pytester) -> None:
         result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
         assert result.ret == 0
         result.stdout.fnmatch_lines(
-            ["conformance: an earlier run has left node 5 changed (2004h:00, 2010h:00; *--restore*"]
+            ["conformance: an earlier run has left node 5 changed (2004h:00, 2010h:*--sdo-restore*"]
         )
         assert objects.find(TEXT).value == b"new"
         assert left(pytester) == [journal]
@@ -76,7 +80,9 @@ def test_the_next_run_says_so(pytester: pytest.Pytester) -> None:
 def test_the_next_run_puts_it_back_first(pytester: pytest.Pytester) -> None:
     with killed(pytester) as (objects, bus):
         number = read_journal(left(pytester)[0])[1][0].values[NUMBER]
-        result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "--restore", "test_mine.py")
+        result = run(
+            pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "--sdo-restore", "test_mine.py"
+        )
         assert result.ret == 0
         result.stdout.fnmatch_lines(["put back: 2004h:00, 2010h:00 of node 5*"])
         assert (objects.find(TEXT).value, objects.find(NUMBER).value) == (LONG, number)
@@ -89,7 +95,7 @@ def test_a_command_puts_it_back(
     """On the bus of the run, which the journal names."""
     with killed(pytester) as (objects, _):
         (journal,) = left(pytester)
-        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == DONE
+        assert main(["restore", str(journal.parent), "--sdo-response-timeout=30"]) == DONE
         assert "put back: 2004h:00, 2010h:00 of node 5" in capsys.readouterr().out
         assert objects.find(TEXT).value == LONG
         assert left(pytester) == []
@@ -103,7 +109,7 @@ def test_another_device_is_not_written_to(
     with killed(pytester) as (objects, _):
         (journal,) = left(pytester)
         objects.find(Multiplexer(0x1018, 4)).value = bytes(4)
-        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == BROKEN_BENCH
+        assert main(["restore", str(journal.parent), "--sdo-response-timeout=30"]) == BROKEN_BENCH
         assert "is not the device" in capsys.readouterr().err
         assert objects.find(TEXT).value == b"new"
         assert left(pytester) == [journal]

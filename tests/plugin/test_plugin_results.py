@@ -15,7 +15,7 @@ from conformance.running import ExitCode
 
 pytest_plugins = ["pytester"]
 
-CHOSEN = ("--simulated", "-k", "abort.frame or upload.identity")
+CHOSEN = ("--sdo-simulated", "-k", "abort.frame or upload.identity")
 
 
 def lines_of(folder: Path, run: RecordedRun, position: int) -> list[str]:
@@ -51,7 +51,7 @@ def test_a_complete_run(pytester: pytest.Pytester, capsys: pytest.CaptureFixture
 
 def test_several_workers(pytester: pytest.Pytester) -> None:
     """The controller writes what they send; their logs have become one."""
-    folder = f"--report-dir={reports(pytester)}"
+    folder = f"--sdo-report-dir={reports(pytester)}"
     options = ("--self-test", "--node-id=5,9", *CHOSEN, "-n", "2")
     assert pytester.runpytest_subprocess(*QUICK, folder, *options).ret == 0
     recorded = read_run(the_report(pytester))
@@ -85,7 +85,7 @@ def test_a_run_that_is_killed(
 ) -> None:
     """Each case that was finished is there, with its frames, and its report says what happened."""
     pytester.makepyfile(test_mine=KILLED)
-    folder = f"--report-dir={reports(pytester)}"
+    folder = f"--sdo-report-dir={reports(pytester)}"
     result = pytester.runpytest_subprocess(*QUICK, folder, "--self-test", "test_mine.py")
     assert result.ret == -signal.SIGKILL
     recorded = read_run(the_report(pytester))
@@ -116,8 +116,8 @@ def test_a_bus_that_cannot_be_opened_is_an_error_in_junit_xml(pytester: pytest.P
 def test_a_full_disk(pytester: pytest.Pytester) -> None:
     """No file may grow beyond 2 KiB: no case fails, and each result that has room is there."""
     cases = [str(CASES / "test_abort.py"), str(CASES / "test_expedited_download.py")]
-    folder = f"--report-dir={reports(pytester)}"
-    run = [sys.executable, "-m", "pytest", *QUICK, folder, "--self-test", "--simulated", *cases]
+    folder = f"--sdo-report-dir={reports(pytester)}"
+    run = [sys.executable, "-m", "pytest", *QUICK, folder, "--self-test", "--sdo-simulated", *cases]
     result = pytester.run("sh", "-c", 'ulimit -f 4; exec "$@"', "sh", *run)
     assert result.ret == ExitCode.BENCH_ERROR
     assert not {"failed", "errors"} & set(result.parseoutcomes())
@@ -132,7 +132,7 @@ GOES_AWAY = """
         sdo.fence()
 
     def test_second(sdo, request):
-        shutil.rmtree(request.config.getoption("report_dir"))
+        shutil.rmtree(request.config.getoption("sdo_report_dir"))
         sdo.fence()
 """
 

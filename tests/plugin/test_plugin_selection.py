@@ -27,7 +27,7 @@ def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) ->
     ids = [line.partition("::")[2] for line in listed if line.startswith("cases/")]
     assert len(ids) > 400
     assert len(set(ids)) == len(ids), "an id is a name for one case"
-    result = self_test(pytester, "--simulated", "-k", UNREPEATED)
+    result = self_test(pytester, "--sdo-simulated", "-k", UNREPEATED)
     assert result.ret == pytest.ExitCode.OK
     outcomes = result.parseoutcomes()
     del outcomes["deselected"]
@@ -36,13 +36,13 @@ def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) ->
     assert set(case_ids(the_report(pytester) / "junit.xml")) == set(ids)
     result.stdout.fnmatch_lines(["*= conformance =*", "* pass, * info, 19 not testable"])
     lacking, in_use = [line for line in result.outlines if line.startswith("not testable (")]
-    assert "declare it with --server-timeout" in lacking
+    assert "declare it with --sdo-server-timeout" in lacking
     assert "1005h:00 is not in use" in in_use
 
 
 def test_a_device_is_tested_from_any_folder(pytester: pytest.Pytester) -> None:
     with reference() as options:
-        result = run(pytester, *options, "--allow=read-only-probes", "-k", "abort.own")
+        result = run(pytester, *options, "--sdo-allow=read-only-probes", "-k", "abort.own")
     assert result.ret == pytest.ExitCode.OK
     result.assert_outcomes(passed=2, deselected=result.parseoutcomes()["deselected"])
     result.stdout.fnmatch_lines(["cases/test_abort.py ..*"])
@@ -182,7 +182,7 @@ def test_nothing_selected(pytester: pytest.Pytester) -> None:
 
 
 def test_x_stops_at_the_first_failure(pytester: pytest.Pytester) -> None:
-    arguments = ("--fault=every-abort-answered", "-v", "-k", "abort.not-answered")
+    arguments = ("--sdo-fault=every-abort-answered", "-v", "-k", "abort.not-answered")
     assert self_test(pytester, *arguments).parseoutcomes()["failed"] > 1
     result = self_test(pytester, *arguments, "-x")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
@@ -192,7 +192,7 @@ def test_x_stops_at_the_first_failure(pytester: pytest.Pytester) -> None:
 
 
 def test_what_x_left_is_in_the_report(pytester: pytest.Pytester) -> None:
-    self_test(pytester, "--fault=abort-big-endian", "-k", "abort.", "-x")
+    self_test(pytester, "--sdo-fault=abort-big-endian", "-k", "abort.", "-x")
     ids = case_ids(the_report(pytester) / "junit.xml")
     assert len(ids) == len(set(ids)) == 16
     report = (the_report(pytester) / "junit.xml").read_text(encoding="utf-8")
@@ -200,8 +200,8 @@ def test_what_x_left_is_in_the_report(pytester: pytest.Pytester) -> None:
 
 
 def test_lf_runs_what_failed_the_last_time(pytester: pytest.Pytester) -> None:
-    folder = f"--report-dir={reports(pytester)}"
-    again = (*NO_HYPOTHESIS, folder, "--self-test", "--fault=identity-count-wrong")
+    folder = f"--sdo-report-dir={reports(pytester)}"
+    again = (*NO_HYPOTHESIS, folder, "--self-test", "--sdo-fault=identity-count-wrong")
     first = pytester.runpytest_inprocess(*again, "-k", "upload.identity or upload.device-type")
     first.assert_outcomes(failed=1, passed=1, deselected=first.parseoutcomes()["deselected"])
     pytester.runpytest_inprocess(*again, "--lf").assert_outcomes(

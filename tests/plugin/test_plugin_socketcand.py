@@ -18,7 +18,7 @@ CHOSEN = (
 
 def test_a_run(pytester: pytest.Pytester) -> None:
     """All but cases with remote frames, which python-can cannot send there."""
-    named = ("--object=2004=unsigned32", "--object=2010=visible_string")
+    named = ("--sdo-object=2004=unsigned32", "--sdo-object=2010=visible_string")
     with socketcand() as bus, hosted_on(bus, build_node(None, NODE_ID)):
         result = run(pytester, f"--node-id={NODE_ID}", *bus, *named, "-k", CHOSEN)
     assert result.ret == pytest.ExitCode.OK
@@ -31,7 +31,7 @@ def test_several_devices_on_one_bus(pytester: pytest.Pytester) -> None:
     chosen = ("-k", "abort. or frame.other or frame.one or upload.identity", "-n", "2")
     with socketcand() as bus, hosted_on(bus, build_node(None, 4), build_node(None, 5)):
         result = pytester.runpytest_subprocess(
-            *("-p", "no:cacheprovider", "--report-dir=left behind", "--node-id=4,5"),
+            *("-p", "no:cacheprovider", "--sdo-report-dir=left behind", "--node-id=4,5"),
             *bus,
             *chosen,
         )

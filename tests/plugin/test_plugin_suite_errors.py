@@ -74,7 +74,7 @@ def test_mine(sdo):
     assert result.ret == pytest.ExitCode.TESTS_FAILED
 
 
-FAULTY = ("--fault=upload-toggle-ignored", "-k", "segmented-upload.toggle-first")
+FAULTY = ("--sdo-fault=upload-toggle-ignored", "-k", "segmented-upload.toggle-first")
 
 
 def test_what_a_pause_of_the_bench_may_have_caused_is_no_failure(
@@ -82,7 +82,7 @@ def test_what_a_pause_of_the_bench_may_have_caused_is_no_failure(
 ) -> None:
     self_test(pytester, *FAULTY).assert_outcomes(failed=1)
     monkeypatch.setattr(Pauses, "excuse", True)
-    result = self_test(pytester, *FAULTY, "--write-deviations=drafted.toml")
+    result = self_test(pytester, *FAULTY, "--sdo-write-deviations=drafted.toml")
     result.assert_outcomes(skipped=1)
     assert result.ret == pytest.ExitCode.OK
     assert "the bench itself was not running at times" in result.stdout.str()

@@ -30,11 +30,11 @@ found by reading: 20 objects, by length in bytes 1: 9, 2: 1, 3: 1, 4: 7, more: 2
 non-strict: frame.extended-ignored: upload initiate response 1018h:01, expedited, 4 bytes: \
 00 00 0C 5D [43 18 10 01 00 00 0C 5D]
 not testable (1 case): needs a writable number of 2 bytes: name one with its type, \
---object=2001=unsigned16 or in device.toml [objects] writable = ["2001=unsigned16"]
+--sdo-object=2001=unsigned16 or in device.toml [objects] writable = ["2001=unsigned16"]
 not testable (1 case): needs a writable number of 3 bytes: name one with its type, \
---object=2001=unsigned24 or in device.toml [objects] writable = ["2001=unsigned24"]
+--sdo-object=2001=unsigned24 or in device.toml [objects] writable = ["2001=unsigned24"]
 not testable (1 case): needs a writable number of 4 bytes: name one with its type, \
---object=2001=unsigned32 or in device.toml [objects] writable = ["2001=unsigned32"]
+--sdo-object=2001=unsigned32 or in device.toml [objects] writable = ["2001=unsigned32"]
 reports: FOLDER"""
 
 SHORT_SUMMARY = """\
@@ -51,13 +51,13 @@ def as_usual(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_failure(pytester: pytest.Pytester) -> None:
     chosen = ("-k", "download.too-long and 2-into-1")
-    text = printed(self_test(pytester, "--fault=download-too-long-accepted", *chosen))
+    text = printed(self_test(pytester, "--sdo-fault=download-too-long-accepted", *chosen))
     assert between(text, FAILURE.splitlines()[0], "====") == FAILURE
     assert between(text, SHORT_SUMMARY.splitlines()[0], "====") == SHORT_SUMMARY
 
 
 def test_the_summary(pytester: pytest.Pytester) -> None:
     chosen = "extended-ignored or specifier.block-upload or test_expedited_download and stored"
-    server = ("--fault=answers-extended", "--object=2001=unsigned8")
+    server = ("--sdo-fault=answers-extended", "--sdo-object=2001=unsigned8")
     result = self_test(pytester, *server, "-k", chosen)
     assert between(printed(result), SUMMARY.splitlines()[0], "====") == SUMMARY

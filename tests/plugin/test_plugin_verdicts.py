@@ -5,7 +5,7 @@ from plugin_runs import self_test
 
 pytest_plugins = ["pytester"]
 
-SOFT = ("--fault=answers-extended", "-k", "frame.extended-ignored")
+SOFT = ("--sdo-fault=answers-extended", "-k", "frame.extended-ignored")
 
 
 def counts(result: pytest.RunResult) -> dict[str, int]:
@@ -45,13 +45,13 @@ def test_strict_leaves_a_device_that_is_right_alone(pytester: pytest.Pytester) -
 
 
 def test_a_fault_that_breaks_a_must_fails_without_strict(pytester: pytest.Pytester) -> None:
-    result = self_test(pytester, "--fault=answers-remote", "-k", "frame.remote")
+    result = self_test(pytester, "--sdo-fault=answers-remote", "-k", "frame.remote")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert "failed" in counts(result)
 
 
 def test_what_is_not_implemented_is_skipped_with_the_refusal(pytester: pytest.Pytester) -> None:
-    without = "--fault=no-block-transfer"
+    without = "--sdo-fault=no-block-transfer"
     result = self_test(pytester, without, "-k", "specifier.block-upload", "-rs")
     assert result.ret == pytest.ExitCode.OK
     assert counts(result) == {"skipped": 5}
@@ -65,7 +65,7 @@ def test_what_is_not_implemented_is_skipped_with_the_refusal(pytester: pytest.Py
 
 def test_what_cannot_be_tested_is_skipped_and_says_what_to_add(pytester: pytest.Pytester) -> None:
     lacking = "test_expedited_download and (stored or download.text or write-only)"
-    result = self_test(pytester, "--object=2001=unsigned8", "-k", lacking, "-rs")
+    result = self_test(pytester, "--sdo-object=2001=unsigned8", "-k", lacking, "-rs")
     assert result.ret == pytest.ExitCode.OK
     assert counts(result)["skipped"] == 8
     result.stdout.fnmatch_lines(
@@ -73,7 +73,7 @@ def test_what_cannot_be_tested_is_skipped_and_says_what_to_add(pytester: pytest.
             "1 pass, 8 not testable",
             "not testable (4 cases): needs a writable string or domain: *=visible_string or *",
             "not testable (1 case): needs a writable number of 2 bytes: *=2001=unsigned16 or *",
-            "not testable (1 case): needs a write-only object: *--object=2020=unsigned32,wo or *",
+            "not testable (1 case): needs a write-only object: *object=2020=unsigned32,wo or *",
             "SKIPPED [[]1[]] *: not testable: needs a writable number of 2 bytes: *",
         ]
     )
@@ -105,7 +105,7 @@ def test_how_the_device_was_left_is_said(
 ) -> None:
     name, _, label = case.rstrip("]").partition("[")
     chosen = f"{name} and {label} and not over" if label else f"{name} and not last"
-    server = (f"--fault={fault}", "--response-timeout=0.1")
+    server = (f"--sdo-fault={fault}", "--sdo-response-timeout=0.1")
     result = self_test(pytester, *server, "-k", chosen)
     result.stdout.fnmatch_lines([f"  afterwards: {afterwards}"])
 
@@ -129,7 +129,7 @@ def test_a_late_answer_fails_a_run_whose_cases_passed(
     pytester: pytest.Pytester, chosen: str
 ) -> None:
     """Also when the case that judges it is not selected, and when no case follows."""
-    result = self_test(pytester, "--fault=answers-late", "-k", chosen)
+    result = self_test(pytester, "--sdo-fault=answers-late", "-k", chosen)
     assert "failed" not in result.parseoutcomes()
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines([LATE])
@@ -137,7 +137,7 @@ def test_a_late_answer_fails_a_run_whose_cases_passed(
 
 def test_a_late_answer_fails_the_case_about_it(pytester: pytest.Pytester) -> None:
     chosen = "timed-out or run.no-late-response or abort.frame"
-    result = self_test(pytester, "--fault=answers-late", "-k", chosen)
+    result = self_test(pytester, "--sdo-fault=answers-late", "-k", chosen)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert counts(result) == {"failed": 1, "passed": 2}
     result.stdout.fnmatch_lines(["*first in abort.not-answered[[]timed-out]:*"])
@@ -145,7 +145,7 @@ def test_a_late_answer_fails_the_case_about_it(pytester: pytest.Pytester) -> Non
 
 
 def test_what_was_met_before_the_cases_fails_the_case_about_it(pytester: pytest.Pytester) -> None:
-    server = ("--fault=every-abort-answered", "--simulated")
+    server = ("--sdo-fault=every-abort-answered", "--sdo-simulated")
     result = self_test(pytester, *server, "-k", "abort.frame or run.beside-the-cases")
     assert counts(result) == {"failed": 1, "passed": 1}
     result.stdout.fnmatch_lines(["  cause: abort.not-answered: *"])
@@ -155,7 +155,7 @@ def test_what_was_met_before_the_cases_fails_the_case_about_it(pytester: pytest.
 def test_what_was_met_before_the_cases_fails_a_run_without_that_case(
     pytester: pytest.Pytester,
 ) -> None:
-    server = ("--fault=every-abort-answered", "--simulated")
+    server = ("--sdo-fault=every-abort-answered", "--sdo-simulated")
     result = self_test(pytester, *server, "-k", "abort.frame")
     assert counts(result) == {"passed": 1}
     assert result.ret == pytest.ExitCode.TESTS_FAILED
@@ -166,7 +166,7 @@ def test_what_was_met_before_the_cases_fails_a_run_without_that_case(
 
 def test_reserved_bytes_fail_one_case_at_the_end(pytester: pytest.Pytester) -> None:
     """And none of those in which they were seen."""
-    fault = "--fault=download-confirmation-echoes-data"
+    fault = "--sdo-fault=download-confirmation-echoes-data"
     result = self_test(pytester, fault, "-k", "download.text or download.stored or run.")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert counts(result)["failed"] == 1

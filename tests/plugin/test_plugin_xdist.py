@@ -12,13 +12,13 @@ from conformance.workers import shares_of
 pytest_plugins = ["pytester"]
 
 CHOSEN = ("-k", "abort or specifier.block-upload or upload.identity or test_whole_run")
-WRONG = "--fault=identity-count-wrong"
+WRONG = "--sdo-fault=identity-count-wrong"
 THREE = ("--self-test", "--node-id=5,9,12", WRONG, *CHOSEN)
 
 
 def run_workers(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     """Run the suite with workers, which are processes."""
-    folder = f"--report-dir={reports(pytester)}"
+    folder = f"--sdo-report-dir={reports(pytester)}"
     return pytester.runpytest_subprocess(*QUICK, folder, *arguments, *other_files(arguments))
 
 
@@ -103,7 +103,14 @@ def test_a_device_keeps_the_order_of_its_cases(pytester: pytest.Pytester) -> Non
 
 def test_devices_are_tested_side_by_side(pytester: pytest.Pytester) -> None:
     """While one takes its time for an answer, the others are asked."""
-    slow = ("--node-id=5,9,12", "-n", "3", "--answer-delay=0.02", "-k", "frame.one or frame.mirror")
+    slow = (
+        "--node-id=5,9,12",
+        "-n",
+        "3",
+        "--sdo-answer-delay=0.02",
+        "-k",
+        "frame.one or frame.mirror",
+    )
     assert run_workers(pytester, "--self-test", *slow).ret == pytest.ExitCode.OK
     times = defaultdict(list)
     for line in log_lines(pytester):
@@ -191,15 +198,15 @@ def test_a_worker_for_each_device(pytester: pytest.Pytester) -> None:
 
 
 HALTS = (
-    *("--self-test", "--fault=unknown-specifier-halts", "--response-timeout=0.1"),
+    *("--self-test", "--sdo-fault=unknown-specifier-halts", "--sdo-response-timeout=0.1"),
     *("-k", "specifier.unknown and FFh"),
 )
 FEW = ("-k", "abort.frame")
 BROKEN = {
-    "late-answer": (("--self-test", "--fault=answers-late", "-k", "abort.not"), 1),
-    "unknown-fault": (("--self-test", "--fault=answer-late"), pytest.ExitCode.USAGE_ERROR),
+    "late-answer": (("--self-test", "--sdo-fault=answers-late", "-k", "abort.not"), 1),
+    "unknown-fault": (("--self-test", "--sdo-fault=answer-late"), pytest.ExitCode.USAGE_ERROR),
     "silent-node": (
-        ("--node-id=5", "--can-interface=virtual", "--response-timeout=0.1", *FEW),
+        ("--node-id=5", "--can-interface=virtual", "--sdo-response-timeout=0.1", *FEW),
         ExitCode.SILENT_NODE,
     ),
     "no-interface": (

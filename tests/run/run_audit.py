@@ -60,10 +60,10 @@ def run(
     with NodeHost(open_bus(BusSettings("virtual", channel)), node):
         result = pytester.runpytest_inprocess(
             *("-p", "no:cacheprovider", "-p", "no:hypothesispytest", "-q"),
-            f"--report-dir={pytester.path / 'reports'}",
+            f"--sdo-report-dir={pytester.path / 'reports'}",
             f"--node-id={NODE_ID}",
             *("--can-interface=virtual", f"--can-channel={channel}"),
-            *(f"--object={name}" for name in named),
+            *(f"--sdo-object={name}" for name in named),
             *arguments,
             no_reraise_ctrlc=True,
         )

@@ -105,9 +105,9 @@ def test_one_boot_up_more_than_asked_for_is(node: Node) -> None:
 def test_permission_is_asked_for_before_anything_is_sent(node: Node) -> None:
     with discovered(node) as bench:
         sdo = bench.dialogue()
-        with pytest.raises(NotTestable, match="--allow=nmt"):
+        with pytest.raises(NotTestable, match="--sdo-allow=nmt"):
             sdo.nmt(NmtCommand.STOP)
-        with pytest.raises(NotTestable, match="--allow=sdo-parameters"), sdo.further():
+        with pytest.raises(NotTestable, match="--sdo-allow=sdo-parameters"), sdo.further():
             raise AssertionError("unreachable")
         assert node.state is NmtState.PRE_OPERATIONAL
         assert sdo.written == set()

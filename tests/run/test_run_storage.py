@@ -149,7 +149,9 @@ def test_never_without_both_permissions(permission: str) -> None:
     with configured("parameters-stored", permission) as (bench, watched):
         before = Kept.of(watched.node)
         for _ in range(2):
-            with pytest.raises(NotTestable, match=f"--allow={permission}; or load the defaults by"):
+            with pytest.raises(
+                NotTestable, match=f"--sdo-allow={permission}; or load the defaults by"
+            ):
                 bench.dialogue().loaded_defaults()
         assert watched.commands == []
         assert Kept.of(watched.node) == before
@@ -160,7 +162,7 @@ def test_what_is_stored_is_not_lost_without_permission_to_store() -> None:
     with configured("parameters-stored", STORE_PARAMETERS) as (bench, watched):
         before = Kept.of(watched.node)
         run = bench.session().begin("a.case", "a service", RULE)
-        with pytest.raises(NotTestable, match="--allow=store-parameters") as lacking:
+        with pytest.raises(NotTestable, match="--sdo-allow=store-parameters") as lacking:
             run.sdo.loaded_defaults()
         run.conclude(lacking.value)
         assert watched.commands == ["RESET_NODE"]

@@ -139,7 +139,9 @@ def test_nothing_is_sent_that_would_write_elsewhere(request_: Message | bytes) -
     data = request_ if isinstance(request_, bytes) else request_.encode()
     with undiscovered(server, objects=[NUMBER]) as bench:
         sdo = bench.dialogue()
-        with pytest.raises(WriteNotPermitted, match=r"nobody allowed.* --object=|a permission is"):
+        with pytest.raises(
+            WriteNotPermitted, match=r"nobody allowed.* --sdo-object=|a permission is"
+        ):
             sdo.send(request_)
         for frame in (CanFrame(0x605, data), CanFrame(0x605, data, extended=True)):
             with pytest.raises(WriteNotPermitted):

@@ -21,7 +21,7 @@ from conformance.sdo.server import BlockDownload, Server
 pytest_plugins = ["pytester"]
 
 NAME = Multiplexer(0x1008)
-PROBES = "--allow=read-only-probes"
+PROBES = "--sdo-allow=read-only-probes"
 # What is read-only by the standard, and there without an EDS.
 PROBED = {*IDENTITY, 0x1001}
 TEXT = Multiplexer(0x2010)
@@ -159,7 +159,7 @@ def test_a_device_that_aborts_in_mid_burst(
         pytester,
         server,
         Node(NODE_ID, server),
-        *("--response-timeout=0.2", "--object=2011=domain", PROBES, "-k", chosen),
+        *("--sdo-response-timeout=0.2", "--sdo-object=2011=domain", PROBES, "-k", chosen),
     ).ret
     assert status == pytest.ExitCode.TESTS_FAILED
     taken = [frame for frame in server.requests if frame[:2] in (b"\x22\x7e", b"\x22\x7c")]
@@ -185,7 +185,11 @@ def test_a_device_that_makes_no_sense(pytester: pytest.Pytester, name: str) -> N
     """
     server = server_like(name)
     begin = server.values()
-    chosen = ("--response-timeout=0.1", "-k", "abort. or test_expedited_download or frame.short")
+    chosen = (
+        "--sdo-response-timeout=0.1",
+        "-k",
+        "abort. or test_expedited_download or frame.short",
+    )
     status = run(pytester, server, node_like(name, server), *chosen).ret
     assert status in (pytest.ExitCode.TESTS_FAILED, ExitCode.DEVICE_LOST)
     assert server.values() == begin
@@ -209,7 +213,7 @@ def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) 
     right = Overhearing(server)
     result = run(pytester, server, right, "-k", f"({ONCE} or test_random) and not beyond", named=())
     assert result.ret == pytest.ExitCode.OK
-    lacking = ["*add --allow=read-only-probes*", "*add --allow=other-nodes*"]
+    lacking = ["*add --sdo-allow=read-only-probes*", "*add --sdo-allow=other-nodes*"]
     result.stdout.fnmatch_lines_random(lacking)
     assert server.writes == []
     downloads = (DownloadInitiate, BlockDownloadInitiate)
@@ -221,7 +225,7 @@ def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) 
 def test_other_nodes_are_asked_with_permission(pytester: pytest.Pytester) -> None:
     server = server_like(None)
     right = Overhearing(server)
-    chosen = ("--allow=other-nodes", "-k", "frame.other-node")
+    chosen = ("--sdo-allow=other-nodes", "-k", "frame.other-node")
     assert run(pytester, server, right, *chosen, named=()).ret == pytest.ExitCode.OK
     assert right.others
 

@@ -37,7 +37,7 @@ WRITES = [
 ]
 LOST = (1, 2, 31, 32)
 CASES = "test_expedited_download or test_segmented_download or test_block_download"
-HASTY = "--response-timeout=0.2"
+HASTY = "--sdo-response-timeout=0.2"
 
 
 class Counting(Recording):
@@ -149,7 +149,7 @@ def test_a_device_that_is_lost_and_brought_back(pytester: pytest.Pytester, due: 
     assert isinstance(server, Wedging)
     server.power = pytester.path / "power"
     begin = server.values()
-    recover = f"--recover=touch {server.power}"
+    recover = f"--sdo-recover=touch {server.power}"
     result = run(pytester, server, Wedged(server), "-x", "-k", CASES, HASTY, recover)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert server.values() == begin

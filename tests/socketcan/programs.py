@@ -129,8 +129,8 @@ def start_suite(
         f"--node-id={node_id}",
         "--can-interface=socketcan",
         f"--can-channel={channel}",
-        f"--response-timeout={RESPONSE_TIMEOUT}",
-        f"--report-dir={folder}",
+        f"--sdo-response-timeout={RESPONSE_TIMEOUT}",
+        f"--sdo-report-dir={folder}",
         f"--junitxml={folder / PYTEST_REPORT}",
         *options,
     )
@@ -144,9 +144,9 @@ def suite(folder: Path, *options: str, node_id: int = NODE_ID, channel: str = CH
 
 
 def named(objects: Iterable[KnownObject]) -> tuple[str, ...]:
-    """Write objects as --object takes them."""
+    """Write objects as --sdo-object takes them."""
     return tuple(
-        f"--object={known.mux.index:04X}:{known.mux.sub_index:02X}="
+        f"--sdo-object={known.mux.index:04X}:{known.mux.sub_index:02X}="
         f"{known.data_type.name.lower()},{known.access}"
         for known in objects
         if known.data_type is not None

@@ -39,13 +39,15 @@ DEVICE = Path(__file__).with_name("remembering_device.py")
 SIGNALS = {name: getattr(signal, f"SIG{name}") for name in ("INT", "TERM", "KILL")}
 CASES = [ROOT / "cases" / "test_segmented_download.py"]
 # Many short cases; a busy machine is not what is looked at.
-SELECTED = ("-k", "size or toggle or refused", "--response-timeout=20")
+SELECTED = ("-k", "size or toggle or refused", "--sdo-response-timeout=20")
 OBJECTS = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string", "2020=domain")
 # What a test is called in the verbose output when it has ended.
 TOLD = re.compile(r"^\S*::(\S+) (?:PASSED|FAILED|INFO|NON-STRICT)", re.MULTILINE)
 INTERRUPTED = 2
 HANGS = 120.0
 GONE_WITHIN = 15.0
+# One of so many runs is stopped while it is starting, which takes about so many seconds.
+STARTS, STARTING = 5, 2.0
 
 
 @dataclass(slots=True)
@@ -68,6 +70,26 @@ class Bench:
     has_device: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """So many seconds after the start, or after the run has ``begun`` to write its reports."""
+
+    after: float
+    begun: bool
+
+    def __str__(self) -> str:
+        return f"{self.after:.2f} s after {'its reports were begun' if self.begun else 'its start'}"
+
+
+def await_report(folder: Path, run: subprocess.Popen[bytes]) -> float:
+    """Wait until a run has a report folder, or has ended; return the seconds that took."""
+    begin = time.monotonic()
+    reports = folder / "reports"
+    while not (reports.is_dir() and any(reports.iterdir())) and run.poll() is None:
+        time.sleep(0.01)
+    return time.monotonic() - begin
+
+
 @contextmanager
 def bench_of(name: str, folder: Path, workers: int) -> Iterator[Bench]:
     """Open one of the buses."""
@@ -80,19 +102,19 @@ def bench_of(name: str, folder: Path, workers: int) -> Iterator[Bench]:
 
 
 def _on(bus: Bus) -> tuple[str, ...]:
-    named = (f"--object={name}" for name in OBJECTS)
+    named = (f"--sdo-object={name}" for name in OBJECTS)
     return ("--node-id=5", "--can-interface=socketcan", f"--can-channel={bus.channel}", *named)
 
 
-def stopped(bench: Bench, folder: Path, number: int | None, after: float) -> Outcome:
-    """Run, send a signal so many seconds later, and look at what is left."""
+def stopped(bench: Bench, folder: Path, number: int | None, moment: Moment) -> Outcome:
+    """Run, send a signal at a moment, and look at what is left."""
     memory = folder / "memory.json"
     device = f"{sys.executable} {DEVICE} {memory} socketcan {CHANNEL}"
-    process = (f"--process={device}",) if bench.has_device else ()
+    process = (f"--sdo-process={device}",) if bench.has_device else ()
     command = [
         *(sys.executable, "-u", "-m", "pytest", "-v", "-p", "no:cacheprovider"),
         *("-p", "no:hypothesispytest", f"--rootdir={folder}", "-c", os.devnull, *SELECTED),
-        *(f"--report-dir={folder / 'reports'}", *bench.options, *process, *map(str, CASES)),
+        *(f"--sdo-report-dir={folder / 'reports'}", *bench.options, *process, *map(str, CASES)),
     ]
     python = {"PYTHONPATH": str(ROOT), "PYTHONUNBUFFERED": "1"}
     outcome = Outcome()
@@ -106,8 +128,10 @@ def stopped(bench: Bench, folder: Path, number: int | None, after: float) -> Out
             start_new_session=True,
         )
         try:
+            if moment.begun:
+                await_report(folder, run)
             if number is not None:
-                time.sleep(after)
+                time.sleep(moment.after)
                 run.send_signal(number)
             begin = time.monotonic()
             outcome.status = run.wait(HANGS)
@@ -230,21 +254,21 @@ def main_program() -> int:
             with bench_of(bus, base / "built", options.workers) as bench:
                 whole = base / f"{bus}-whole"
                 whole.mkdir()
-                begin = time.monotonic()
-                first = stopped(bench, whole, None, 0.0)
-                span = time.monotonic() - begin
-                print(f"{bus}: a whole run takes {span:.1f} s: {first.wrong or 'all well'}")
+                first = stopped(bench, whole, None, Moment(0.0, begun=True))
+                print(f"{bus}: the cases take {first.seconds:.1f} s: {first.wrong or 'all well'}")
                 for kind in options.signals:
                     outcomes = []
                     for turn in range(options.times):
                         folder = base / f"{bus}-{kind}-{turn}"
                         folder.mkdir()
-                        moment = chosen.uniform(0, span)
+                        at_start = turn % STARTS == 0
+                        after = chosen.uniform(0, STARTING if at_start else first.seconds)
+                        moment = Moment(after, begun=not at_start)
                         found = stopped(bench, folder, SIGNALS[kind], moment)
                         outcomes.append(found)
                         for wrong in found.wrong:
                             failures += 1
-                            print(f"  {bus} SIG{kind} {turn} after {moment:.2f} s: {wrong}")
+                            print(f"  {bus} SIG{kind} {turn}, {moment}: {wrong}")
                     _tell(bus, kind, outcomes)
     return 1 if failures else 0
 

@@ -1,6 +1,6 @@
 """Servers that give up a silent client wrongly.
 
-Without a time-out (``--server-timeout``) they do as the reference server does.
+Without a time-out (``--sdo-server-timeout``) they do as the reference server does.
 """
 
 from functools import partial

@@ -69,7 +69,7 @@ class Search:
         case; NotTestable without a string or domain, or without examples; BenchError.
         """
         if not self._plan.examples:
-            raise NotTestable("no random conversations were asked for: leave out --examples=0")
+            raise NotTestable("no random conversations were asked for: leave out --sdo-examples=0")
         sdo, result = self._run.sdo, self._run.result
         ground = survey(sdo)
         trials = Trials(self._session, sdo, ground)

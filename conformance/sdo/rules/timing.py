@@ -22,7 +22,7 @@ TIMING_RULES = (
         MAY,
         "Within which time a server answers is for its maker to say.",
         open="the time",
-        untestable="There is no value to hold a server to; --response-timeout sets the wait.",
+        untestable="There is no value to hold a server to; --sdo-response-timeout sets the wait.",
     ),
     SERVER_TIME_OUT,
     Rule(
