@@ -1,7 +1,11 @@
 """Nodes that do something at a time of their own choice."""
 
+from collections import deque
+
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.nmt import NMT_ID
 from conformance.sdo.node import Node
+from conformance.sdo.segmented_server import SegmentedServer
 
 
 class OwnClock(Node):
@@ -26,3 +30,41 @@ class OwnClock(Node):
     def when_due(self) -> list[bytes]:
         """Give up."""
         return self.server.expire()
+
+
+class AnswersLater(Node):
+    """Takes ``delay`` seconds for each answer."""
+
+    delay = 0.0
+
+    def __init__(
+        self, node_id: int, *servers: SegmentedServer, server_timeout: float | None = None
+    ) -> None:
+        super().__init__(node_id, *servers, server_timeout=server_timeout)
+        self.held: deque[tuple[float, CanFrame]] = deque()
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Hold back what answers a request."""
+        frames = super().receive(frame)
+        if frame.can_id == NMT_ID:
+            return frames
+        self.hold(frames)
+        return []
+
+    def hold(self, frames: list[CanFrame]) -> None:
+        """Keep the answers to a request until they are due."""
+        self.held.extend((self.now + self.delay, answer) for answer in frames)
+
+    @property
+    def wake_at(self) -> float | None:
+        """Also look at the answers."""
+        times = (super().wake_at, self.held[0][0] if self.held else None)
+        due = [time for time in times if time is not None]
+        return min(due, default=None)
+
+    def advance(self, now: float) -> list[CanFrame]:
+        """Answer what is due."""
+        frames = super().advance(now)
+        while self.held and self.held[0][0] <= now:
+            frames.append(self.held.popleft()[1])
+        return frames

@@ -327,7 +327,14 @@ class AbortCommits(_OnAbort):
         return []
 
 
-@fault("block-download-abort-acknowledged", Defect.ABORT, "block-download.client-abort")
+@fault(
+    "block-download-abort-acknowledged",
+    Defect.ABORT,
+    "block-download.client-abort",
+    "matrix.block-download-first",
+    "matrix.block-download-inside",
+    "matrix.block-download-between",
+)
 class AbortAcknowledged(_OnAbort):
     """Acknowledges what has come of a block download that the client aborts."""
 

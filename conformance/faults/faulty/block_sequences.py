@@ -86,7 +86,12 @@ class AbortedCrcGoesOn(Server):
             raise Refusal(AbortCode.CRC_ERROR)
 
 
-@fault("block-download-aborted-number-goes-on", Defect.LEAK, "block-sequence.abandoned-download")
+@fault(
+    "block-download-aborted-number-goes-on",
+    Defect.LEAK,
+    "block-sequence.abandoned-download",
+    "block-download.restart",
+)
 class AbortedNumberGoesOn(Server):
     """Expects the segments of a block download to count on behind those of an aborted one."""
 

@@ -62,7 +62,13 @@ class UnusedIsCount(_Unused):
         return SEGMENT_LENGTH - right
 
 
-@fault("block-upload-n-always-zero", Defect.UNUSED_COUNT, "block-upload.size[1]")
+@fault(
+    "block-upload-n-always-zero",
+    Defect.UNUSED_COUNT,
+    "block-upload.size[1]",
+    "block-upload.constant",
+    "random.block-transfers",
+)
 class UnusedZero(_Unused):
     """Leaves n at 0: the size was announced."""
 

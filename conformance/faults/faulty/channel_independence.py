@@ -4,6 +4,7 @@ from functools import partial
 
 from conformance.faults import registry
 from conformance.faults.initiates import initiated
+from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import About, Defect
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -30,7 +31,7 @@ class _Linked(Node):
         """Do it."""
 
 
-@fault("channels-share-transfer", Defect.STATE, "independence.")
+@fault("channels-share-transfer", Defect.STATE, "independence.", "independence.client-vanished")
 class ShareTransfer(_Linked):
     """Keeps one transfer for all channels."""
 
@@ -50,7 +51,7 @@ class ShareBeyondSecond(Node):
         return responses
 
 
-@fault("channels-share-toggle", Defect.STATE, "independence.")
+@fault("channels-share-toggle", Defect.STATE, "independence.", "independence.toggle")
 class ShareToggle(_Linked):
     """Keeps one toggle bit for all segmented transfers."""
 
@@ -172,3 +173,15 @@ class SameObjectWrongCode(_Busy):
 
     def refuse(self, mux: Multiplexer) -> list[bytes]:
         return [Abort(mux, AbortCode.OBJECT_MISSING).encode()]
+
+
+@fault("channel-answer-forgotten", Defect.BACK_TO_BACK, "independence.next-request")
+class AnswerForgotten(AnswersLater):
+    """Has room for one answer: a request on another channel right behind takes its place."""
+
+    delay = 0.001
+
+    def hold(self, frames: list[CanFrame]) -> None:
+        if frames and self.held and self.held[0][1].can_id != frames[0].can_id:
+            self.held.clear()
+        super().hold(frames)

@@ -305,7 +305,12 @@ class AnswersOnDefault(Node):
         return self.respond(data)
 
 
-@fault("channel-answers-on-both", Defect.FRAME_SHAPE, "channel.own-identifier")
+@fault(
+    "channel-answers-on-both",
+    Defect.FRAME_SHAPE,
+    "channel.own-identifier",
+    "channel.configured-by-itself",
+)
 class AnswersOnBoth(Node):
     """Answers requests on a further channel with the identifier of the default one as well."""
 

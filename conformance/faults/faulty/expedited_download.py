@@ -127,7 +127,7 @@ class OneByteStored(Server):
             entry.value = data[:1] + b"\x22"
 
 
-@fault("download-not-stored", Defect.ACCESS_OR_SIZE, "download.stored")
+@fault("download-not-stored", Defect.ACCESS_OR_SIZE, "download.stored", "random.sequences")
 class NotStored(Server):
     """Confirms a download and does nothing."""
 
@@ -224,21 +224,36 @@ class ReadOnlyCodeWrong(_LookupForWrite):
     codes = {AbortCode.WRITE_OF_READ_ONLY: AbortCode.READ_OF_WRITE_ONLY}
 
 
-@fault("download-missing-object-code-wrong", Defect.ACCESS_OR_SIZE, "download.object-missing")
+@fault(
+    "download-missing-object-code-wrong",
+    Defect.ACCESS_OR_SIZE,
+    "download.object-missing",
+    "segmented-download.object-missing",
+)
 class MissingForWriteCodeWrong(_LookupForWrite):
     """Says read-only where a download meets no object."""
 
     codes = {AbortCode.OBJECT_MISSING: AbortCode.WRITE_OF_READ_ONLY}
 
 
-@fault("download-missing-sub-index-code-wrong", Defect.ACCESS_OR_SIZE, "download.sub-index-missing")
+@fault(
+    "download-missing-sub-index-code-wrong",
+    Defect.ACCESS_OR_SIZE,
+    "download.sub-index-missing",
+    "segmented-download.sub-index-missing",
+)
 class MissingSubForWriteCodeWrong(_LookupForWrite):
     """Says that the object is missing where a download meets no sub-index."""
 
     codes = {AbortCode.SUB_INDEX_MISSING: AbortCode.OBJECT_MISSING}
 
 
-@fault("write-only-refused", Defect.ACCESS_OR_SIZE, "download.write-only")
+@fault(
+    "write-only-refused",
+    Defect.ACCESS_OR_SIZE,
+    "download.write-only",
+    "segmented-download.write-only",
+)
 class WriteOnlyRefused(Server):
     """Refuses downloads to what cannot be read."""
 
@@ -281,7 +296,12 @@ class VariableServed(_AnySubIndex):
         return [self.start_upload(request.mux, self.value_to_read(entry))]
 
 
-@fault("download-reserved-bit-silent", Defect.ROBUSTNESS, "download.request-reserved-bit")
+@fault(
+    "download-reserved-bit-silent",
+    Defect.ROBUSTNESS,
+    "download.request-reserved-bit",
+    "segmented-download.request-reserved-bit",
+)
 class DownloadReservedBitSilent(Server):
     """Does not answer a download request with bit 4 set."""
 

@@ -1,5 +1,7 @@
 """Servers that are wrong in expedited uploads: counts, access, missing objects, standard ones."""
 
+from dataclasses import replace
+
 from conformance.faults.registry import Defect, fault
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -21,7 +23,7 @@ DROPPED = 3
 ANSWERED = 12
 
 
-@fault("response-short-dlc", Defect.FRAME_SHAPE, "upload.")
+@fault("response-short-dlc", Defect.FRAME_SHAPE, "upload.", "upload.known-objects")
 class ShortResponses(Node):
     """Leaves away the bytes behind the last one that is not 0."""
 
@@ -55,6 +57,25 @@ class AlwaysFourBytes(Server):
         return super().start_upload(mux, data.ljust(4, b"\0") if 1 <= len(data) < 4 else data)
 
 
+@fault(
+    "upload-reserved-bit",
+    Defect.FRAME_SHAPE,
+    "upload.reserved",
+    "segmented-upload.reserved",
+    "run.reserved",
+)
+class ReservedBit(Server):
+    """Sets the reserved bit of each answer to an upload initiate."""
+
+    def on_upload_initiate(self, request: UploadInitiate) -> list[Response]:
+        return [
+            replace(response, reserved_bits=1)
+            if isinstance(response, UploadInitiateResponse)
+            else response
+            for response in super().on_upload_initiate(request)
+        ]
+
+
 @fault("upload-multiplexer-missing", Defect.FRAME_SHAPE, "upload.")
 class NoMultiplexer(Server):
     """Answers the uploads of records without the sub-index."""
@@ -63,7 +84,7 @@ class NoMultiplexer(Server):
         return super().start_upload(Multiplexer(mux.index), data)
 
 
-@fault("upload-leaks-in-unused-bytes", Defect.LEAK, "upload.filler", soft=True)
+@fault("upload-leaks-in-unused-bytes", Defect.LEAK, "upload.filler", "run.filler", soft=True)
 class LeaksInUnusedBytes(Server):
     """Leaves bytes of the answer before in the unused bytes of an expedited one."""
 

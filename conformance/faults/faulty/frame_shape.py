@@ -27,7 +27,7 @@ class AbortOnRequestId(Node):
         return CanFrame(self.request_id if aborts else self.response_id, data)
 
 
-@fault("answers-twice", Defect.FRAME_SHAPE, "frame.one-answer")
+@fault("answers-twice", Defect.FRAME_SHAPE, "frame.one-answer", "upload.multiplexer")
 class AnswersTwice(Node):
     """Sends every answer twice."""
 
@@ -94,7 +94,9 @@ class PaddedRequests(Node):
         return super().receive(frame)
 
 
-@fault("short-download-cut", Defect.FRAME_SHAPE, "frame.short-download-whole")
+@fault(
+    "short-download-cut", Defect.FRAME_SHAPE, "frame.short-download-whole", "frame.short-download"
+)
 class ShortDownloadCut(Node):
     """Serves a download of fewer than 8 bytes, but loses its last byte."""
 

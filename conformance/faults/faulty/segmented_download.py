@@ -49,7 +49,12 @@ class SegmentsStoredInNeighbour(Server):
             self.objects.find(Multiplexer(0x2004)).value = bytes(transfer.data[-4:])
 
 
-@fault("read-only-written-segmented", Defect.ACCESS_OR_SIZE, "segmented-download.read-only")
+@fault(
+    "read-only-written-segmented",
+    Defect.ACCESS_OR_SIZE,
+    "segmented-download.read-only",
+    "segmented-download.read-only-text",
+)
 class ReadOnlyWrittenSegmented(ReadOnlyWritten):
     """Accepts segmented downloads to read-only objects."""
 
@@ -68,7 +73,12 @@ class ReadOnlyRefusedAndWritten(Server):
             raise
 
 
-@fault("download-20h-refused", Defect.ACCESS_OR_SIZE, "segmented-download.size-not-indicated")
+@fault(
+    "download-20h-refused",
+    Defect.ACCESS_OR_SIZE,
+    "segmented-download.size-not-indicated",
+    "segmented-download.number-size-not-indicated",
+)
 class UnsizedRefused(Server):
     """Refuses segmented downloads that do not indicate their size."""
 
@@ -181,6 +191,7 @@ class NumberTooLongUnsized(Server):
     "number-too-short-accepted-segmented",
     Defect.ACCESS_OR_SIZE,
     "segmented-download.number-too-short",
+    "segmented-download.number-too-short-not-indicated",
 )
 class NumberTooShortSegmented(Server):
     """Pads a number that comes in segments and is too short, an empty one included."""

@@ -237,7 +237,15 @@ class ForeignAnswered(Server):
         return super().on_abort(request)
 
 
-@fault("unknown-specifier-ignored-in-download", Defect.STATE, "segmented-download.foreign[unknown")
+@fault(
+    "unknown-specifier-ignored-in-download",
+    Defect.STATE,
+    "segmented-download.foreign[unknown",
+    "segmented-download.foreign-later",
+    "matrix.segmented-download-first",
+    "matrix.segmented-download-middle",
+    "matrix.segmented-download-last",
+)
 class UnknownIgnoredInDownload(Server):
     """Ignores an unknown command specifier in a segmented download."""
 

@@ -166,7 +166,12 @@ class ToggleNotAnswered(_Segments):
         return UploadSegmentResponse(segment.payload, 0, segment.unused, segment.last)
 
 
-@fault("upload-drops-last-byte", Defect.FIELD_WIDTH, "segmented-upload.size[22]")
+@fault(
+    "upload-drops-last-byte",
+    Defect.FIELD_WIDTH,
+    "segmented-upload.size[22]",
+    "random.segmented-transfers",
+)
 class DropsLastByte(Server):
     """Leaves out the last byte of an upload in segments."""
 
@@ -174,7 +179,13 @@ class DropsLastByte(Server):
         return entry.value[:-1] if len(entry.value) > 4 else entry.value
 
 
-@fault("upload-toggle-ignored", Defect.STATE, "segmented-upload.toggle")
+@fault(
+    "upload-toggle-ignored",
+    Defect.STATE,
+    "segmented-upload.toggle",
+    "segmented-upload.toggle-first",
+    "segmented-upload.toggle-repeated",
+)
 class ToggleIgnored(Server):
     """Takes segment requests whatever their toggle bit."""
 
@@ -183,7 +194,12 @@ class ToggleIgnored(Server):
             super().check_toggle(transfer, toggle)
 
 
-@fault("upload-toggle-not-reset", Defect.LEAK, "segmented-upload.toggle-afterwards[1]")
+@fault(
+    "upload-toggle-not-reset",
+    Defect.LEAK,
+    "segmented-upload.toggle-afterwards[1]",
+    "random.interrupted",
+)
 class ToggleNotReset(Server):
     """Expects the toggle bit of an aborted upload to go on in the next one."""
 
@@ -212,7 +228,13 @@ class EmptyHangs(Server):
         return super().on_upload_segment(request)
 
 
-@fault("segment-request-reserved-silent", Defect.ROBUSTNESS, "segmented-upload.request-reserved")
+@fault(
+    "segment-request-reserved-silent",
+    Defect.ROBUSTNESS,
+    "segmented-upload.request-reserved",
+    "segmented-upload.request-reserved-bits",
+    "segmented-upload.request-reserved-bytes",
+)
 class SegmentReservedSilent(Server):
     """Does not answer a segment request with anything in its reserved bits or bytes."""
 

@@ -161,7 +161,12 @@ class EchoedInUpload(Server):
         return [request] if running else []
 
 
-@fault("abort-ignored-in-upload", Defect.ABORT, "segmented-upload.client-abort")
+@fault(
+    "abort-ignored-in-upload",
+    Defect.ABORT,
+    "segmented-upload.client-abort",
+    "segmented-upload.client-abort-then-segment",
+)
 class IgnoredInUpload(Server):
     """Goes on with an upload that the client has aborted."""
 
@@ -169,7 +174,14 @@ class IgnoredInUpload(Server):
         return [] if isinstance(self.transfer, Upload) else super().on_abort(request)
 
 
-@fault("unknown-specifier-ignored-in-upload", Defect.STATE, "segmented-upload.foreign[unknown")
+@fault(
+    "unknown-specifier-ignored-in-upload",
+    Defect.STATE,
+    "segmented-upload.foreign[unknown",
+    "matrix.segmented-upload-first",
+    "matrix.segmented-upload-middle",
+    "matrix.segmented-upload-last",
+)
 class UnknownIgnoredInUpload(Server):
     """Ignores an unknown command specifier in a segmented upload."""
 

@@ -18,7 +18,18 @@ from conformance.sdo.segmented_server import NO_MULTIPLEXER, SegmentedServer
 from conformance.sdo.server import Server
 
 
-@fault("unknown-specifier-ignored", Defect.ROBUSTNESS, "specifier.unknown")
+@fault(
+    "unknown-specifier-ignored",
+    Defect.ROBUSTNESS,
+    "specifier.unknown",
+    "matrix.idle",
+    "matrix.block-download-end",
+    "matrix.block-upload-initiated",
+    "matrix.block-upload-between",
+    "matrix.block-upload-sent",
+    "matrix.block-upload-end",
+    "random.soup",
+)
 class UnknownIgnored(Server):
     """Does not answer a command specifier that it does not know."""
 

@@ -1,20 +1,15 @@
 """Nodes that are right in time in their own way: slow ones, and those that give up clients."""
 
-from collections import deque
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.own_clock import OwnClock
+from conformance.faults.own_clock import AnswersLater, OwnClock
 from conformance.faults.registry import About
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.nmt import NMT_ID
-from conformance.sdo.node import Node
 from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.server import BlockDownload, Server
 
 unusual = partial(registry.unusual, about=About.TIME, timed=True)
-# In seconds: below the usual time-out of 1 s.
-SLOW = 0.9
 
 
 class _Acknowledging(OwnClock):
@@ -63,30 +58,7 @@ class HalfAsLongAgain(OwnClock):
 
 
 @registry.unusual("answers-after-900-ms", about=About.TIME)
-class AnswersSlowly(Node):
+class AnswersSlowly(AnswersLater):
     """Takes 0.9 s for each answer, which is less than what a client waits by default."""
 
-    def __init__(
-        self, node_id: int, *servers: SegmentedServer, server_timeout: float | None = None
-    ) -> None:
-        super().__init__(node_id, *servers, server_timeout=server_timeout)
-        self.held: deque[tuple[float, CanFrame]] = deque()
-
-    def receive(self, frame: CanFrame) -> list[CanFrame]:
-        frames = super().receive(frame)
-        if frame.can_id == NMT_ID:
-            return frames
-        self.held.extend((self.now + SLOW, answer) for answer in frames)
-        return []
-
-    @property
-    def wake_at(self) -> float | None:
-        times = (super().wake_at, self.held[0][0] if self.held else None)
-        due = [time for time in times if time is not None]
-        return min(due, default=None)
-
-    def advance(self, now: float) -> list[CanFrame]:
-        frames = super().advance(now)
-        while self.held and self.held[0][0] <= now:
-            frames.append(self.held.popleft()[1])
-        return frames
+    delay = 0.9
