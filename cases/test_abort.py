@@ -5,6 +5,8 @@ from contextlib import suppress
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
@@ -76,16 +78,16 @@ def test_own_multiplexer(sdo: Dialogue) -> None:
 
 def _refused(sdo: Dialogue) -> list[Multiplexer]:
     """Return an object that the device refuses and, where it does, a sub-index."""
-    refused = [sdo.missing_object()]
+    refused = [missing_object(sdo)]
     with suppress(Violation):  # that it serves any sub-index is for other cases to say
-        refused.append(sdo.missing_sub_index(DEVICE_TYPE.index))
+        refused.append(missing_sub_index(sdo, DEVICE_TYPE.index))
     return refused
 
 
 @must("abort.own-multiplexer-download", "response.multiplexer", clause=ABORT)
 def test_own_multiplexer_download(sdo: Dialogue) -> None:
     """The abort of a refused download names its object, not the one read before."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.upload(VENDOR_ID)
     sdo.send(DownloadInitiate.with_data(missing, b"\1\0\0\0"))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
@@ -94,7 +96,7 @@ def test_own_multiplexer_download(sdo: Dialogue) -> None:
 @must("abort.many", "server.idle-afterwards", "response.answered", clause=ABORT)
 def test_many(sdo: Dialogue) -> None:
     """Refusal after refusal is answered, each with one abort: nothing runs out."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     for _ in range(40):
         sdo.send(UploadInitiate(missing))
         sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
@@ -103,9 +105,9 @@ def test_many(sdo: Dialogue) -> None:
 @must(
     "abort.many-transfers", "server.idle-afterwards", "segmented-upload.client-abort", clause=ABORT
 )
-def test_many_transfers(sdo: Dialogue) -> None:
+def test_many_transfers(sdo: Dialogue, room: Room) -> None:
     """Transfer after transfer is started and aborted by the client: nothing runs out."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     for _ in range(40):
         sdo.start_segmented_upload(known)
         sdo.upload_segment(toggle=0)

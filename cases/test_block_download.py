@@ -4,9 +4,10 @@ from dataclasses import replace
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
-from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, segments_of, shown
 from conformance.run.begun import TWO_SEGMENTS, lose_segment, send_again, unused_in
 from conformance.run.case import may, must
 from conformance.run.risks import LOST_SEGMENT
@@ -35,11 +36,11 @@ SERVICE = "7.2.4.2.10"
     "block.full-last-segment",
     size=BLOCK_SIZES,
 )
-def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int) -> None:
     """A block download is stored whole; segments that look like other requests are segments."""
-    sdo.need_room(variable, size)
+    room.need(variable, size)
     data = sdo.payload(size)
-    sdo.block_download(variable, data)
+    blocks.download(variable, data)
     sdo.expect_value(variable, data)
 
 
@@ -49,33 +50,39 @@ def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     "block-download.stored",
     size=[BEYOND_16_BITS],
 )
-def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_beyond_16_bits(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+) -> None:
     """More bytes than 16 bits count are stored whole and read whole, where there is room."""
-    sdo.require_block_download()
+    blocks.require_download()
     data = sdo.payload(size)
-    abort = sdo.try_block_download(variable, data)
+    abort = blocks.try_download(variable, data)
     if abort is not None:
-        raise sdo.no_room(variable, size, abort)
-    found = sdo.block_upload(variable).data
+        raise room.refused(variable, size, abort)
+    found = blocks.upload(variable).data
     if not same_value(variable, found, data):
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
 
 @must("block-download.size-not-indicated", size=EDGE_SIZES)
-def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_size_not_indicated(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+) -> None:
     """A block download that does not say its size (C4h) is stored whole."""
-    sdo.need_room(variable, size)
+    room.need(variable, size)
     data = sdo.payload(size)
-    sdo.block_download(variable, data, sized=False)
+    blocks.download(variable, data, sized=False)
     sdo.expect_value(variable, data)
 
 
 @must("block-download.without-crc", "crc.offered-unasked", size=[1, 7, 20, 890])
-def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_without_crc(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+) -> None:
     """A client that has no CRC is served; the CRC field is 0 then."""
-    sdo.need_room(variable, size)
+    room.need(variable, size)
     data = sdo.payload(size)
-    sdo.block_download(variable, data, crc=False)
+    blocks.download(variable, data, crc=False)
     sdo.expect_value(variable, data)
 
 
@@ -86,36 +93,36 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     "data.type-length",
     length=[1, 2, 4, 8],
 )
-def test_number(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number(sdo: Dialogue, blocks: Blocks, device: Device, length: int) -> None:
     """A number may come in a block, however short it is."""
     known = device.number(length)
     before = sdo.upload(known)
     wanted = sdo.write_number(known)
     sdo.download(known, before)
-    sdo.block_download(known, wanted)
+    blocks.download(known, wanted)
     sdo.expect_value(known, wanted)
 
 
 @must("block-download.write-only", "response.not-refused", clause=INITIATE)
-def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
+def test_write_only(blocks: Blocks, write_only: KnownObject) -> None:
     """A write-only object takes a value in a block."""
-    sdo.block_download(write_only, bytes(write_only.length or 4))
+    blocks.download(write_only, bytes(write_only.length or 4))
 
 
 @must("block-download.again", "server.idle-afterwards", "block-download.stored", clause=SERVICE)
-def test_again(sdo: Dialogue, variable: KnownObject) -> None:
+def test_again(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """One block download after another: the object holds the last and nothing else."""
     for wanted in (50, 7, 30, 3):
-        data = sdo.payload(len(sdo.prepare(variable, wanted)))
-        sdo.block_download(variable, data)
+        data = sdo.payload(len(room.prepare(variable, wanted)))
+        blocks.download(variable, data)
         sdo.expect_value(variable, data)
 
 
 @must("block-download.reserved", "response.reserved", clause=INITIATE)
-def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
+def test_reserved(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """Reserved bits and bytes of A4h, A2h and A1h are 0."""
-    size = len(sdo.prepare(variable, 20))
-    sdo.block_download(variable, sdo.payload(size))
+    size = len(room.prepare(variable, 20))
+    blocks.download(variable, sdo.payload(size))
     sdo.expect_clean(RESERVED)
 
 
@@ -151,15 +158,15 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     "block.acknowledgement",
     risk=LOST_SEGMENT,
 )
-def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
+def test_lost_twice(sdo: Dialogue, blocks: Blocks, variable: KnownObject) -> None:
     """What is sent again may get lost again."""
     gap = lose_segment(sdo, variable, 28, 2)
     if gap is None:
         return
     if gap.block_size >= 2:
         again = gap.segments[: gap.block_size]
-        sdo.send_segments(again[1:], first=2, last=len(again) == len(gap.segments))
-        ack = sdo.gap_acknowledged(variable, 0)
+        blocks.send_segments(again[1:], first=2, last=len(again) == len(gap.segments))
+        ack = blocks.gap_acknowledged(variable, 0)
         if ack is None:
             return
         gap = replace(gap, block_size=ack.block_size)
@@ -168,18 +175,18 @@ def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
 
 
 @may("block-download.repeated-segment", risk=LOST_SEGMENT)
-def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
+def test_repeated_segment(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """A segment that comes twice is ignored or taken for a gap; it is not stored twice."""
-    data = sdo.payload(len(sdo.prepare(variable, 21, least=TWO_SEGMENTS)))
+    data = sdo.payload(len(room.prepare(variable, 21, least=TWO_SEGMENTS)))
     chunks = segments_of(data)
-    response = sdo.initiate_block_download(variable, len(data))
+    response = blocks.initiate_download(variable, len(data))
     if response.block_size < len(chunks):
         sdo.info(f"the server takes {response.block_size} segments at once: none can come twice")
         return
     twice = len(chunks) - 1
-    sdo.send_segments(chunks[:twice])
-    sdo.send_segments(chunks[twice - 1 : twice], first=twice)
-    sdo.send_segments(chunks[twice:], first=twice + 1, last=True)
+    blocks.send_segments(chunks[:twice])
+    blocks.send_segments(chunks[twice - 1 : twice], first=twice)
+    blocks.send_segments(chunks[twice:], first=twice + 1, last=True)
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
         sdo.checks.abort(frame, variable.mux)
@@ -193,21 +200,21 @@ def test_repeated_segment(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.info(f"a repeated segment counts as a gap behind segment {ack.sequence}")
         return
     crc = crc16(data) if response.crc_supported else 0
-    sdo.end_block_download(variable, unused=unused_in(data), crc=crc)
+    blocks.end_download(variable, unused=unused_in(data), crc=crc)
     sdo.expect_value(variable, data)
 
 
 @may("block-download.sequence-zero", risk=LOST_SEGMENT)
-def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
+def test_sequence_zero(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """Sequence number 0 is none: the segment is refused or dropped, never stored."""
-    data = sdo.payload(len(sdo.prepare(text, 14)))
+    data = sdo.payload(len(room.prepare(text, 14)))
     chunks = segments_of(data)
-    response = sdo.initiate_block_download(text, len(data))
+    response = blocks.initiate_download(text, len(data))
     sdo.send(BlockSegment(0, b"#######"))
     if response.block_size < len(chunks):
         sdo.expect_silence_or_abort()
         return
-    sdo.send_segments(chunks, last=True)
+    blocks.send_segments(chunks, last=True)
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
         sdo.checks.abort(frame, text.mux)
@@ -215,21 +222,21 @@ def test_sequence_zero(sdo: Dialogue, text: KnownObject) -> None:
         return
     if sdo.checks.block_ack(frame, text.mux, len(chunks)).sequence == len(chunks):
         crc = crc16(data) if response.crc_supported else 0
-        sdo.end_block_download(text, unused=unused_in(data), crc=crc)
+        blocks.end_download(text, unused=unused_in(data), crc=crc)
         sdo.expect_value(text, data)
 
 
 @may("block-download.crc-unused")
-def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
+def test_crc_unused(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """Without a CRC its field is not looked at: nothing is refused for it."""
-    data = sdo.payload(len(sdo.prepare(variable, 14)))
+    data = sdo.payload(len(room.prepare(variable, 14)))
     chunks = segments_of(data)
-    response = sdo.initiate_block_download(variable, len(data), crc=False)
+    response = blocks.initiate_download(variable, len(data), crc=False)
     if response.block_size < len(chunks):
         sdo.info(f"the server takes {response.block_size} segment(s) at once")
         return
-    sdo.send_segments(chunks, last=True)
-    sdo.acknowledged(variable, len(chunks))
+    blocks.send_segments(chunks, last=True)
+    blocks.acknowledged(variable, len(chunks))
     sdo.send(BlockEnd(unused_in(data), 0x1234))
     frame = sdo.receive()
     answer = decode_response(frame)
@@ -241,10 +248,10 @@ def test_crc_unused(sdo: Dialogue, variable: KnownObject) -> None:
 
 
 @may("block-download.empty", "data.empty", "crc.empty")
-def test_empty(sdo: Dialogue, text: KnownObject) -> None:
+def test_empty(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """A block download of no bytes stores an empty value or is refused; it never hangs."""
-    sdo.initiate_block_download(text, len(sdo.prepare(text, 9)))
+    blocks.initiate_download(text, len(room.prepare(text, 9)))
     sdo.end_transfer()
-    abort = sdo.try_block_download(text, b"")
+    abort = blocks.try_download(text, b"")
     if abort is None:
         sdo.info(f"{text} becomes empty")

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 from conformance.device.objects import KnownObject
-from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import segments_of
 from conformance.run.begun import (
     Gap,
     begin_block_download,
@@ -56,9 +58,9 @@ def expect_end_or_abort(sdo: Dialogue, known: KnownObject, due: bytes, *codes: A
 
 
 @may("block-download.largest-size", "download.huge-size", clause=INITIATE)
-def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
+def test_largest_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """A size of FFFFFFFFh is refused, or taken for what is announced; the server stays usable."""
-    sdo.require_block_download()
+    blocks.require_download()
     sdo.send(BlockDownloadInitiate.with_size(variable.mux, 0xFFFF_FFFF))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
@@ -67,15 +69,15 @@ def test_largest_size(sdo: Dialogue, variable: KnownObject) -> None:
         sdo.checks.block_download_initiate(frame, variable.mux)
         sdo.end_transfer()
         sdo.info("a block download of FFFFFFFFh bytes is not refused at its initiate")
-    data = sdo.payload(sdo.fit(variable, 9))
-    sdo.block_download(variable, data)
+    data = sdo.payload(room.fit(variable, 9))
+    blocks.download(variable, data)
     sdo.expect_value(variable, data)
 
 
 @may(
     "block-download.old-numbers", "block-download.old-numbering", clause=SERVICE, risk=LOST_SEGMENT
 )
-def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
+def test_old_numbers(sdo: Dialogue, blocks: Blocks, variable: KnownObject) -> None:
     """What comes again under its old numbers is discarded or refused, or stored as what it is."""
     gap = lose_segment(sdo, variable, 28, 2)
     if gap is None:
@@ -84,7 +86,7 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     if gap.block_size < number:
         sdo.info("the next sub-block has no such numbers")
         return
-    sdo.send_segments(gap.segments, first=gap.position + 1, last=True)
+    blocks.send_segments(gap.segments, first=gap.position + 1, last=True)
     frame = sdo.wait(sdo.channel.response_timeout)
     if frame is None:
         sdo.info("old numbers are ignored")
@@ -97,29 +99,29 @@ def test_old_numbers(sdo: Dialogue, variable: KnownObject) -> None:
     if ack.sequence == 0:
         send_again(sdo, variable, replace(gap, block_size=ack.block_size))
     else:
-        sdo.end_block_download(variable, unused=gap.unused, crc=gap.crc)
+        blocks.end_download(variable, unused=gap.unused, crc=gap.crc)
     sdo.expect_value(variable, gap.data)
 
 
 @may("block-download.beyond-block-size", risk=LOST_SEGMENT)
-def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
+def test_beyond_block_size(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """A number beyond the block size is none: the segment is refused or dropped, never stored."""
-    size = len(sdo.prepare(text, 14))
-    response = sdo.initiate_block_download(text, size)
+    size = len(room.prepare(text, 14))
+    response = blocks.initiate_download(text, size)
     sdo.end_transfer()
     if response.block_size == 127:
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
-    data = sdo.payload(sdo.fit(text, 7 * min(response.block_size, 2)))
+    data = sdo.payload(room.fit(text, 7 * min(response.block_size, 2)))
     chunks = segments_of(data)
-    response = sdo.initiate_block_download(text, len(data))
+    response = blocks.initiate_download(text, len(data))
     if response.block_size == 127:
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
     count = min(response.block_size, len(chunks))
     beyond = response.block_size + 1
     sdo.send(BlockSegment(beyond, sdo.payload(7 * beyond)[-7:]))
-    sdo.send_segments(chunks[:count], last=count == len(chunks))
+    blocks.send_segments(chunks[:count], last=count == len(chunks))
     frame = sdo.receive()
     refused = isinstance(decode_response(frame), Abort)
     if refused:
@@ -138,10 +140,12 @@ def test_beyond_block_size(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @may("block-download.crc-not-offered", "block-download.crc-unused", field=[0x0001, 0xFFFF])
-def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
+def test_crc_not_offered(
+    sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject, field: int
+) -> None:
     """A server that has no CRC does not look at its field: nothing is refused for it."""
-    size = len(sdo.prepare(text, 14))
-    if sdo.block_crc_supported(text):
+    size = len(room.prepare(text, 14))
+    if blocks.offers_crc(text, size):
         sdo.info("the server computes a CRC")
         return
     data = begin_block_download(sdo, text, None, size)
@@ -156,9 +160,9 @@ def test_crc_not_offered(sdo: Dialogue, text: KnownObject, field: int) -> None:
 
 
 @must("block-download.crc-and-size-wrong", "block-download.two-errors")
-def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
+def test_crc_and_size_wrong(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """An end frame with a wrong CRC and a wrong n is refused for either, and nothing is stored."""
-    size = len(sdo.prepare(text, 14))
+    size = len(room.prepare(text, 14))
     with sdo.unchanged(text):
         data = begin_block_download(sdo, text, None, size)
         right = unused_in(data)
@@ -173,21 +177,23 @@ def test_crc_and_size_wrong(sdo: Dialogue, text: KnownObject) -> None:
     clause=SUB_BLOCK,
     risk=LOST_SEGMENT,
 )
-def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
+def test_last_segment_repeated(
+    sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject
+) -> None:
     """A last segment that comes again, as after a lost acknowledgement, is not stored twice.
 
     The server acknowledges it again, ignores it, or ends the transfer.
     """
-    size = len(sdo.prepare(text, 14))
+    size = len(room.prepare(text, 14))
     before = sdo.upload(text)
     data = sdo.payload(size)
-    response = sdo.initiate_block_download(text, size)
+    response = blocks.initiate_download(text, size)
     left, number, block_size = segments_of(data), 0, response.block_size
     chunk = left[-1]
     while left:
         number = min(block_size, len(left))
-        sdo.send_segments(left[:number], last=number == len(left))
-        block_size, left = sdo.acknowledged(text, number).block_size, left[number:]
+        blocks.send_segments(left[:number], last=number == len(left))
+        block_size, left = blocks.acknowledged(text, number).block_size, left[number:]
     sdo.send(BlockSegment.with_data(number, chunk, last=True))
     waiting = sdo.channel.waiting()
     ended = bool(waiting) and isinstance(decode_response(waiting[0].data), Abort)
@@ -213,10 +219,10 @@ def test_last_segment_repeated(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @may("block-download.end-reserved-bit", "request.reserved-bits")
-def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
+def test_end_reserved_bit(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """The reserved bit of the end frame (C3h) is ignored, or the frame is refused."""
-    size = len(sdo.prepare(text, 14))
-    has_crc = sdo.block_crc_supported(text)
+    size = len(room.prepare(text, 14))
+    has_crc = blocks.offers_crc(text, size)
     data = begin_block_download(sdo, text, None, size)
     sdo.send(BlockEnd(unused_in(data), crc16(data) if has_crc else 0, reserved_bits=1))
     expect_end_or_abort(sdo, text, data, AbortCode.COMMAND_NOT_VALID)
@@ -228,10 +234,12 @@ def test_end_reserved_bit(sdo: Dialogue, text: KnownObject) -> None:
     "server.new-initiate-served",
     initiate=INITIATES,
 )
-def test_new_initiate_at_end(sdo: Dialogue, text: KnownObject, initiate: Initiate) -> None:
+def test_new_initiate_at_end(
+    sdo: Dialogue, room: Room, text: KnownObject, initiate: Initiate
+) -> None:
     """An initiate where the end is due is served, or ends the download; nothing of it is stored."""
-    sdo.fit(text, INITIATE_SIZE)
-    size = len(sdo.prepare(text, 14))
+    room.fit(text, INITIATE_SIZE)
+    size = len(room.prepare(text, 14))
     before = sdo.upload(text)
     data = begin_block_download(sdo, text, None, size)
     refused = initiate(sdo, text)

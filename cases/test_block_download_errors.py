@@ -2,7 +2,10 @@
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.room import Room
 from conformance.run.begun import TWO_SEGMENTS, begin_block_download, send_blocks, unused_in
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
@@ -39,11 +42,11 @@ BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": None}
 @must(
     "block-download.crc", "crc.algorithm", "crc.placement", flipped=[0x0001, 0x0100, 0x8000, 0xFFFF]
 )
-def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
+def test_crc(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject, flipped: int) -> None:
     """A wrong CRC is refused as such, and nothing is stored."""
-    size = len(sdo.prepare(text, 14))
+    size = len(room.prepare(text, 14))
     with sdo.unchanged(text):
-        if not sdo.block_crc_supported(text):
+        if not blocks.offers_crc(text, size):
             sdo.info("the server computes no CRC")
             return
         data = begin_block_download(sdo, text, None, size)
@@ -52,9 +55,9 @@ def test_crc(sdo: Dialogue, text: KnownObject, flipped: int) -> None:
 
 
 @must("block-download.unused-too-many", unused=[1, 7])
-def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
+def test_unused_too_many(sdo: Dialogue, room: Room, text: KnownObject, unused: int) -> None:
     """An end frame whose n leaves fewer bytes than announced is refused, and nothing is stored."""
-    size = len(sdo.prepare(text, 14))
+    size = len(room.prepare(text, 14))
     with sdo.unchanged(text):
         data = begin_block_download(sdo, text, None, size)
         right = unused_in(data)
@@ -64,30 +67,30 @@ def test_unused_too_many(sdo: Dialogue, text: KnownObject, unused: int) -> None:
 
 
 @must("block-download.too-few", "download.size-error-moment")
-def test_too_few(sdo: Dialogue, text: KnownObject) -> None:
+def test_too_few(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """Fewer bytes than announced are refused, and nothing is stored."""
-    size = len(sdo.prepare(text, 20, least=2))
+    size = len(room.prepare(text, 20, least=2))
     with sdo.unchanged(text):
         data = sdo.payload(max(size - 7, 1))
-        sdo.expect_block_download_refused(text, data, *TOO_SHORT, size=size)
+        blocks.expect_download_refused(text, data, *TOO_SHORT, size=size)
 
 
 @must("block-download.too-many", "download.size-error-moment")
-def test_too_many(sdo: Dialogue, text: KnownObject) -> None:
+def test_too_many(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """More bytes than announced are refused, at the end at the latest, and nothing is stored."""
-    announced = sdo.fit(text, 10)
-    sdo.prepare(text, 21)
+    announced = room.fit(text, 10)
+    room.prepare(text, 21)
     with sdo.unchanged(text):
         data = sdo.payload(announced + 11)
-        sdo.expect_block_download_refused(text, data, *TOO_LONG, size=announced)
+        blocks.expect_download_refused(text, data, *TOO_LONG, size=announced)
 
 
 @must("block-download.too-many-inside", "block-download.too-many", "download.size-error-moment")
-def test_too_many_inside(sdo: Dialogue, text: KnownObject) -> None:
+def test_too_many_inside(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """Inside a sub-block, too, a refusal names the download and has a code of CiA 301."""
-    sdo.store(text, sdo.payload(21))
+    room.store(text, sdo.payload(21))
     with sdo.unchanged(text):
-        sdo.expect_block_download_refused(text, sdo.payload(84), *TOO_LONG, size=14)
+        blocks.expect_download_refused(text, sdo.payload(84), *TOO_LONG, size=14)
         sdo.expect_refusals()
 
 
@@ -97,11 +100,11 @@ def test_too_many_inside(sdo: Dialogue, text: KnownObject) -> None:
     "abort.length-code",
     length=[1, 2, 4],
 )
-def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_too_long(sdo: Dialogue, blocks: Blocks, device: Device, length: int) -> None:
     """More bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        sdo.expect_block_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
+        blocks.expect_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
 
 
 @must(
@@ -110,11 +113,11 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     "abort.length-code",
     length=[2, 4, 8],
 )
-def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_too_short(sdo: Dialogue, blocks: Blocks, device: Device, length: int) -> None:
     """Fewer bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        sdo.expect_block_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
+        blocks.expect_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
 
 
 @must(
@@ -122,33 +125,33 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     "object.read-only",
     target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)},
 )
-def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
+def test_read_only(sdo: Dialogue, blocks: Blocks, target: tuple[int, int]) -> None:
     """A read-only object refuses a block download, at the end at the latest."""
     mux = Multiplexer(*target)
     value = sdo.upload(mux)
-    sdo.expect_block_download_refused(mux, value, *READ_ONLY, size=len(value))
+    blocks.expect_download_refused(mux, value, *READ_ONLY, size=len(value))
     if sdo.upload(mux) != value:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
 @must("block-download.object-missing", "object.missing-refused")
-def test_object_missing(sdo: Dialogue) -> None:
+def test_object_missing(sdo: Dialogue, blocks: Blocks) -> None:
     """A block download to an object that does not exist is aborted as such."""
-    missing = sdo.missing_object()
-    sdo.expect_block_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
+    missing = missing_object(sdo)
+    blocks.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
 @must("block-download.sub-index-missing", "object.sub-index-missing")
-def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
+def test_sub_index_missing(sdo: Dialogue, blocks: Blocks, number: KnownObject) -> None:
     """A block download to a sub-index that does not exist is aborted as such."""
-    missing = sdo.missing_sub_index(number.mux.index)
-    sdo.expect_block_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
+    missing = missing_sub_index(sdo, number.mux.index)
+    blocks.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
 @must("block-download.foreign-at-end", risk=risk_of_request, request=FOREIGN_AT_END)
-def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
+def test_foreign_at_end(sdo: Dialogue, room: Room, text: KnownObject, request: bytes) -> None:
     """A request of another service where the end is due ends the download with 05040001h."""
-    size = len(sdo.prepare(text, 14))
+    size = len(room.prepare(text, 14))
     with sdo.unchanged(text):
         data = begin_block_download(sdo, text, None, size)
         sdo.send(request)
@@ -164,9 +167,9 @@ def test_foreign_at_end(sdo: Dialogue, text: KnownObject, request: bytes) -> Non
     "server.part-written",
     segments=BEGUN,
 )
-def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int | None) -> None:
+def test_client_abort(sdo: Dialogue, room: Room, text: KnownObject, segments: int | None) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
-    size = len(sdo.prepare(text, 14, least=TWO_SEGMENTS if segments else 1))
+    size = len(room.prepare(text, 14, least=TWO_SEGMENTS if segments else 1))
     with sdo.unchanged(text):
         begin_block_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
@@ -200,9 +203,9 @@ def test_number_kept(sdo: Dialogue, device: Device, ending: bool) -> None:
     "time-out.client",
     "server.value-kept",
 )
-def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
+def test_client_abort_then_end(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """An end frame right behind an abort completes nothing."""
-    size = len(sdo.prepare(text, 14))
+    size = len(room.prepare(text, 14))
     with sdo.unchanged(text):
         data = begin_block_download(sdo, text, None, size)
         sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
@@ -210,14 +213,14 @@ def test_client_abort_then_end(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @must("block-download.restart", "server.nothing-afterwards", "time-out.client")
-def test_restart(sdo: Dialogue, text: KnownObject) -> None:
+def test_restart(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """After an abort the next block download holds nothing of the old one."""
-    size = len(sdo.prepare(text, 14, least=TWO_SEGMENTS))
+    size = len(room.prepare(text, 14, least=TWO_SEGMENTS))
     begin_block_download(sdo, text, 1, size)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
     data = sdo.payload(size)
     sdo.send(BlockDownloadInitiate.with_size(text.mux, size))
     sdo.checks.block_download_initiate(sdo.receive(), text.mux)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    sdo.block_download(text, data)
+    blocks.download(text, data)
     sdo.expect_value(text, data)

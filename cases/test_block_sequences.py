@@ -3,20 +3,22 @@
 from collections.abc import Callable
 
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort
 
 WRITE: dict[str, Callable[[Dialogue, KnownObject, bytes], None]] = {
-    "block": lambda sdo, known, data: sdo.block_download(known, data),
-    "block-unsized": lambda sdo, known, data: sdo.block_download(known, data, sized=False),
-    "segmented": lambda sdo, known, data: sdo.store(known, data, segmented=True),
-    "expedited": lambda sdo, known, data: sdo.store(known, data[:3]),
+    "block": lambda sdo, known, data: Blocks(sdo).download(known, data),
+    "block-unsized": lambda sdo, known, data: Blocks(sdo).download(known, data, sized=False),
+    "segmented": lambda sdo, known, data: Room(sdo).store(known, data, segmented=True),
+    "expedited": lambda sdo, known, data: Room(sdo).store(known, data[:3]),
 }
 READ: dict[str, Callable[[Dialogue, KnownObject], bytes]] = {
-    "block": lambda sdo, known: sdo.block_upload(known).data,
+    "block": lambda sdo, known: Blocks(sdo).upload(known).data,
     "segmented": lambda sdo, known: sdo.upload(known),
 }
 PAIRS = {
@@ -29,11 +31,13 @@ PAIRS = {
 
 
 @must("block-sequence.pairs", "server.idle-afterwards", pair=PAIRS)
-def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str]) -> None:
+def test_pairs(
+    sdo: Dialogue, room: Room, variable: KnownObject, pair: tuple[str, str, str]
+) -> None:
     """Two downloads in a row, of whatever kind, each read back: the object holds the last."""
     first, second, read = pair
     for kind, size in ((first, 40), (second, 17)):
-        data = sdo.payload(len(sdo.prepare(variable, size)))
+        data = sdo.payload(len(room.prepare(variable, size)))
         WRITE[kind](sdo, variable, data)
         due = data[:3] if kind == "expedited" else data
         found = READ[read](sdo, variable)
@@ -42,13 +46,13 @@ def test_pairs(sdo: Dialogue, variable: KnownObject, pair: tuple[str, str, str])
 
 
 @must("block-sequence.abandoned-download", "server.nothing-afterwards")
-def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
+def test_abandoned_download(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
     """Segments of a block download that was aborted do not turn up in the next one."""
-    size = sdo.fit(text, 12)
-    kinds = list(WRITE) if sdo.fit(text, 3) == 3 else ["block", "segmented"]
-    response = sdo.initiate_block_download(text, len(sdo.prepare(text, 30, least=15)))
+    size = room.fit(text, 12)
+    kinds = list(WRITE) if room.fit(text, 3) == 3 else ["block", "segmented"]
+    response = blocks.initiate_download(text, len(room.prepare(text, 30, least=15)))
     if response.block_size > 2:
-        sdo.send_segments([sdo.payload(7), sdo.payload(7)])
+        blocks.send_segments([sdo.payload(7), sdo.payload(7)])
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
     for kind in kinds:
         data = sdo.payload(size)
@@ -57,11 +61,11 @@ def test_abandoned_download(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @must("block-sequence.abandoned-upload", "server.nothing-afterwards", "block-upload.client-abort")
-def test_abandoned_upload(sdo: Dialogue, variable: KnownObject) -> None:
+def test_abandoned_upload(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """A block upload that was aborted starts again from the first byte."""
-    data = sdo.prepare(variable, 40, least=15)
-    sdo.initiate_block_upload(variable, block_size=2)
-    sdo.start_block_upload(variable, 2)
+    data = room.prepare(variable, 40, least=15)
+    blocks.initiate_upload(variable, block_size=2)
+    blocks.start_upload(variable, 2)
     sdo.send(Abort(variable.mux, AbortCode.TIMED_OUT))
     for read in READ.values():
         found = read(sdo, variable)

@@ -3,10 +3,12 @@
 from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must, should
-from conformance.run.stimuli import BLOCK_SIZES
+from conformance.run.stimuli import BEYOND_16_BITS, BLOCK_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import decode_response
@@ -58,27 +60,29 @@ def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInit
     "crc.not-offered",
     size=BLOCK_SIZES,
 )
-def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int) -> None:
     """A block upload delivers the bytes of the object, with the right size and CRC."""
     data = sdo.payload(size)
-    sdo.store(variable, data, segmented=True)
-    expect_data(sdo, variable, data, sdo.block_upload(variable))
+    room.store(variable, data, segmented=True)
+    expect_data(sdo, variable, data, blocks.upload(variable))
 
 
 @must("block-upload.beyond-16-bits", "block-upload.next-sub-block", "upload.size")
-def test_beyond_16_bits(sdo: Dialogue) -> None:
+def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     """More bytes than 16 bits count are read whole, however the object came to them."""
-    sdo.require_block_upload()
-    known, data = sdo.huge_object()
-    expect_data(sdo, known, data, sdo.block_upload(known))
+    blocks.require_upload()
+    known, data = room.object_beyond(BEYOND_16_BITS)
+    expect_data(sdo, known, data, blocks.upload(known))
 
 
 @must("block-upload.without-crc", "crc.not-asked", "crc.offered-unasked", size=[1, 7, 20, 890])
-def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_without_crc(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+) -> None:
     """A client that has no CRC is served, and the CRC field is 0."""
     data = sdo.payload(size)
-    sdo.store(variable, data, segmented=True)
-    expect_data(sdo, variable, data, sdo.block_upload(variable, crc=False))
+    room.store(variable, data, segmented=True)
+    expect_data(sdo, variable, data, blocks.upload(variable, crc=False))
 
 
 @must(
@@ -90,60 +94,66 @@ def test_without_crc(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     "block.ends-with-sub-block",
     block_size=[1, 2, 7, 20, 126, 127],
 )
-def test_block_size(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
+def test_block_size(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, block_size: int
+) -> None:
     """A sub-block has as many segments as the client asked for, and the last one what is left."""
     for size in (7 * block_size - 1, 7 * block_size, 7 * block_size + 1):
         data = sdo.payload(size)
-        sdo.store(variable, data, segmented=True)
-        expect_data(sdo, variable, data, sdo.block_upload(variable, block_size=block_size))
+        room.store(variable, data, segmented=True)
+        expect_data(sdo, variable, data, blocks.upload(variable, block_size=block_size))
 
 
 @must("block-upload.ends-with-sub-block", "block.ends-with-sub-block", block_size=[1, 2, 20, 127])
-def test_ends_with_sub_block(sdo: Dialogue, variable: KnownObject, block_size: int) -> None:
+def test_ends_with_sub_block(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, block_size: int
+) -> None:
     """Data that fills its last sub-block is marked there, and the end follows at once."""
     size = 7 * block_size
-    sdo.store(variable, sdo.payload(size), segmented=True)
-    if sdo.initiate_block_upload(variable, block_size=block_size).size != size:
+    room.store(variable, sdo.payload(size), segmented=True)
+    if blocks.initiate_upload(variable, block_size=block_size).size != size:
         sdo.end_transfer()
         if len(value := sdo.upload(variable)) != size:
             raise NotTestable(f"{variable} reads {len(value)} bytes where {size} were stored")
-        sdo.initiate_block_upload(variable, block_size=block_size)
-    segments = sdo.start_block_upload(variable, block_size)
+        blocks.initiate_upload(variable, block_size=block_size)
+    segments = blocks.start_upload(variable, block_size)
     if not segments[-1].last:
         raise sdo.breach(
             f"segment {block_size} to be marked as the last ({0x80 | block_size:02X}h)",
             describe(segments[-1]),
         )
-    sdo.end_of_block_upload(variable, BlockAck(len(segments), block_size))
+    blocks.end_of_upload(variable, BlockAck(len(segments), block_size))
 
 
 @must("block-upload.block-size-changes", "block-upload.next-sub-block", "block.size")
-def test_block_size_changes(sdo: Dialogue, variable: KnownObject) -> None:
+def test_block_size_changes(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject
+) -> None:
     """The block size of an acknowledgement counts for the next sub-block, larger or smaller."""
-    data = sdo.prepare(variable, 210, least=15)
-    uploaded = sdo.block_upload(
+    data = room.prepare(variable, 210, least=15)
+    uploaded = blocks.upload(
         variable, block_size=1, next_block_size=lambda size: {1: 5, 5: 2}.get(size, 9)
     )
     expect_data(sdo, variable, data, uploaded)
 
 
 @must("block-upload.same-as-segmented", "block-upload.first-sub-block", "block-upload.end")
-def test_same_as_segmented(sdo: Dialogue) -> None:
+def test_same_as_segmented(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     """An object reads the same in blocks as in segments."""
-    known, _ = sdo.long_object()
+    known, _ = room.long_object()
     segmented = sdo.upload(known)
-    found = sdo.block_upload(known).data
+    found = blocks.upload(known).data
     if found != segmented:
         raise sdo.breach(f"{known} reads {shown(segmented)}", f"{known} reads {shown(found)}")
 
 
 @must("block-upload.again", "server.idle-afterwards", clause=SUB_BLOCK)
-def test_again(sdo: Dialogue, variable: KnownObject) -> None:
+def test_again(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """One block upload after another: each delivers its own object's bytes."""
     for size in (50, 7, 30, 3):
-        data = sdo.prepare(variable, size)
-        expect_data(sdo, variable, data, sdo.block_upload(variable))
-        expect_data(sdo, variable, data, sdo.block_upload(variable))
+        data = room.prepare(variable, size)
+        expect_data(sdo, variable, data, blocks.upload(variable))
+        expect_data(sdo, variable, data, blocks.upload(variable))
         sdo.expect_value(variable, data)
 
 
@@ -155,9 +165,11 @@ def test_again(sdo: Dialogue, variable: KnownObject) -> None:
     "block-upload.retransmission-numbering",
     taken={"none": 0, "first": 1, "all-but-last": -1},
 )
-def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
+def test_acknowledged(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, taken: int
+) -> None:
     """What was not acknowledged comes again, numbered from 1; size and CRC count it once."""
-    data = sdo.prepare(variable, LENGTH, least=8)
+    data = room.prepare(variable, LENGTH, least=8)
     first = [True]
 
     def acknowledge(received: int) -> int:
@@ -165,7 +177,7 @@ def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
             return taken % received if taken else 0
         return received
 
-    expect_data(sdo, variable, data, sdo.block_upload(variable, acknowledge=acknowledge))
+    expect_data(sdo, variable, data, blocks.upload(variable, acknowledge=acknowledge))
 
 
 @must(
@@ -174,15 +186,17 @@ def test_acknowledged(sdo: Dialogue, variable: KnownObject, taken: int) -> None:
     "block-upload.nothing-acknowledged",
     "block-upload.retransmission-numbering",
 )
-def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
+def test_acknowledged_repeatedly(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject
+) -> None:
     """Segments that get lost again and again come again and again."""
-    data = sdo.prepare(variable, LENGTH, least=8)
+    data = room.prepare(variable, LENGTH, least=8)
     losses = [0, 1, 0, 0, 2]
 
     def acknowledge(received: int) -> int:
         return min(losses.pop(), received) if losses else received
 
-    expect_data(sdo, variable, data, sdo.block_upload(variable, acknowledge=acknowledge))
+    expect_data(sdo, variable, data, blocks.upload(variable, acknowledge=acknowledge))
 
 
 @must(
@@ -191,9 +205,11 @@ def test_acknowledged_repeatedly(sdo: Dialogue, variable: KnownObject) -> None:
     "block-upload.nothing-acknowledged",
     "block.size",
 )
-def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) -> None:
+def test_block_size_with_retransmission(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject
+) -> None:
     """The block size of an acknowledgement counts for what is sent again as well."""
-    data = sdo.prepare(variable, LENGTH, least=8)
+    data = room.prepare(variable, LENGTH, least=8)
     losses = [0, 1]
     sizes = [3, 2, 5, 1]
 
@@ -203,7 +219,7 @@ def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) ->
     def next_block_size(size: int) -> int:
         return sizes.pop() if sizes else size
 
-    uploaded = sdo.block_upload(
+    uploaded = blocks.upload(
         variable, block_size=4, acknowledge=acknowledge, next_block_size=next_block_size
     )
     expect_data(sdo, variable, data, uploaded)
@@ -216,13 +232,15 @@ def test_block_size_with_retransmission(sdo: Dialogue, variable: KnownObject) ->
     "block-upload.switch",
     threshold=[0, 1, 5, 13, 14, 255],
 )
-def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
+def test_threshold(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, threshold: int
+) -> None:
     """Up to pst bytes may come as an ordinary upload; more, or any with pst = 0, must not."""
-    data = sdo.prepare(variable, 14)
+    data = room.prepare(variable, 14)
     if threshold < len(data):
         expect_in_blocks(sdo, variable, BlockUploadInitiate(variable.mux, 127, threshold))
         return
-    expect_data(sdo, variable, data, sdo.block_upload(variable, threshold=threshold))
+    expect_data(sdo, variable, data, blocks.upload(variable, threshold=threshold))
 
 
 @must(
@@ -232,38 +250,42 @@ def test_threshold(sdo: Dialogue, variable: KnownObject, threshold: int) -> None
     "block-upload.first-sub-block",
     threshold=[1, 5, 20, 255],
 )
-def test_threshold_and_block_size(sdo: Dialogue, variable: KnownObject, threshold: int) -> None:
+def test_threshold_and_block_size(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, threshold: int
+) -> None:
     """pst says nothing of the block size: an object longer than both comes in blocks as asked."""
     data = sdo.payload(300)
-    sdo.store(variable, data, segmented=True)
+    room.store(variable, data, segmented=True)
     expect_in_blocks(sdo, variable, BlockUploadInitiate(variable.mux, 5, threshold))
-    uploaded = sdo.block_upload(variable, block_size=5, threshold=threshold)
+    uploaded = blocks.upload(variable, block_size=5, threshold=threshold)
     expect_data(sdo, variable, data, uploaded)
 
 
 @must("block-upload.reserved", "response.reserved", clause=INITIATE)
-def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
+def test_reserved(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """Reserved bits and bytes of the answers in a block upload are 0."""
-    sdo.prepare(variable, 20)
-    sdo.block_upload(variable)
+    room.prepare(variable, 20)
+    blocks.upload(variable)
     sdo.expect_clean(RESERVED)
 
 
 @should("block-upload.filler", "response.filler", clause=SUB_BLOCK, size=[1, 8, 20])
-def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_filler(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+) -> None:
     """The bytes of the last segment that hold no data are 0."""
-    sdo.store(variable, sdo.payload(size))
-    sdo.block_upload(variable)
+    room.store(variable, sdo.payload(size))
+    blocks.upload(variable)
     sdo.expect_clean(FILLER)
 
 
 @must("block-upload.next-request", "server.next-request", "block-upload.over")
-def test_next_request(sdo: Dialogue) -> None:
+def test_next_request(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     """A request right behind the end of a block upload is served."""
     due = sdo.upload(VENDOR_ID)
-    known, _ = sdo.long_object()
+    known, _ = room.long_object()
     for _ in range(5):
-        sdo.block_upload(known)
+        blocks.upload(known)
         sdo.send(UploadInitiate(VENDOR_ID.mux))
         response = sdo.checks.upload_initiate(sdo.receive(), VENDOR_ID.mux)
         found = sdo.finish_upload(VENDOR_ID, response)
@@ -272,15 +294,15 @@ def test_next_request(sdo: Dialogue) -> None:
 
 
 @may("block-upload.empty", "data.empty", "crc.empty")
-def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
+def test_empty(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
-    before = len(sdo.prepare(variable, PADDED))
-    sdo.initiate_block_upload(variable)
+    before = len(room.prepare(variable, PADDED))
+    blocks.initiate_upload(variable)
     sdo.end_transfer()
     if sdo.try_download(variable, b"", segmented=True) is not None:
         sdo.info(f"{variable} refuses to become empty")
         return
-    uploaded = sdo.try_block_upload(variable)
+    uploaded = blocks.try_upload(variable)
     if isinstance(uploaded, Abort):
         sdo.info(f"{variable} is empty and refused: {describe_response(uploaded.encode())}")
         return
@@ -288,9 +310,9 @@ def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
 
 
 @must("block-upload.constant", "block-upload.first-sub-block", "block-upload.end")
-def test_constant(sdo: Dialogue) -> None:
+def test_constant(sdo: Dialogue, blocks: Blocks) -> None:
     """The vendor-ID reads the same in a block, of one segment, as expedited."""
     due = sdo.upload(VENDOR_ID)
-    found = sdo.block_upload(VENDOR_ID).data
+    found = blocks.upload(VENDOR_ID).data
     if found != due:
         raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))

@@ -6,8 +6,10 @@ from contextlib import contextmanager, suppress
 from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
@@ -36,10 +38,12 @@ CONFIRMATION: Waiting = (2, BlockEndResponse())
 
 
 @may("block-upload.threshold-without-block-size")
-def test_threshold_without_block_size(sdo: Dialogue, variable: KnownObject) -> None:
+def test_threshold_without_block_size(
+    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject
+) -> None:
     """With pst = 255 and blksize 0 a short object comes as an ordinary upload, or is refused."""
-    data = sdo.prepare(variable, 9)
-    sdo.initiate_block_upload(variable)
+    data = room.prepare(variable, 9)
+    blocks.initiate_upload(variable)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(variable.mux, 0, threshold=255))
     frame = sdo.receive()
@@ -68,7 +72,7 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
 
 
 @may("block-upload.early-acknowledgement")
-def test_early_acknowledgement(sdo: Dialogue) -> None:
+def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
     known = begin_block_upload(sdo, 0)
     sdo.send(BlockUploadStart())
@@ -80,17 +84,17 @@ def test_early_acknowledgement(sdo: Dialogue) -> None:
         raise sdo.breach(
             f"two sub-blocks of {BLOCK_SIZE} segments at most", f"{len(segments)} segments"
         )
-    sdo.block_upload(known)
+    blocks.upload(known)
 
 
 @may("block-upload.acknowledged-at-end", "block-upload.acknowledged-again")
-def test_acknowledged_at_end(sdo: Dialogue) -> None:
+def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     """An acknowledgement that comes again brings the end frame again, an abort, or nothing."""
-    known, _ = sdo.long_object()
-    sdo.initiate_block_upload(known)
-    segments = sdo.start_block_upload(known, 127)
+    known, _ = room.long_object()
+    blocks.initiate_upload(known)
+    segments = blocks.start_upload(known, 127)
     while not segments[-1].last:
-        segments = sdo.sub_block(known, BlockAck(len(segments), 127), 127)
+        segments = blocks.sub_block(known, BlockAck(len(segments), 127), 127)
     ack = BlockAck(len(segments), 127)
     sdo.send(ack)
     end = sdo.receive()
@@ -105,13 +109,13 @@ def test_acknowledged_at_end(sdo: Dialogue) -> None:
 
 
 @must("block-upload.crc-refused-by-client", "block-upload.client-abort-at-end")
-def test_crc_refused_by_client(sdo: Dialogue) -> None:
+def test_crc_refused_by_client(sdo: Dialogue, blocks: Blocks) -> None:
     """A client that finds the CRC wrong aborts: the server is silent, and nothing is left."""
     known = begin_block_upload(sdo, 2)
     sdo.send(Abort(known.mux, AbortCode.CRC_ERROR))
     sdo.expect_nothing()
     sdo.expect_dead(BlockEndResponse())
-    sdo.block_upload(known)
+    blocks.upload(known)
 
 
 @contextmanager
@@ -130,11 +134,13 @@ def whatever_comes(sub_blocks: int) -> Iterator[None]:
         raise
 
 
-def expect_served_or_refused(sdo: Dialogue, waiting: Waiting, initiate: Initiate) -> None:
+def expect_served_or_refused(
+    sdo: Dialogue, room: Room, waiting: Waiting, initiate: Initiate
+) -> None:
     """Begin a block upload, and another transfer where its next frame is due."""
     sub_blocks, due = waiting
     with suppress(NotTestable):
-        sdo.fit(sdo.device.text(), INITIATE_SIZE)
+        room.fit(sdo.device.text(), INITIATE_SIZE)
     known = begin_block_upload(sdo, sub_blocks)
     with whatever_comes(sub_blocks):
         refused = initiate(sdo, known)
@@ -150,9 +156,9 @@ def expect_served_or_refused(sdo: Dialogue, waiting: Waiting, initiate: Initiate
     "server.new-initiate-served",
     initiate=INITIATES,
 )
-def test_new_initiate_at_start(sdo: Dialogue, initiate: Initiate) -> None:
+def test_new_initiate_at_start(sdo: Dialogue, room: Room, initiate: Initiate) -> None:
     """An initiate where the start is due is served, or ends the upload."""
-    expect_served_or_refused(sdo, START, initiate)
+    expect_served_or_refused(sdo, room, START, initiate)
 
 
 @must(
@@ -161,15 +167,15 @@ def test_new_initiate_at_start(sdo: Dialogue, initiate: Initiate) -> None:
     "server.new-initiate-served",
     initiate=INITIATES,
 )
-def test_new_initiate_in_the_middle(sdo: Dialogue, initiate: Initiate) -> None:
+def test_new_initiate_in_the_middle(sdo: Dialogue, room: Room, initiate: Initiate) -> None:
     """An initiate where an acknowledgement is due is served, or ends the upload."""
-    expect_served_or_refused(sdo, ACKNOWLEDGEMENT, initiate)
+    expect_served_or_refused(sdo, room, ACKNOWLEDGEMENT, initiate)
 
 
 @must("block-upload.new-initiate-at-end", "server.new-initiate-served", initiate=INITIATES)
-def test_new_initiate_at_end(sdo: Dialogue, initiate: Initiate) -> None:
+def test_new_initiate_at_end(sdo: Dialogue, room: Room, initiate: Initiate) -> None:
     """An initiate where the confirmation of the end is due is served, or ends the upload."""
-    expect_served_or_refused(sdo, CONFIRMATION, initiate)
+    expect_served_or_refused(sdo, room, CONFIRMATION, initiate)
 
 
 @must(

@@ -3,7 +3,10 @@
 from conformance.device.device import IDENTITY_COUNT
 from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.room import Room
 from conformance.run.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
@@ -42,10 +45,10 @@ BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
 
 
 @must("block-upload.invalid-block-size", block_size=[0, 128, 255])
-def test_invalid_block_size(sdo: Dialogue, block_size: int) -> None:
+def test_invalid_block_size(sdo: Dialogue, room: Room, blocks: Blocks, block_size: int) -> None:
     """A block size of 0 or beyond 127 is refused."""
-    known, _ = sdo.long_object()
-    sdo.initiate_block_upload(known)
+    known, _ = room.long_object()
+    blocks.initiate_upload(known)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(known.mux, block_size))
     sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known, tolerated=GENERIC)
@@ -126,13 +129,13 @@ def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> 
 @must("block-upload.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue) -> None:
     """The block upload of an object that does not exist is aborted as such."""
-    refused_block_upload(sdo, sdo.missing_object(), AbortCode.OBJECT_MISSING)
+    refused_block_upload(sdo, missing_object(sdo), AbortCode.OBJECT_MISSING)
 
 
 @must("block-upload.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue) -> None:
     """The block upload of a sub-index that does not exist is aborted as such."""
-    missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
+    missing = missing_sub_index(sdo, IDENTITY_COUNT.index)
     refused_block_upload(sdo, missing, AbortCode.SUB_INDEX_MISSING)
 
 

@@ -5,9 +5,11 @@ from collections.abc import Callable, Generator
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.dialogue.channels import interleave
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.channels import Channels, interleave
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
@@ -55,18 +57,18 @@ def long_read_only(device: Device, but: KnownObject | None = None) -> tuple[Know
     )
 
 
-def value_for(sdo: Dialogue, device: Device, known: KnownObject) -> bytes:
+def value_for(sdo: Dialogue, room: Room, known: KnownObject) -> bytes:
     """Return another value than the present one."""
     if known.varies:
-        return sdo.payload(sdo.fit(known, SIZE))
-    before = device.values[known.mux]
+        return sdo.payload(room.fit(known, SIZE))
+    before = sdo.device.values[known.mux]
     return bytes([before[0] ^ 1]) + before[1:]
 
 
-def put(sdo: Dialogue, known: KnownObject, value: bytes) -> None:
+def put(sdo: Dialogue, room: Room, known: KnownObject, value: bytes) -> None:
     """Write a value; raises NotTestable for a string or domain that has no room for it."""
     if known.varies:
-        sdo.store(known, value)
+        room.store(known, value)
     else:
         sdo.download(known, value)
 
@@ -85,16 +87,17 @@ def transfer(sdo: Dialogue, kind: str, known: KnownObject, data: bytes) -> Trans
 
 def require_blocks(sdo: Dialogue, kinds: tuple[str, ...]) -> None:
     """Raise Unimplemented where the server has no block transfers of these kinds."""
+    blocks = Blocks(sdo)
     if "block-download" in kinds:
-        sdo.require_block_download()
+        blocks.require_download()
     if "block-upload" in kinds:
-        sdo.initiate_block_upload(sdo.device.writable(), block_size=2)
+        blocks.initiate_upload(sdo.device.writable(), block_size=2)
         sdo.end_transfer()
 
 
 def size_of(sdo: Dialogue, known: KnownObject) -> int:
     """Return how many bytes to write to an object."""
-    return sdo.fit(known, SIZE) if known.varies else len(sdo.device.values[known.mux])
+    return Room(sdo).fit(known, SIZE) if known.varies else len(sdo.device.values[known.mux])
 
 
 def start(sdo: Dialogue, kind: str, known: KnownObject) -> None:
@@ -108,25 +111,33 @@ def start(sdo: Dialogue, kind: str, known: KnownObject) -> None:
         if size > 7:
             sdo.download_segment(sdo.payload(7), toggle=0)
     elif kind == "block-upload":
-        sdo.initiate_block_upload(known, block_size=2)
-        sdo.start_block_upload(known, 2)
+        blocks = Blocks(sdo)
+        blocks.initiate_upload(known, block_size=2)
+        blocks.start_upload(known, 2)
     else:
         size = size_of(sdo, known)
-        response = sdo.initiate_block_download(known, size)
+        blocks = Blocks(sdo)
+        response = blocks.initiate_download(known, size)
         if response.block_size > 1 and size > 7:  # else a segment would be acknowledged
-            sdo.send_segments([sdo.payload(7)])
+            blocks.send_segments([sdo.payload(7)])
 
 
 @must("independence.interleaved", "channel.independent", pair=PAIRS)
-def test_interleaved(sdo: Dialogue, device: Device, pair: tuple[str, str]) -> None:
+def test_interleaved(
+    sdo: Dialogue,
+    room: Room,
+    channels: Channels,
+    device: Device,
+    pair: tuple[str, str],
+) -> None:
     """Two transfers of any kinds run at the same time on two channels, step by step."""
     require_blocks(sdo, pair)
     objects = two_objects(device)
-    with sdo.further() as other:
-        data = [value_for(sdo, device, known) for known in objects]
+    with channels.further() as other:
+        data = [value_for(sdo, room, known) for known in objects]
         for kind, known, value in zip(pair, objects, data, strict=True):
             if kind.endswith("upload") or known.varies:
-                put(sdo, known, value if kind.endswith("upload") else value[::-1])
+                put(sdo, room, known, value if kind.endswith("upload") else value[::-1])
         results = interleave(
             (sdo, transfer(sdo, pair[0], objects[0], data[0])),
             (other, transfer(other, pair[1], objects[1], data[1])),
@@ -140,19 +151,18 @@ def test_interleaved(sdo: Dialogue, device: Device, pair: tuple[str, str]) -> No
 
 
 @must("independence.three", "channel.independent")
-def test_three(sdo: Dialogue, device: Device) -> None:
+def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device) -> None:
     """Three channels upload at the same time, each its own object."""
     written = two_objects(device)
     objects = (*written, KnownObject(device.shortest_readable()))
-    with sdo.further() as second, sdo.further(1) as third:
+    with channels.further() as second, channels.further(1) as third:
         for known in written:
-            put(sdo, known, value_for(sdo, device, known))
+            put(sdo, room, known, value_for(sdo, room, known))
         due = [sdo.upload(known) for known in objects]
-        channels = (sdo, second, third)
         results = interleave(
             *(
                 (channel, channel.client.upload(known.mux))
-                for channel, known in zip(channels, objects, strict=True)
+                for channel, known in zip((sdo, second, third), objects, strict=True)
             )
         )
         for result, known, value in zip(results, objects, due, strict=True):
@@ -161,12 +171,19 @@ def test_three(sdo: Dialogue, device: Device) -> None:
 
 
 @must("independence.abort", "channel.independent", kind=KINDS)
-def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> None:
+def test_abort(
+    sdo: Dialogue,
+    room: Room,
+    channels: Channels,
+    device: Device,
+    text: KnownObject,
+    kind: str,
+) -> None:
     """An abort on one channel ends the transfer there and not the one on another channel."""
     require_blocks(sdo, (kind,))
     known, due = long_read_only(device)
-    sdo.prepare(text, SIZE, least=8)
-    with sdo.further() as other:
+    room.prepare(text, SIZE, least=8)
+    with channels.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
             start(one, kind, text)
             response = another.start_segmented_upload(known)
@@ -177,11 +194,13 @@ def test_abort(sdo: Dialogue, device: Device, text: KnownObject, kind: str) -> N
 
 
 @must("independence.refusal", "channel.independent")
-def test_refusal(sdo: Dialogue, device: Device, text: KnownObject) -> None:
+def test_refusal(
+    sdo: Dialogue, room: Room, channels: Channels, device: Device, text: KnownObject
+) -> None:
     """A transfer that the server aborts on one channel does not end the one on another channel."""
     known, _ = long_read_only(device)
-    data = sdo.payload(sdo.fit(text, 14, least=8))
-    with sdo.further() as other:
+    data = sdo.payload(room.fit(text, 14, least=8))
+    with channels.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
             another.initiate_download(text, len(data))
             another.download_segment(data[:7], toggle=0)
@@ -193,11 +212,11 @@ def test_refusal(sdo: Dialogue, device: Device, text: KnownObject) -> None:
 
 
 @must("independence.toggle", "channel.independent")
-def test_toggle(sdo: Dialogue, device: Device) -> None:
+def test_toggle(sdo: Dialogue, room: Room, channels: Channels, device: Device) -> None:
     """Each channel has a toggle bit of its own: one is a segment ahead of the other."""
-    ahead, _ = sdo.long_object()
+    ahead, _ = room.long_object()
     known, data = long_read_only(device, but=ahead)
-    with sdo.further() as other:
+    with channels.further() as other:
         sdo.start_segmented_upload(ahead)
         sdo.upload_segment(toggle=0)
         other.start_segmented_upload(known)
@@ -210,15 +229,17 @@ def test_toggle(sdo: Dialogue, device: Device) -> None:
 
 
 @must("independence.client-vanished", "channel.independent", kind=KINDS)
-def test_client_vanished(sdo: Dialogue, device: Device, kind: str) -> None:
+def test_client_vanished(
+    sdo: Dialogue, room: Room, channels: Channels, device: Device, kind: str
+) -> None:
     """A client that falls silent in mid-transfer blocks its own channel and no other."""
     require_blocks(sdo, (kind,))
     busy, free = two_objects(device)
     if kind == "upload":
-        busy, _ = sdo.long_object()
+        busy, _ = room.long_object()
         free = next(known for known in two_objects(device) if known.mux != busy.mux)
-    values = [value_for(sdo, device, free) for _ in range(2)]
-    with sdo.further() as other:
+    values = [value_for(sdo, room, free) for _ in range(2)]
+    with channels.further() as other:
         for one, another, value in ((other, sdo, values[0]), (sdo, other, values[1])):
             start(one, kind, busy)
             another.download(free, value, segmented=True)
@@ -234,14 +255,16 @@ def test_client_vanished(sdo: Dialogue, device: Device, kind: str) -> None:
     clause=INDEPENDENT,
     kind=["upload", "download"],
 )
-def test_same_object(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+def test_same_object(
+    sdo: Dialogue, room: Room, channels: Channels, text: KnownObject, kind: str
+) -> None:
     """Two clients use one object at once: both are served, or one is refused as busy.
 
     Whatever happens, the data of the one do not turn up in those of the other.
     """
-    before = sdo.prepare(text, SIZE)
+    before = room.prepare(text, SIZE)
     first, second = (sdo.payload(len(before)) for _ in range(2))
-    with sdo.further() as other:
+    with channels.further() as other:
         results = interleave(
             (sdo, transfer(sdo, "download", text, first)),
             (other, transfer(other, kind, text, second)),
@@ -262,9 +285,9 @@ def test_same_object(sdo: Dialogue, text: KnownObject, kind: str) -> None:
 
 
 @must("independence.next-request", "channel.independent")
-def test_next_request(sdo: Dialogue) -> None:
+def test_next_request(sdo: Dialogue, channels: Channels) -> None:
     """Requests on two channels right behind one another are both answered, each on its own."""
-    with sdo.further() as other:
+    with channels.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
             one.send(UploadInitiate(DEVICE_TYPE))
             another.send(UploadInitiate(IDENTITY_COUNT))
@@ -275,10 +298,12 @@ def test_next_request(sdo: Dialogue) -> None:
 
 
 @must("independence.segment-elsewhere", "channel.independent", kind=["upload", "download"])
-def test_segment_elsewhere(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+def test_segment_elsewhere(
+    sdo: Dialogue, room: Room, channels: Channels, text: KnownObject, kind: str
+) -> None:
     """A segment on a channel without a transfer does not go on with the one of another channel."""
-    sdo.prepare(text, SIZE, least=8)
-    with sdo.further() as other:
+    room.prepare(text, SIZE, least=8)
+    with channels.further() as other:
         for one, another in ((sdo, other), (other, sdo)):
             start(one, kind, text)
             download = DownloadSegment.with_data(sdo.payload(7), toggle=1)

@@ -12,8 +12,12 @@ from conformance.dialogue.channels import (
     REQUEST,
     RESPONSE,
     TEST_CHANNELS,
+    Channels,
 )
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED
 from conformance.sdo.abort_codes import AbortCode
@@ -51,16 +55,16 @@ def default_value(sdo: Dialogue, sub_index: int) -> bytes:
         raise Unimplemented(shown) from aborted
 
 
-def write(sdo: Dialogue, index: int, sub_index: int, data: bytes) -> None:
+def write(sdo: Dialogue, parameters: Parameters, index: int, sub_index: int, data: bytes) -> None:
     """Send a write to an entry of a record, whose value is put back after the case."""
     mux = Multiplexer(index, sub_index)
-    sdo.learn(mux)
+    parameters.learn(mux)
     sdo.send(DownloadInitiate.with_data(mux, data))
 
 
 def expect_cob_id(sdo: Dialogue, index: int, sub_index: int, due: CobId) -> None:
     """Expect a COB-ID of a record to read as ``due``."""
-    found = sdo.cob_id(index, sub_index)
+    found = Channels(sdo).cob_id(index, sub_index)
     if found != due:
         mux = Multiplexer(index, sub_index)
         raise sdo.breach(
@@ -91,16 +95,18 @@ def test_default_count(sdo: Dialogue) -> None:
 
 
 @must("channel.default-constant", "channel.default-read-only", sub_index=[COUNT, REQUEST, RESPONSE])
-def test_default_constant(sdo: Dialogue, sub_index: int) -> None:
+def test_default_constant(
+    sdo: Dialogue, parameters: Parameters, channels: Channels, sub_index: int
+) -> None:
     """No entry of 1200h can be written: the default channel can be neither disabled nor moved.
 
     A device that refuses its own value is then offered others.
     """
     before = default_value(sdo, sub_index)
-    sdo.require_parameters()
+    channels.require_parameters()
     others = (bytes([before[0] ^ 1]) + before[1:], before[:-1] + bytes([before[-1] | 0x80]))
     for value in (before, *others):
-        write(sdo, DEFAULT_RECORD, sub_index, value)
+        write(sdo, parameters, DEFAULT_RECORD, sub_index, value)
         sdo.expect_abort(*READ_ONLY, of=Multiplexer(DEFAULT_RECORD, sub_index))
         if default_value(sdo, sub_index) != before:
             raise sdo.breach(f"1200h:{sub_index:02X} reads {before.hex(' ')} as before", "it moved")
@@ -110,9 +116,9 @@ def test_default_constant(sdo: Dialogue, sub_index: int) -> None:
 
 
 @must("channel.missing-refused", "channel.missing")
-def test_missing_refused(sdo: Dialogue) -> None:
+def test_missing_refused(sdo: Dialogue, channels: Channels) -> None:
     """A record that the device has not is refused as a missing object; silence is a failure."""
-    found = sdo.further_channels()
+    found = channels.records()
     for index in dict.fromkeys((DEFAULT_RECORD + 1 + len(found), LAST_RECORD)):
         mux = Multiplexer(index, REQUEST)
         try:
@@ -122,9 +128,9 @@ def test_missing_refused(sdo: Dialogue) -> None:
 
 
 @must("channel.count", "channel.entry-count")
-def test_count(sdo: Dialogue) -> None:
+def test_count(sdo: Dialogue, channels: Channels) -> None:
     """Sub-index 00h of a further record is 02h or, with a client's node-ID, 03h."""
-    (index,) = sdo.require_records()
+    (index,) = channels.require_records()
     found = sdo.upload(Multiplexer(index, COUNT))
     if found[:1] not in (b"\2", b"\3"):
         raise sdo.breach(f"{index:04X}h:00 reads 02 or 03", found.hex(" "))
@@ -133,12 +139,12 @@ def test_count(sdo: Dialogue) -> None:
 
 
 @must("channel.count-constant", "channel.entry-count")
-def test_count_constant(sdo: Dialogue) -> None:
+def test_count_constant(sdo: Dialogue, parameters: Parameters, channels: Channels) -> None:
     """Sub-index 00h of a further record cannot be written."""
-    (index,) = sdo.require_further()
+    (index,) = channels.require()
     mux = Multiplexer(index, COUNT)
     for value in (sdo.upload(mux)[:1], b"\0", b"\x01"):
-        write(sdo, index, COUNT, value)
+        write(sdo, parameters, index, COUNT, value)
         sdo.expect_abort(*READ_ONLY, of=mux)
 
 
@@ -146,10 +152,10 @@ def test_count_constant(sdo: Dialogue) -> None:
 
 
 @must("channel.configured", "channel.valid-keeps-identifier")
-def test_configured(sdo: Dialogue) -> None:
+def test_configured(sdo: Dialogue, channels: Channels) -> None:
     """A channel that was given two COB-IDs and enabled reads back so and serves, beside 1200h."""
-    (index,) = sdo.require_further()
-    with sdo.further() as other:
+    (index,) = channels.require()
+    with channels.further() as other:
         expect_cob_id(sdo, index, REQUEST, FIRST.request)
         expect_cob_id(other, index, RESPONSE, FIRST.response)
         for mux in sdo.device.steady():
@@ -159,9 +165,9 @@ def test_configured(sdo: Dialogue) -> None:
 
 
 @must("channel.own-identifier", "channel.independent", "response.frame", clause=RECORD)
-def test_own_identifier(sdo: Dialogue) -> None:
+def test_own_identifier(sdo: Dialogue, channels: Channels) -> None:
     """What was asked on a channel is answered on its own response identifier and on no other."""
-    with sdo.further() as other:
+    with channels.further() as other:
         other.fence()
         stray = sdo.drain()
         if stray:
@@ -169,67 +175,69 @@ def test_own_identifier(sdo: Dialogue) -> None:
 
 
 @must("channel.configured-by-itself", "channel.independent", clause=RECORD)
-def test_default_configured_on_other(sdo: Dialogue) -> None:
+def test_default_configured_on_other(sdo: Dialogue, channels: Channels) -> None:
     """A second channel can be configured on the first further one: all reach the same objects."""
-    _, index = sdo.require_further(2)
-    with sdo.further() as other:
-        other.configure(index, SECOND)
-        with sdo.on_channel(SECOND) as third:
+    _, index = channels.require(2)
+    with channels.further() as other:
+        Channels(other).configure(index, SECOND)
+        with channels.on(SECOND) as third:
             third.fence()
         expect_cob_id(sdo, index, RESPONSE, SECOND.response)
 
 
 @must("channel.half-valid", "channel.valid-keeps-identifier", half=HALVES)
-def test_half_valid(sdo: Dialogue, half: int) -> None:
+def test_half_valid(channels: Channels, half: int) -> None:
     """A channel exists when bit 31 is 0 in both COB-IDs: with one of them it answers nothing."""
-    (index,) = sdo.require_further()
-    sdo.configure(index, FIRST)
-    sdo.disable(Multiplexer(index, half))
-    sdo.expect_no_server(FIRST)
+    (index,) = channels.require()
+    channels.configure(index, FIRST)
+    channels.disable(Multiplexer(index, half))
+    channels.expect_no_server(FIRST)
 
 
 @must("channel.disabled", "channel.valid-keeps-identifier")
-def test_disabled(sdo: Dialogue) -> None:
+def test_disabled(channels: Channels) -> None:
     """A channel that was disabled answers nothing any more, and serves again when enabled."""
-    (index,) = sdo.require_further()
-    with sdo.further() as other:
+    (index,) = channels.require()
+    with channels.further() as other:
         other.fence()
-        sdo.disable_channel(index)
-        sdo.expect_no_server(FIRST)
-        sdo.configure(index, FIRST)
+        channels.disable_channel(index)
+        channels.expect_no_server(FIRST)
+        channels.configure(index, FIRST)
 
 
 @must("channel.moved", "channel.valid-keeps-identifier")
-def test_moved(sdo: Dialogue) -> None:
+def test_moved(channels: Channels) -> None:
     """A channel that got other COB-IDs serves on these and on the old ones no more."""
-    (index,) = sdo.require_further()
-    with sdo.further() as other:
+    (index,) = channels.require()
+    with channels.further() as other:
         other.fence()
-        sdo.configure(index, SECOND)
-        with sdo.on_channel(SECOND):
-            sdo.expect_no_server(FIRST)
-        sdo.configure(index, FIRST)
+        channels.configure(index, SECOND)
+        with channels.on(SECOND):
+            channels.expect_no_server(FIRST)
+        channels.configure(index, FIRST)
 
 
 @must("channel.moved-while-valid", "channel.valid-keeps-identifier", half=HALVES)
-def test_moved_while_valid(sdo: Dialogue, half: int) -> None:
+def test_moved_while_valid(
+    sdo: Dialogue, parameters: Parameters, channels: Channels, half: int
+) -> None:
     """The CAN-ID of a channel in use cannot be changed: it has to be disabled before."""
-    (index,) = sdo.require_further()
-    with sdo.further() as other:
+    (index,) = channels.require()
+    with channels.further() as other:
         wanted = SECOND.request if half == REQUEST else SECOND.response
         before = FIRST.request if half == REQUEST else FIRST.response
-        write(sdo, index, half, bytes(wanted))
+        write(sdo, parameters, index, half, bytes(wanted))
         sdo.expect_abort(*NOT_NOW, of=Multiplexer(index, half))
         expect_cob_id(sdo, index, half, before)
         other.fence()
 
 
 @may("channel.same-value-while-valid", "channel.same-identifier")
-def test_same_value_while_valid(sdo: Dialogue) -> None:
+def test_same_value_while_valid(sdo: Dialogue, channels: Channels) -> None:
     """A COB-ID in use may be written with its own value; it may also be refused. It stays."""
-    (index,) = sdo.require_further()
-    with sdo.further() as other:
-        abort = sdo.try_cob_id(index, REQUEST, FIRST.request)
+    (index,) = channels.require()
+    with channels.further() as other:
+        abort = channels.try_cob_id(index, REQUEST, FIRST.request)
         if abort is not None and abort.code not in NOT_NOW:
             raise sdo.breach("a confirmation or 06090030h", describe_response(abort.encode()))
         expect_cob_id(sdo, index, REQUEST, FIRST.request)
@@ -237,75 +245,77 @@ def test_same_value_while_valid(sdo: Dialogue) -> None:
 
 
 @must("channel.stray-bits", "channel.identifier-bits", bit=[11, 20, 28])
-def test_stray_bits(sdo: Dialogue, bit: int) -> None:
+def test_stray_bits(sdo: Dialogue, parameters: Parameters, channels: Channels, bit: int) -> None:
     """Bits 28 to 11 of a COB-ID with an 11-bit CAN-ID are 0: others are refused."""
-    (index,) = sdo.require_further()
-    sdo.disable_channel(index)
-    before = sdo.cob_id(index, REQUEST)
-    write(sdo, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit, valid=False)))
+    (index,) = channels.require()
+    channels.disable_channel(index)
+    before = channels.cob_id(index, REQUEST)
+    write(
+        sdo, parameters, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit, valid=False))
+    )
     sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, REQUEST))
     expect_cob_id(sdo, index, REQUEST, before)
-    write(sdo, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit)))
+    write(sdo, parameters, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit)))
     sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, REQUEST))
     expect_cob_id(sdo, index, REQUEST, before)
 
 
 @must("channel.restricted", "channel.restricted-identifier", can_id=EDGES)
-def test_restricted(sdo: Dialogue, can_id: int) -> None:
+def test_restricted(sdo: Dialogue, parameters: Parameters, channels: Channels, can_id: int) -> None:
     """A CAN-ID of another service cannot be put into use, neither at once nor in two steps."""
-    (index,) = sdo.require_further()
-    sdo.disable_channel(index)
+    (index,) = channels.require()
+    channels.disable_channel(index)
     for sub_index in (REQUEST, RESPONSE):
-        write(sdo, index, sub_index, bytes(CobId(can_id)))
+        write(sdo, parameters, index, sub_index, bytes(CobId(can_id)))
         sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, sub_index))
-        write(sdo, index, sub_index, bytes(CobId(can_id, valid=False)))
-        if not sdo.refused_value(index, sub_index):
-            write(sdo, index, sub_index, bytes(CobId(can_id)))
+        write(sdo, parameters, index, sub_index, bytes(CobId(can_id, valid=False)))
+        if not channels.refused_value(index, sub_index):
+            write(sdo, parameters, index, sub_index, bytes(CobId(can_id)))
             sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, sub_index))
-        if sdo.cob_id(index, sub_index).valid:
+        if channels.cob_id(index, sub_index).valid:
             raise sdo.breach(f"{can_id:03X}h not in use", "bit 31 is 0 though it was refused")
 
 
 @may("channel.dynamic", "channel.dynamic-bit")
-def test_dynamic(sdo: Dialogue) -> None:
+def test_dynamic(sdo: Dialogue, parameters: Parameters, channels: Channels) -> None:
     """Bit 30 (assigned dynamically, once reserved) may be taken or refused; the channel serves."""
-    (index,) = sdo.require_further()
-    sdo.disable_channel(index)
+    (index,) = channels.require()
+    channels.disable_channel(index)
     wanted = CobId(FIRST.request.can_id, valid=False, dynamic=True)
-    write(sdo, index, REQUEST, bytes(wanted))
-    if not sdo.refused_value(index, REQUEST):
+    write(sdo, parameters, index, REQUEST, bytes(wanted))
+    if not channels.refused_value(index, REQUEST):
         expect_cob_id(sdo, index, REQUEST, wanted)
-        write(sdo, index, REQUEST, bytes(CobId(FIRST.request.can_id, valid=False)))
-        sdo.refused_value(index, REQUEST)
-    sdo.configure(index, FIRST)
-    with sdo.on_channel(FIRST) as other:
+        write(sdo, parameters, index, REQUEST, bytes(CobId(FIRST.request.can_id, valid=False)))
+        channels.refused_value(index, REQUEST)
+    channels.configure(index, FIRST)
+    with channels.on(FIRST) as other:
         other.fence()
 
 
 @must("channel.extended", "channel.extended-identifier", risk=EXTENDED)
-def test_extended(sdo: Dialogue) -> None:
+def test_extended(sdo: Dialogue, parameters: Parameters, channels: Channels) -> None:
     """A channel with 29-bit CAN-IDs serves on these; a device that cannot refuses bit 29."""
-    (index,) = sdo.require_further()
-    sdo.disable_channel(index)
-    write(sdo, index, REQUEST, bytes(LONG_CHANNEL.request.disabled()))
-    if (refused := sdo.take_confirmation(index, REQUEST)) is not None:
+    (index,) = channels.require()
+    channels.disable_channel(index)
+    write(sdo, parameters, index, REQUEST, bytes(LONG_CHANNEL.request.disabled()))
+    if (refused := channels.take_confirmation(index, REQUEST)) is not None:
         frame = refused.encode()
         sdo.take_abort(frame, (AbortCode.VALUE_INVALID,), Multiplexer(index, REQUEST))
         raise Unimplemented(describe_response(frame))
-    sdo.configure(index, LONG_CHANNEL)
-    with sdo.on_channel(LONG_CHANNEL) as other:
-        known, data = other.long_object()
+    channels.configure(index, LONG_CHANNEL)
+    with channels.on(LONG_CHANNEL) as other:
+        known, data = Room(other).long_object()
         sdo.expect_value(known, data)
         expect_cob_id(other, index, REQUEST, LONG_CHANNEL.request)
 
 
 @must("channel.extended-is-another", "channel.extended-ignored", clause=RECORD, risk=EXTENDED)
-def test_extended_is_another(sdo: Dialogue) -> None:
+def test_extended_is_another(sdo: Dialogue, channels: Channels) -> None:
     """A 29-bit frame with the number of an 11-bit request identifier is no request of it."""
-    with sdo.further() as other:
+    with channels.further() as other:
         request = FIRST.request
         extended = ChannelIds(CobId(request.can_id, True), FIRST.response)
-        with sdo.listen_on(extended) as wrong:
+        with channels.listen_on(extended) as wrong:
             wrong.send(UploadInitiate(VENDOR_ID.mux))
         stray = other.fence()
         if stray:
@@ -313,26 +323,28 @@ def test_extended_is_another(sdo: Dialogue) -> None:
 
 
 @must("channel.client-node-id", value={"0": 0, "128": 128, "255": 255})
-def test_client_node_id(sdo: Dialogue, value: int) -> None:
+def test_client_node_id(
+    sdo: Dialogue, parameters: Parameters, channels: Channels, value: int
+) -> None:
     """Sub-index 03h takes node-IDs from 1 to 127 and nothing else."""
-    index = sdo.require_client_entry()
+    index = channels.require_client_entry()
     mux = Multiplexer(index, CLIENT)
-    sdo.learn(mux)
+    parameters.learn(mux)
     for good in (127, 1):
         sdo.download(mux, bytes((good,)))
-    write(sdo, index, CLIENT, bytes((value,)))
+    write(sdo, parameters, index, CLIENT, bytes((value,)))
     sdo.expect_abort(*OUT_OF_RANGE, of=mux)
     if (found := sdo.upload(mux)[:1]) != b"\1":
         raise sdo.breach(f"{mux} reads 01 as before", found.hex())
 
 
 @must("channel.reset-restores", "channel.after-reset")
-def test_reset_restores(sdo: Dialogue) -> None:
+def test_reset_restores(sdo: Dialogue, network: Network, channels: Channels) -> None:
     """After a reset of the communication the records hold their power-on values."""
-    (index,) = sdo.require_further()
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
-    due = [sdo.cob_id(index, half) for half in (REQUEST, RESPONSE)]
-    sdo.configure(index, FIRST if due[0].can_id != FIRST.request.can_id else SECOND)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    (index,) = channels.require()
+    network.reset(NmtCommand.RESET_COMMUNICATION)
+    due = [channels.cob_id(index, half) for half in (REQUEST, RESPONSE)]
+    channels.configure(index, FIRST if due[0].can_id != FIRST.request.can_id else SECOND)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     for half, value in zip((REQUEST, RESPONSE), due, strict=True):
         expect_cob_id(sdo, index, half, value)

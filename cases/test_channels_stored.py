@@ -14,8 +14,12 @@ from conformance.dialogue.channels import (
     NOT_THERE,
     REQUEST,
     RESPONSE,
+    Channels,
 )
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.storage import require_command, write_signature
 from conformance.run.case import must
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -75,57 +79,59 @@ def test_records(sdo: Dialogue) -> None:
 
 
 @must("channel.records-after-reset", "channel.after-reset", "channel.missing")
-def test_records_after_reset(sdo: Dialogue) -> None:
+def test_records_after_reset(sdo: Dialogue, network: Network) -> None:
     """Each record of 1201h to 127Fh is there after a reset as before it, or missing as before.
 
     Its COB-IDs are those of power-on then: the next reset of the communication leads to the same.
     """
-    sdo.require(NMT)
+    sdo.device.permits.require(NMT)
     before = records(sdo, SERVER_RECORDS)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     power_on = expect_there(sdo, SERVER_RECORDS, before)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     expect_same(sdo, SERVER_RECORDS, power_on)
 
 
 @must("channel.clients-after-store", "storage.save", "channel.client-parameter")
-def test_clients_after_store(sdo: Dialogue) -> None:
+def test_clients_after_store(sdo: Dialogue, network: Network) -> None:
     """What there is of 1280h to 12FFh reads after storing and a reset as before, or is missing.
 
     The first reset makes sure that nothing is stored but what is stored already.
     """
-    sdo.require(NMT)
-    sdo.require(STORE_PARAMETERS)
-    sdo.require_command(SAVE_ALL)
-    sdo.reset(NmtCommand.RESET_NODE)
+    sdo.device.permits.require(NMT)
+    sdo.device.permits.require(STORE_PARAMETERS)
+    require_command(sdo, SAVE_ALL)
+    network.reset(NmtCommand.RESET_NODE)
     before = records(sdo, CLIENT_RECORDS)
-    sdo.command(SAVE_ALL)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    write_signature(sdo, SAVE_ALL)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     expect_same(sdo, CLIENT_RECORDS, before)
 
 
 @must("channel.client-stored", "storage.save", "channel.client-parameter")
-def test_client_stored(sdo: Dialogue, device: Device) -> None:
+def test_client_stored(
+    sdo: Dialogue, network: Network, parameters: Parameters, channels: Channels, device: Device
+) -> None:
     """A node-ID in sub-index 03h of a client's record that was stored is there after a reset."""
-    sdo.require(NMT)
-    sdo.require(STORE_PARAMETERS)
-    sdo.require_parameters()
-    sdo.require_command(SAVE_ALL)
-    sdo.reset(NmtCommand.RESET_NODE)
+    sdo.device.permits.require(NMT)
+    sdo.device.permits.require(STORE_PARAMETERS)
+    channels.require_parameters()
+    require_command(sdo, SAVE_ALL)
+    network.reset(NmtCommand.RESET_NODE)
     there = records(sdo, CLIENT_RECORDS)
     if not there:
-        raise Unimplemented(sdo.refusal(Multiplexer(FIRST_CLIENT, REQUEST)))
+        raise Unimplemented(channels.refusal(Multiplexer(FIRST_CLIENT, REQUEST)))
     mux = Multiplexer(min(there), CLIENT)
     if not device.may_put_back(mux):
         raise NotTestable(f"{mux} may not be written: device.toml says so")
     before = sdo.upload(mux)[:1]
     new = bytes((before[0] % 127 + 1,))
-    refused = sdo.write_parameter(mux, new)
+    refused = parameters.write(mux, new)
     if refused is not None:
         raise NotTestable(f"{mux} does not take {new[0]}: {describe_response(refused.encode())}")
     device.to_store = {mux: before}
-    sdo.command(SAVE_ALL)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    write_signature(sdo, SAVE_ALL)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     found = sdo.upload(mux)[:1]
     if found != new:
         raise sdo.breach(f"{mux} reads {new.hex()}, as it was stored", found.hex())

@@ -2,19 +2,16 @@
 
 from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.dialogue.communication import (
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object
+from conformance.dialogue.parameters import (
     COB_ID_ENTRIES,
     CobIdEntry,
-    free_mapping,
-    map_entries,
+    Parameters,
     number_of,
-    out_of_use,
-    present,
-    require_writes,
-    write_if_configurable,
 )
-from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import shown
+from conformance.dialogue.values import shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
@@ -60,19 +57,21 @@ def test_vendor_id(sdo: Dialogue) -> None:
 
 
 @must("communication.error-register")
-def test_error_register(sdo: Dialogue) -> None:
+def test_error_register(sdo: Dialogue, parameters: Parameters) -> None:
     """Bit 0 of 1001h (generic error) is set whenever another bit is."""
-    value = present(sdo, ERROR_REGISTER)
+    value = parameters.present(ERROR_REGISTER)
     register = value[0] if value else 0
     if register and not register & GENERIC:
         raise sdo.breach("bit 0 set beside the others", f"{ERROR_REGISTER} reads {register:02X}h")
 
 
 @must("communication.storage-capability", command=CAPABILITIES)
-def test_storage_capability(sdo: Dialogue, command: tuple[int, int]) -> None:
+def test_storage_capability(
+    sdo: Dialogue, parameters: Parameters, command: tuple[int, int]
+) -> None:
     """1010h and 1011h say in each sub-index what they can; all other bits are 0."""
     index, capabilities = command
-    highest = present(sdo, Multiplexer(index))
+    highest = parameters.present(Multiplexer(index))
     for sub_index in range(1, (highest[0] if highest else 0) + 1):
         mux = Multiplexer(index, sub_index)
         value = sdo.read_if_there(mux)
@@ -83,25 +82,25 @@ def test_storage_capability(sdo: Dialogue, command: tuple[int, int]) -> None:
 
 
 @must("communication.stored-eds")
-def test_stored_eds(sdo: Dialogue) -> None:
+def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> None:
     """1021h is the EDS of the device, and reads the same in blocks."""
-    text = present(sdo, STORED_EDS)
+    text = parameters.present(STORED_EDS)
     storage_format = sdo.read_if_there(STORED_FORMAT)
     if storage_format is not None and any(storage_format):
         sdo.info(f"the EDS is stored in format {storage_format.hex()}h: it is not looked into")
     elif missing := [name for name in SECTIONS if name not in text.lower()]:
         names = " and ".join(name.decode() for name in missing)
         raise sdo.breach(f"an EDS, with {names}", shown(text))
-    uploaded = sdo.try_block_upload(STORED_EDS)
+    uploaded = blocks.try_upload(STORED_EDS)
     found = getattr(uploaded, "data", None)
     if found is not None and found != text:
         raise sdo.breach(f"{shown(text)} in blocks as in segments", shown(found))
 
 
 @must("communication.reserved-entry")
-def test_reserved_entry(sdo: Dialogue) -> None:
+def test_reserved_entry(sdo: Dialogue, parameters: Parameters) -> None:
     """Sub-index 04h of 1800h is reserved: it does not exist."""
-    present(sdo, Multiplexer(0x1800))
+    parameters.present(Multiplexer(0x1800))
     mux = Multiplexer(0x1800, 4)
     sdo.send(UploadInitiate(mux))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
@@ -111,20 +110,20 @@ def test_reserved_entry(sdo: Dialogue) -> None:
 
 
 @must("communication.error-list-cleared")
-def test_error_list_cleared(sdo: Dialogue) -> None:
+def test_error_list_cleared(sdo: Dialogue, parameters: Parameters) -> None:
     """A 0 written to 1003h:00 clears the list of errors."""
-    require_writes(sdo, ERROR_LIST)
-    present(sdo, COUNT)
+    sdo.device.permits.require_write(ERROR_LIST)
+    parameters.present(COUNT)
     sdo.download(COUNT, b"\0")
     if any(found := sdo.upload(COUNT)):
         raise sdo.breach(f"{COUNT} reads 00", shown(found))
 
 
 @must("communication.error-list-count", value=[1, 255])
-def test_error_list_count(sdo: Dialogue, value: int) -> None:
+def test_error_list_count(sdo: Dialogue, parameters: Parameters, value: int) -> None:
     """1003h:00 refuses every value but 0, with 06090030h, and stays."""
-    require_writes(sdo, ERROR_LIST)
-    before = present(sdo, COUNT)
+    sdo.device.permits.require_write(ERROR_LIST)
+    before = parameters.present(COUNT)
     sdo.send(DownloadInitiate.with_data(COUNT, bytes([value])))
     sdo.expect_abort(AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, of=COUNT)
     if (found := sdo.upload(COUNT)) != before:
@@ -135,27 +134,27 @@ def test_error_list_count(sdo: Dialogue, value: int) -> None:
 
 
 @must("communication.restricted-identifier", entry=COB_ID_ENTRIES)
-def test_restricted_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
+def test_restricted_identifier(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
     """SYNC, TIME, EMCY and PDOs refuse CAN-IDs that are kept for other services."""
-    with out_of_use(sdo, entry) as before:
+    with parameters.out_of_use(entry) as before:
         for can_id in KEPT_FOR_OTHERS:
             refuse_cob_id(sdo, entry, entry.using(before, can_id))
 
 
 @must("communication.identifier-bits", entry=COB_ID_ENTRIES)
-def test_identifier_bits(sdo: Dialogue, entry: CobIdEntry) -> None:
+def test_identifier_bits(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
     """A COB-ID of 11 bits with bits 28 to 11 set is refused."""
-    with out_of_use(sdo, entry) as before:
+    with parameters.out_of_use(entry) as before:
         refuse_cob_id(sdo, entry, entry.using(before, FREE_ID) | STRAY_BIT)
 
 
 @must("communication.valid-keeps-identifier", entry=COB_ID_ENTRIES)
-def test_valid_keeps_identifier(sdo: Dialogue, entry: CobIdEntry) -> None:
+def test_valid_keeps_identifier(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
     """A COB-ID that is in use does not change."""
-    with out_of_use(sdo, entry) as before:
+    with parameters.out_of_use(entry) as before:
         if not entry.is_used(before):
             raise NotTestable(f"{entry.mux} is not in use: let the device use it")
-        write_if_configurable(sdo, entry.mux, before.to_bytes(4, "little"))
+        parameters.write_if_configurable(entry.mux, before.to_bytes(4, "little"))
         wanted = before & ~0x1FFF_FFFF | (FREE_ID if before & 0x7FF != FREE_ID else FREE_ID + 1)
         refuse_cob_id(sdo, entry, wanted, *IN_USE)
 
@@ -172,12 +171,12 @@ def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, *codes: AbortCod
 
 
 @must("communication.transmission-type", pdo=PDOS)
-def test_transmission_type(sdo: Dialogue, pdo: CobIdEntry) -> None:
+def test_transmission_type(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntry) -> None:
     """A reserved transmission type, which no device can support, is refused with 06090030h."""
     mux = Multiplexer(pdo.mux.index, 2)
-    with out_of_use(sdo, pdo):
-        before = present(sdo, mux)
-        write_if_configurable(sdo, mux, before)
+    with parameters.out_of_use(pdo):
+        before = parameters.present(mux)
+        parameters.write_if_configurable(mux, before)
         sdo.send(DownloadInitiate.with_data(mux, bytes([RESERVED_TYPE])))
         sdo.expect_abort(AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, of=mux)
         if (found := sdo.upload(mux)) != before:
@@ -185,26 +184,28 @@ def test_transmission_type(sdo: Dialogue, pdo: CobIdEntry) -> None:
 
 
 @must("communication.mapped-object", pdo=PDOS)
-def test_mapped_object(sdo: Dialogue, pdo: CobIdEntry) -> None:
+def test_mapped_object(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntry) -> None:
     """An object that does not exist is not mapped: the entry is refused, or the number of them."""
-    missing = sdo.missing_object()
-    with free_mapping(sdo, pdo) as (count, _):
-        refuse_mapping(sdo, count, [missing.index << 16 | missing.sub_index << 8 | 8])
+    missing = missing_object(sdo)
+    with parameters.free_mapping(pdo) as (count, _):
+        refuse_mapping(sdo, parameters, count, [missing.index << 16 | missing.sub_index << 8 | 8])
 
 
 @must("communication.mapped-length", pdo=PDOS)
-def test_mapped_length(sdo: Dialogue, pdo: CobIdEntry) -> None:
+def test_mapped_length(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntry) -> None:
     """More than 8 bytes are not mapped: an entry is refused, or the number of them."""
-    with free_mapping(sdo, pdo) as (count, mapped):
+    with parameters.free_mapping(pdo) as (count, mapped):
         if not mapped or not mapped[0] & 0xFF:
             raise NotTestable(f"{count} maps nothing: map an object")
         entry = max(mapped, key=lambda each: each & 0xFF)
-        refuse_mapping(sdo, count, [entry] * (FRAME_BITS // (entry & 0xFF) + 1))
+        refuse_mapping(sdo, parameters, count, [entry] * (FRAME_BITS // (entry & 0xFF) + 1))
 
 
-def refuse_mapping(sdo: Dialogue, count: Multiplexer, entries: list[int]) -> None:
+def refuse_mapping(
+    sdo: Dialogue, parameters: Parameters, count: Multiplexer, entries: list[int]
+) -> None:
     """Write a mapping that cannot be; it may be refused at any of its entries."""
-    abort = map_entries(sdo, count, entries)
+    abort = parameters.map_entries(count, entries)
     if abort is None:
         raise sdo.breach("abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped")
     if abort.code in (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS):

@@ -3,7 +3,9 @@
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
@@ -75,10 +77,10 @@ def test_twice(sdo: Dialogue, number: KnownObject) -> None:
     clause=DOWNLOAD,
     size=[1, 2, 3, 4],
 )
-def test_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_text(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """A string takes 1 to 4 bytes in one frame, and has that length afterwards."""
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     sdo.expect_value(variable, data)
 
 
@@ -116,10 +118,10 @@ def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> Non
 
 
 @must("download.unused-bytes-of-text", "download.unused-bytes-ignored", size=[1, 2, 3])
-def test_unused_bytes_of_text(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_unused_bytes_of_text(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """A string gets the bytes that count and none of those behind them."""
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     payload = data.ljust(4, b"#")
     sdo.send(DownloadInitiate(variable.mux, True, True, 4 - size, payload))
     sdo.expect(DownloadInitiateResponse(variable.mux))
@@ -183,7 +185,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
 @must("download.object-missing", "object.missing-refused", "abort.precise-code")
 def test_object_missing(sdo: Dialogue) -> None:
     """The download to an object that does not exist is aborted as such."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
@@ -191,7 +193,7 @@ def test_object_missing(sdo: Dialogue) -> None:
 @must("download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """The download to a sub-index that a writable object does not have is aborted as such."""
-    missing = sdo.missing_sub_index(number.mux.index)
+    missing = missing_sub_index(sdo, number.mux.index)
     sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
 

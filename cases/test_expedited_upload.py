@@ -6,6 +6,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -96,7 +97,7 @@ def test_filler(sdo: Dialogue, device: Device) -> None:
 @must("upload.object-missing", "object.missing-refused", "abort.precise-code")
 def test_object_missing(sdo: Dialogue) -> None:
     """The upload of an object that does not exist is aborted as such."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
 
@@ -104,7 +105,7 @@ def test_object_missing(sdo: Dialogue) -> None:
 @must("upload.sub-index-missing", "object.sub-index-missing", "abort.precise-code")
 def test_sub_index_missing(sdo: Dialogue) -> None:
     """The upload of a sub-index that a record does not have is aborted as such."""
-    missing = sdo.missing_sub_index(IDENTITY_COUNT.index)
+    missing = missing_sub_index(sdo, IDENTITY_COUNT.index)
     sdo.send(UploadInitiate(missing))
     sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
 
@@ -127,7 +128,7 @@ def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
 @must("upload.refused-once", "response.answered", clause=ABORT)
 def test_refused_once(sdo: Dialogue) -> None:
     """A refused upload is answered by one abort and nothing else."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
     sdo.expect_nothing()
@@ -137,7 +138,7 @@ def test_refused_once(sdo: Dialogue) -> None:
 def test_refused_is_over(sdo: Dialogue) -> None:
     """After a refused upload the next one is served as if nothing had been."""
     before = sdo.upload(VENDOR_ID)
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
     sdo.expect_value(VENDOR_ID, before)

@@ -1,9 +1,13 @@
 """CAN frames as such: identifiers, formats, data length (CiA 301, 7.2.4.3 and 7.3.3)."""
 
+from conformance.bus.strangers import asked_by_others
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must, should
 from conformance.run.risks import EXTENDED, REMOTE, of_length
 from conformance.sdo.abort_codes import AbortCode
@@ -40,7 +44,7 @@ def test_one_identifier(sdo: Dialogue) -> None:
     sdo.send(UploadInitiate(VENDOR_ID.mux))
     answer = sdo.receive()
     sdo.expect_nothing()
-    others = sdo.overheard_of_others()
+    others = asked_by_others(sdo.channel.overheard)
     for frame in sdo.channel.overheard:
         if frame.data == answer and frame.can_id & 0x7F not in others:
             raise sdo.breach(f"nothing but {sdo.channel.ids.response}", f"also {frame}")
@@ -49,7 +53,7 @@ def test_one_identifier(sdo: Dialogue) -> None:
 @must("frame.abort-identifier", "response.frame", clause=CHANNEL)
 def test_abort_identifier(sdo: Dialogue) -> None:
     """A refusal is sent on the identifier of the responses, as any other answer."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
     sdo.expect_clean(FRAME_SHAPE)
@@ -147,10 +151,10 @@ def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> Non
 
 
 @may("frame.short-segment", risk=of_length, dlc=[1, 4])
-def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
+def test_short_segment(sdo: Dialogue, room: Room, text: KnownObject, dlc: int) -> None:
     """A segment that is cut off must not complete a download."""
-    size = sdo.fit(text, 7)
-    sdo.prepare(text, 14)
+    size = room.fit(text, 7)
+    room.prepare(text, 14)
     with sdo.unchanged(text):
         sdo.initiate_download(text, size)
         sdo.send((b"\x01" + sdo.payload(7))[:dlc])
@@ -160,9 +164,9 @@ def test_short_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
 
 
 @may("frame.short-segment-request", risk=of_length, dlc=[1, 4, 7])
-def test_short_segment_request(sdo: Dialogue, dlc: int) -> None:
+def test_short_segment_request(sdo: Dialogue, room: Room, dlc: int) -> None:
     """A request for a segment that is cut short brings the segment that is due, or no data."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     sdo.start_segmented_upload(known)
     sdo.send(UploadSegment(0).encode()[:dlc])
     answer = sdo.reaction()
@@ -177,15 +181,17 @@ def test_short_segment_request(sdo: Dialogue, dlc: int) -> None:
 
 
 @may("frame.short-block-segment", risk=of_length, dlc=[1, 4])
-def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None:
+def test_short_block_segment(
+    sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject, dlc: int
+) -> None:
     """A segment of a block download that is cut off must not complete it.
 
     The end request follows at once, without a CRC to refuse it for.
     """
-    size = sdo.fit(text, 7)
-    sdo.prepare(text, 14)
+    size = room.fit(text, 7)
+    room.prepare(text, 14)
     with sdo.unchanged(text):
-        sdo.initiate_block_download(text, size, crc=False)
+        blocks.initiate_download(text, size, crc=False)
         sdo.send((b"\x81" + sdo.payload(7))[:dlc])
         end = BlockEnd(0)
         sdo.send(end)
@@ -198,9 +204,9 @@ def test_short_block_segment(sdo: Dialogue, text: KnownObject, dlc: int) -> None
 
 
 @may("frame.short-abort", risk=of_length(4))
-def test_short_abort(sdo: Dialogue) -> None:
+def test_short_abort(sdo: Dialogue, room: Room) -> None:
     """An abort of 4 bytes may end a transfer or be ignored; it is not served."""
-    known, _ = sdo.long_object()
+    known, _ = room.long_object()
     sdo.start_segmented_upload(known)
     sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR).encode()[:4])
     sdo.tracker.open = known.mux  # the server may have ignored it

@@ -4,6 +4,8 @@ from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
@@ -42,13 +44,13 @@ NO_HEARTBEAT_TIME = (
 )
 
 
-def start_transfer(sdo: Dialogue, kind: str, text: KnownObject) -> None:
+def start_transfer(sdo: Dialogue, room: Room, kind: str, text: KnownObject) -> None:
     """Begin a transfer of three segments, or of two, and leave it unfinished."""
     if kind == "download":
-        sdo.initiate_download(text, sdo.fit(text, 17, least=8))
+        sdo.initiate_download(text, room.fit(text, 17, least=8))
         sdo.download_segment(sdo.payload(7), toggle=0)
     else:
-        sdo.prepare(text, 17, least=8)
+        room.prepare(text, 17, least=8)
         sdo.start_segmented_upload(text)
         sdo.upload_segment(toggle=0)
 
@@ -61,83 +63,87 @@ def next_segment(sdo: Dialogue, kind: str) -> UploadSegment | DownloadSegment:
 
 
 @must("nmt.serves", "nmt.pre-operational", "nmt.operational", command=SERVING)
-def test_serves(sdo: Dialogue, text: KnownObject, command: NmtCommand) -> None:
+def test_serves(
+    sdo: Dialogue, room: Room, network: Network, text: KnownObject, command: NmtCommand
+) -> None:
     """In Pre-operational and in Operational the server reads and writes as ever."""
-    sdo.nmt(command)
-    sdo.settle()
-    data = sdo.prepare(text, 17)
+    network.send(command)
+    network.settle()
+    data = room.prepare(text, 17)
     sdo.expect_value(text, data)
     sdo.fence()
 
 
 @must("nmt.stopped-silent", "nmt.stopped", command=SERVING)
-def test_stopped_silent(sdo: Dialogue, command: NmtCommand) -> None:
+def test_stopped_silent(sdo: Dialogue, network: Network, command: NmtCommand) -> None:
     """In Stopped a request is not answered, not even by an abort, and not later either."""
-    sdo.produce_heartbeats()
-    sdo.nmt(NmtCommand.STOP)
-    sdo.settle()
+    network.produce_heartbeats()
+    network.send(NmtCommand.STOP)
+    network.settle()
     sdo.send(UploadInitiate(VENDOR_ID.mux))
-    sdo.settle()
-    sdo.nmt(command)
-    sdo.settle()
+    network.settle()
+    network.send(command)
+    network.settle()
     sdo.expect_nothing()
 
 
 @must("nmt.stopped-writes-nothing", "nmt.stopped")
-def test_stopped_writes_nothing(sdo: Dialogue, number: KnownObject) -> None:
+def test_stopped_writes_nothing(sdo: Dialogue, network: Network, number: KnownObject) -> None:
     """A download that was sent in Stopped is not carried out, then or later."""
-    sdo.produce_heartbeats()
+    network.produce_heartbeats()
     with sdo.unchanged(number) as before:
         changed = bytes([before[0] ^ 1]) + before[1:]
-        sdo.nmt(NmtCommand.STOP)
-        sdo.settle()
+        network.send(NmtCommand.STOP)
+        network.settle()
         sdo.send(DownloadInitiate.with_data(number.mux, changed[:4]))
-        sdo.settle()
-        sdo.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
-        sdo.settle()
+        network.settle()
+        network.send(NmtCommand.ENTER_PRE_OPERATIONAL)
+        network.settle()
         sdo.expect_nothing()
 
 
 @must("nmt.stopped-in-transfer", "nmt.interrupted", "nmt.stopped", kind=["upload", "download"])
-def test_stopped_in_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+def test_stopped_in_transfer(
+    sdo: Dialogue, room: Room, network: Network, text: KnownObject, kind: str
+) -> None:
     """A stop in mid-transfer is met with silence or one abort; the next transfer is served.
 
     Its next segment is not answered in Stopped.
     """
-    data = sdo.payload(sdo.fit(text, 9))
-    sdo.produce_heartbeats()
-    start_transfer(sdo, kind, text)
-    sdo.nmt(NmtCommand.STOP)
-    sdo.settle()
+    data = sdo.payload(room.fit(text, 9))
+    network.produce_heartbeats()
+    start_transfer(sdo, room, kind, text)
+    network.send(NmtCommand.STOP)
+    network.settle()
     farewell = sdo.drain()
     for frame in farewell:
         response = decode_response(frame.data)
         if not isinstance(response, Abort) or response.code not in GONE or len(farewell) > 1:
             raise sdo.breach("silence, or one abort 060A0023h", describe_response(frame.data))
     sdo.send(next_segment(sdo, kind))
-    sdo.settle()
-    sdo.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
-    sdo.settle()
+    network.settle()
+    network.send(NmtCommand.ENTER_PRE_OPERATIONAL)
+    network.settle()
     sdo.tracker.open = None
     sdo.expect_nothing()
-    sdo.store(text, data, segmented=True)
+    room.store(text, data, segmented=True)
     sdo.expect_value(text, data)
 
 
 @must("nmt.reset-boots", "nmt.initialising", clause="7.3.2.2.1", command=RESETS)
-def test_reset_boots(sdo: Dialogue, command: NmtCommand) -> None:
+def test_reset_boots(sdo: Dialogue, network: Network, command: NmtCommand) -> None:
     """A reset leads to a boot-up message, and from then on the server serves."""
-    sdo.reset(command)
+    network.reset(command)
     sdo.fence()
-    sdo.reset(command)
+    network.reset(command)
     sdo.fence()
 
 
 @must("nmt.reset-from-stopped", "nmt.pre-operational", clause="7.3.2.2.1", command=RESETS)
-def test_reset_from_stopped(sdo: Dialogue, command: NmtCommand) -> None:
+def test_reset_from_stopped(sdo: Dialogue, network: Network, command: NmtCommand) -> None:
     """A reset in Stopped leads to Pre-operational, where the server serves."""
-    sdo.nmt(NmtCommand.STOP)
-    sdo.reset(command)
+    network.send(NmtCommand.STOP)
+    network.reset(command)
     sdo.fence()
 
 
@@ -148,10 +154,10 @@ def test_reset_from_stopped(sdo: Dialogue, command: NmtCommand) -> None:
     "specifier.unknown",
     kind=["download", "unknown-specifier"],
 )
-def test_first_request(sdo: Dialogue, number: KnownObject, kind: str) -> None:
+def test_first_request(sdo: Dialogue, network: Network, number: KnownObject, kind: str) -> None:
     """The first request after a boot-up message is served, whatever it is."""
     value = sdo.upload(number)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     if kind == "download":
         sdo.download(number, value)
         return
@@ -160,38 +166,40 @@ def test_first_request(sdo: Dialogue, number: KnownObject, kind: str) -> None:
 
 
 @must("nmt.reset-ends-transfer", "nmt.interrupted", clause="7.3.2.2.1", kind=["upload", "download"])
-def test_reset_ends_transfer(sdo: Dialogue, text: KnownObject, kind: str) -> None:
+def test_reset_ends_transfer(
+    sdo: Dialogue, room: Room, network: Network, text: KnownObject, kind: str
+) -> None:
     """A transfer that a reset interrupted is forgotten: its next segment is not served."""
-    data = sdo.payload(sdo.fit(text, 12))
-    start_transfer(sdo, kind, text)
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    data = sdo.payload(room.fit(text, 12))
+    start_transfer(sdo, room, kind, text)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     sdo.drain()  # an abort on the way down is allowed
     sdo.tracker.open = None
     sdo.expect_dead(next_segment(sdo, kind))
-    sdo.store(text, data, segmented=True)
+    room.store(text, data, segmented=True)
     sdo.expect_value(text, data)
 
 
 @must("nmt.reset-keeps-objects", "object.constant", clause="7.3.2.2.1")
-def test_reset_keeps_objects(sdo: Dialogue) -> None:
+def test_reset_keeps_objects(sdo: Dialogue, network: Network) -> None:
     """After a reset of the communication constants read as before."""
     due = {mux: sdo.upload(mux) for mux in sdo.device.steady() if sdo.device.is_constant(mux)}
-    sdo.reset(NmtCommand.RESET_COMMUNICATION)
+    network.reset(NmtCommand.RESET_COMMUNICATION)
     for mux, value in due.items():
         if (found := sdo.upload(mux)) != value:
             raise sdo.breach(f"{mux} reads {value.hex(' ')}", found.hex(" "))
 
 
 @may("nmt.heartbeat", "nmt.pre-operational", "nmt.operational", clause="7.2.8.2.2", command=SERVING)
-def test_heartbeat(sdo: Dialogue, command: NmtCommand) -> None:
+def test_heartbeat(sdo: Dialogue, network: Network, command: NmtCommand) -> None:
     """With a time in 1017h the device tells its state, and SDO goes on; with 0 it tells nothing."""
-    refusal = sdo.produce_heartbeats()
+    refusal = network.produce_heartbeats()
     if refusal is not None:
         if refusal.code not in NO_HEARTBEAT_TIME:
             raise sdo.breach("1017h to be served, or refused", describe_response(refusal.encode()))
         raise Unimplemented(describe_response(refusal.encode()))
-    sdo.nmt(command)
-    sdo.settle()
+    network.send(command)
+    network.settle()
     sdo.fence()
-    sdo.end_heartbeats()
+    network.end_heartbeats()
     sdo.fence()

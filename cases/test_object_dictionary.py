@@ -4,6 +4,7 @@ from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.objects import (
     NOT_NOW,
@@ -22,7 +23,8 @@ from conformance.dialogue.objects import (
     unchanged,
     value_of,
 )
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.storage import Storage
+from conformance.dialogue.values import same_value, shown
 from conformance.run import listed as choose
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
@@ -87,16 +89,18 @@ def test_default(sdo: Dialogue, entry: KnownObject) -> None:
 
 
 @must("od.load-defaults", "storage.load-defaults")
-def test_load_defaults(sdo: Dialogue) -> None:
+def test_load_defaults(storage: Storage) -> None:
     """A device that loads its defaults on command confirms "load", and boots with them then.
 
     What it had before is put back; what it had stored is stored again.
     """
-    sdo.loaded_defaults()
+    storage.loaded_defaults()
 
 
 @must("od.default-of-parameter", "dictionary.default", entry=choose.parameters)
-def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+def test_default_of_parameter(
+    sdo: Dialogue, storage: Storage, device: Device, entry: KnownObject
+) -> None:
     """After the defaults were loaded a parameter has the value that the EDS states.
 
     All parameters are read when they are loaded, once in a run, and what was there is put back.
@@ -105,7 +109,7 @@ def test_default_of_parameter(sdo: Dialogue, device: Device, entry: KnownObject)
     if device.permits.at_defaults:
         sdo.expect_value(entry, due)
         return
-    found = sdo.loaded_defaults().get(entry.mux)
+    found = storage.loaded_defaults().get(entry.mux)
     if found is None:
         raise NotTestable("the object was not served when the defaults had been loaded")
     if not same_value(entry, found, due):
@@ -158,16 +162,16 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     clause=BLOCK_UPLOAD,
     entry=choose.readable,
 )
-def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+def test_block_read(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject) -> None:
     """Blocks with and without CRC deliver what an ordinary upload does.
 
     So they do where the client allows a switch of the protocol (pst), below the size or above.
     """
-    sdo.require_block_upload()
+    blocks.require_upload()
     size = len(value_of(device, entry))
     ways = ((True, 0), (False, 0), (True, 255), (True, max(1, min(size - 1, 254))))
     for crc, threshold in ways:
-        differing = differing_reads(sdo, entry, crc=crc, threshold=threshold)
+        differing = differing_reads(sdo, blocks, entry, crc=crc, threshold=threshold)
         if differing is not None:
             by_segments, by_blocks = differing
             raise sdo.breach(
@@ -177,9 +181,9 @@ def test_block_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
 
 
 @must("od.block-of-write-only", "object.write-only", entry=choose.write_only)
-def test_block_of_write_only(sdo: Dialogue, entry: KnownObject) -> None:
+def test_block_of_write_only(sdo: Dialogue, blocks: Blocks, entry: KnownObject) -> None:
     """A block upload of a write-only entry is aborted as such."""
-    sdo.require_block_upload()
+    blocks.require_upload()
     sdo.send(BlockUploadInitiate(entry.mux, 127))
     sdo.expect_abort(*WRITE_ONLY, of=entry)
 
@@ -211,10 +215,12 @@ def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObjec
 @must(
     "od.write-back-in-blocks", "dictionary.access", "block-download.stored", entry=choose.writable
 )
-def test_write_back_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+def test_write_back_in_blocks(
+    sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject
+) -> None:
     """A writable entry takes the value that it has in blocks, with a CRC and without."""
     may_be_written(device, entry)
-    sdo.require_block_download()
+    blocks.require_download()
     value = sdo.upload(entry)
     for crc in (True, False):
         transfer = sdo.client.block_download(entry.mux, value, crc=crc)
@@ -291,11 +297,13 @@ def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject
 
 
 @must("od.read-only-in-blocks", "object.read-only", entry=choose.protected)
-def test_read_only_in_blocks(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+def test_read_only_in_blocks(
+    sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject
+) -> None:
     """A read-only entry refuses the value that it has in blocks, at the end at the latest."""
     may_be_probed(device, entry)
     value = sdo.upload(entry)
-    sdo.expect_block_download_refused(entry, value or b"\0", *READ_ONLY, size=len(value) or 1)
+    blocks.expect_download_refused(entry, value or b"\0", *READ_ONLY, size=len(value) or 1)
     expect_kept(sdo, entry, value)
 
 

@@ -3,6 +3,8 @@
 from conformance.device.deny import NMT, STORE_PARAMETERS
 from conformance.device.device import Device
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.storage import Storage, require_command
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate
@@ -30,24 +32,24 @@ def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multip
 
 
 @must("od.save-signature", "storage.signature")
-def test_save_signature(sdo: Dialogue) -> None:
+def test_save_signature(sdo: Dialogue, network: Network) -> None:
     """Only "save" stores the parameters: everything else that 1010h:01 gets is refused.
 
     The reset makes sure that nothing is stored but what is stored already.
     """
-    sdo.require(NMT)
-    sdo.require(STORE_PARAMETERS)
-    sdo.require_command(SAVE_ALL)
-    sdo.reset(NmtCommand.RESET_NODE)
+    sdo.device.permits.require(NMT)
+    sdo.device.permits.require(STORE_PARAMETERS)
+    require_command(sdo, SAVE_ALL)
+    network.reset(NmtCommand.RESET_NODE)
     expect_nothing_else_taken(sdo, SAVE_ALL, other=LOAD_ALL)
 
 
 @must("od.load-signature", "storage.signature", clause="7.5.2.14")
-def test_load_signature(sdo: Dialogue, device: Device) -> None:
+def test_load_signature(sdo: Dialogue, storage: Storage, device: Device) -> None:
     """Only "load" loads the defaults: everything else that 1011h:01 gets is refused.
 
     What the defaults would replace is known before, and is stored again where they are loaded.
     """
-    sdo.prepare_loading()
+    storage.prepare_loading()
     expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
     device.to_store = {}

@@ -4,6 +4,8 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, De
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.run.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode
@@ -28,12 +30,12 @@ READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
 @must("segmented-download.beyond-16-bits", "segmented-download.stored", size=[BEYOND_16_BITS])
-def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_beyond_16_bits(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """A download of more bytes than 16 bits count is stored whole, where there is room."""
     data = sdo.payload(size)
     abort = sdo.try_download(variable, data)
     if abort is not None:
-        raise sdo.no_room(variable, size, abort)
+        raise room.refused(variable, size, abort)
     sdo.expect_value(variable, data)
 
 
@@ -44,18 +46,18 @@ def test_beyond_16_bits(sdo: Dialogue, variable: KnownObject, size: int) -> None
     "response.toggle",
     size=[*SHORT_SIZES, *LONG_SIZES, 4096],
 )
-def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_size(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """A download of an indicated size is stored whole."""
     data = sdo.payload(size)
-    sdo.store(variable, data, segmented=True)
+    room.store(variable, data, segmented=True)
     sdo.expect_value(variable, data)
 
 
 @must("segmented-download.size-not-indicated", size=EDGE_SIZES)
-def test_size_not_indicated(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_size_not_indicated(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """A download that does not say its size (20h) is stored whole."""
     data = sdo.payload(size)
-    sdo.store(variable, data, segmented=True, sized=False)
+    room.store(variable, data, segmented=True, sized=False)
     sdo.expect_value(variable, data)
 
 
@@ -90,10 +92,10 @@ def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
 
 
 @must("segmented-download.empty-last", size=[7, 14])
-def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_empty_last(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """The last segment may hold no data when all bytes have come."""
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     data = sdo.payload(size)
     sdo.initiate_download(variable, size)
     for start in range(0, size, 7):
@@ -106,9 +108,11 @@ def test_empty_last(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     "segmented-download.short-segments",
     lengths={"3-then-5": (3, 5), "1-1-1-1-1": (1, 1, 1, 1, 1), "6-7-2": (6, 7, 2)},
 )
-def test_short_segments(sdo: Dialogue, variable: KnownObject, lengths: tuple[int, ...]) -> None:
+def test_short_segments(
+    sdo: Dialogue, room: Room, variable: KnownObject, lengths: tuple[int, ...]
+) -> None:
     """Segments before the last may hold fewer than 7 bytes; only their data is stored."""
-    sdo.store(variable, sdo.payload(sum(lengths)))
+    room.store(variable, sdo.payload(sum(lengths)))
     sdo.initiate_download(variable, sum(lengths))
     data = b""
     for number, length in enumerate(lengths):
@@ -127,11 +131,13 @@ FILLED = {
 
 
 @must("segmented-download.filler-ignored", how=FILLED)
-def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bool]) -> None:
+def test_filler_ignored(
+    sdo: Dialogue, room: Room, variable: KnownObject, how: tuple[int, bool]
+) -> None:
     """Bytes of the last segment behind its data are not stored."""
     size, sized = how
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     sdo.initiate_download(variable, size if sized else None)
     for start in range(0, size - 7, 7):
         sdo.download_segment(data[start : start + 7], toggle=start // 7 % 2)
@@ -144,10 +150,10 @@ def test_filler_ignored(sdo: Dialogue, variable: KnownObject, how: tuple[int, bo
 
 
 @may("segmented-download.unused-not-stated")
-def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
+def test_unused_not_stated(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """n = 0 in a last segment that is not full: the announced bytes are stored, or none."""
-    data = sdo.payload(sdo.fit(text, 8))
-    before = sdo.prepare(text, 9)
+    data = sdo.payload(room.fit(text, 8))
+    before = room.prepare(text, 9)
     chunks = [data[start : start + 7] for start in range(0, len(data), 7)]
     toggle = 1 - len(chunks) % 2
     if len(chunks[-1]) == 7:
@@ -168,9 +174,9 @@ def test_unused_not_stated(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @may("segmented-download.empty", "data.empty")
-def test_empty(sdo: Dialogue, text: KnownObject) -> None:
+def test_empty(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """A download of no bytes stores an empty value or is refused; it never hangs."""
-    before = sdo.prepare(text, 9)
+    before = room.prepare(text, 9)
     if sdo.try_download(text, b"", segmented=True) is not None:
         sdo.expect_kept(text, before)
 
@@ -180,10 +186,10 @@ def test_empty(sdo: Dialogue, text: KnownObject) -> None:
     "download.size-error-moment",
     lengths={"7-7-1": (7, 7, 1), "7-6": (7, 6)},
 )
-def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) -> None:
+def test_too_many(sdo: Dialogue, room: Room, text: KnownObject, lengths: tuple[int, ...]) -> None:
     """More bytes than announced are refused, at the latest with the last, and nothing is stored."""
-    announced = sdo.fit(text, 8)
-    sdo.prepare(text, sum(lengths))
+    announced = room.fit(text, 8)
+    room.prepare(text, sum(lengths))
     sent = announced + sum(lengths) - 8
     if sent % 7 == 0:
         sent += 1  # a full last segment has n = 0, which may mean that nothing is stated
@@ -197,10 +203,10 @@ def test_too_many(sdo: Dialogue, text: KnownObject, lengths: tuple[int, ...]) ->
     "download.size-error-moment",
     sizes={"10-of-14": (10, 14), "7-of-8": (7, 8)},
 )
-def test_too_few(sdo: Dialogue, text: KnownObject, sizes: tuple[int, int]) -> None:
+def test_too_few(sdo: Dialogue, room: Room, text: KnownObject, sizes: tuple[int, int]) -> None:
     """Fewer bytes than announced are refused, and nothing is stored."""
     sent, wanted = sizes
-    announced = len(sdo.prepare(text, wanted, least=2))
+    announced = len(room.prepare(text, wanted, least=2))
     with sdo.unchanged(text):
         data = sdo.payload(max(announced - wanted + sent, 1))
         sdo.expect_download_refused(text, data, *TOO_SHORT, size=announced)
@@ -294,21 +300,21 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
 @must("segmented-download.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue) -> None:
     """A segmented download to an object that does not exist is aborted as such."""
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     sdo.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
 
 
 @must("segmented-download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A segmented download to a sub-index that does not exist is aborted as such."""
-    missing = sdo.missing_sub_index(number.mux.index)
+    missing = missing_sub_index(sdo, number.mux.index)
     sdo.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
 
 
 @must("segmented-download.reserved", "response.reserved", clause=SEGMENT)
-def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
+def test_reserved(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     """Reserved bits and bytes of the confirmations (60h, 20h, 30h) are 0."""
-    sdo.prepare(variable, 20)
+    room.prepare(variable, 20)
     sdo.expect_clean(RESERVED)
 
 
@@ -317,17 +323,17 @@ def test_reserved(sdo: Dialogue, variable: KnownObject) -> None:
     "download.request-reserved-bit",
     "request.reserved-bits",
 )
-def test_request_reserved_bit(sdo: Dialogue, variable: KnownObject) -> None:
+def test_request_reserved_bit(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     """Bit 4 of a segmented initiate may be ignored or refused; silence is neither."""
-    size = sdo.fit(variable, 8).to_bytes(4, "little")
+    size = room.fit(variable, 8).to_bytes(4, "little")
     sdo.send(DownloadInitiate(variable.mux, sized=True, payload=size, reserved_bits=1))
     sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
 
 
 @may("segmented-download.unused-without-data", "download.unused-without-size", unused=[1, 3])
-def test_unused_without_data(sdo: Dialogue, variable: KnownObject, unused: int) -> None:
+def test_unused_without_data(sdo: Dialogue, room: Room, variable: KnownObject, unused: int) -> None:
     """n in a segmented initiate has no meaning: it is ignored or refused."""
-    size = sdo.fit(variable, 8).to_bytes(4, "little")
+    size = room.fit(variable, 8).to_bytes(4, "little")
     sdo.send(DownloadInitiate(variable.mux, sized=True, unused=unused, payload=size))
     sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
 
@@ -338,9 +344,9 @@ def test_unused_without_data(sdo: Dialogue, variable: KnownObject, unused: int) 
     "segmented-download.size-not-indicated",
     clause=INITIATE,
 )
-def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
+def test_request_reserved_bytes(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """Without a size (20h) bytes 4 to 7 are reserved: ignored, or at most refused."""
-    data = sdo.prepare(text, 9)
+    data = room.prepare(text, 9)
     sdo.send(DownloadInitiate(text.mux, payload=b"\xff\xff\xff\xff"))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
@@ -357,14 +363,14 @@ def test_request_reserved_bytes(sdo: Dialogue, text: KnownObject) -> None:
     "server.nothing-afterwards",
     clause=ABORT,
 )
-def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
+def test_refused_is_over(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """After a refused download the next one is stored, with nothing of the old one in it."""
-    data = sdo.payload(sdo.fit(text, 12))
-    size = len(sdo.prepare(text, 14, least=2))
+    data = sdo.payload(room.fit(text, 12))
+    size = len(room.prepare(text, 14, least=2))
     try:
         sdo.expect_download_refused(text, sdo.payload(max(size - 4, 1)), *LENGTHS, size=size)
     except Violation as breach:
-        if breach.rule is sdo.rule:
+        if breach.rule is sdo.record.rule:
             breach.rule = TOO_FEW
         raise
     sdo.download(text, data)
@@ -372,10 +378,10 @@ def test_refused_is_over(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @must("segmented-download.other-objects", "segmented-download.stored")
-def test_other_objects(sdo: Dialogue, text: KnownObject, number: KnownObject) -> None:
+def test_other_objects(sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject) -> None:
     """A segmented download changes its own object and no other."""
     before = {mux: sdo.upload(mux) for mux in (DEVICE_TYPE, IDENTITY_COUNT, number.mux)}
-    sdo.prepare(text, 16)
+    room.prepare(text, 16)
     for mux, value in before.items():
         if sdo.upload(mux) != value:
             raise sdo.breach(f"{mux} keeps its value", "it has changed")

@@ -6,6 +6,7 @@ from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import FOREIGN_IN_DOWNLOAD
@@ -25,9 +26,9 @@ IGNORED = "a segment with the wrong toggle bit gets no answer, and the download 
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
 
 
-def stored(sdo: Dialogue, text: KnownObject, segments: int) -> int:
+def stored(room: Room, text: KnownObject, segments: int) -> int:
     """Store a value of three full segments, or of so many and one byte; return its size."""
-    return len(sdo.prepare(text, SIZE, least=7 * segments + 1))
+    return len(room.prepare(text, SIZE, least=7 * segments + 1))
 
 
 def begin_download(sdo: Dialogue, text: KnownObject, segments: int, size: int) -> bytes:
@@ -40,12 +41,12 @@ def begin_download(sdo: Dialogue, text: KnownObject, segments: int, size: int) -
 
 
 @must("segmented-download.toggle", segments=BEGUN)
-def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+def test_toggle(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
     """A segment whose toggle bit did not alternate is refused or ignored, and never stored.
 
     The right segment follows at once, so that a server that ignored the wrong one shows it.
     """
-    size = stored(sdo, text, segments)
+    size = stored(room, text, segments)
     with sdo.unchanged(text):
         data = begin_download(sdo, text, segments, size)
         right, wrong = segments % 2, 1 - segments % 2
@@ -68,9 +69,9 @@ def test_toggle(sdo: Dialogue, text: KnownObject, segments: int) -> None:
 
 
 @must("segmented-download.toggle-ignored-data", "segmented-download.toggle")
-def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
+def test_toggle_ignored_data(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """A server that ignores a repeated segment does not store it twice."""
-    size = stored(sdo, text, 2)
+    size = stored(room, text, 2)
     data = begin_download(sdo, text, 1, size)
     sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
     sdo.send(DownloadSegment.with_data(data[7:14], toggle=1))
@@ -93,9 +94,9 @@ def test_toggle_ignored_data(sdo: Dialogue, text: KnownObject) -> None:
     "server.idle-afterwards",
     segments=[1, 2],
 )
-def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+def test_toggle_afterwards(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
-    size = stored(sdo, text, segments)
+    size = stored(room, text, segments)
     begin_download(sdo, text, segments, size)
     sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
     sdo.initiate_download(text, size)
@@ -110,9 +111,9 @@ def test_toggle_afterwards(sdo: Dialogue, text: KnownObject, segments: int) -> N
     risk=risk_of_request,
     request=FOREIGN_IN_DOWNLOAD,
 )
-def test_foreign(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
+def test_foreign(sdo: Dialogue, room: Room, text: KnownObject, request: bytes) -> None:
     """A request of another service before the first segment ends the download with 05040001h."""
-    _foreign(sdo, text, request, 0)
+    _foreign(sdo, room, text, request, 0)
 
 
 @must(
@@ -123,13 +124,13 @@ def test_foreign(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
     risk=risk_of_request,
     request=FOREIGN_IN_DOWNLOAD,
 )
-def test_foreign_later(sdo: Dialogue, text: KnownObject, request: bytes) -> None:
+def test_foreign_later(sdo: Dialogue, room: Room, text: KnownObject, request: bytes) -> None:
     """A request of another service between segments ends the download with 05040001h."""
-    _foreign(sdo, text, request, 1)
+    _foreign(sdo, room, text, request, 1)
 
 
-def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) -> None:
-    size = stored(sdo, text, segments)
+def _foreign(sdo: Dialogue, room: Room, text: KnownObject, request: bytes, segments: int) -> None:
+    size = stored(room, text, segments)
     with sdo.unchanged(text):
         begin_download(sdo, text, segments, size)
         sdo.send(request)
@@ -143,10 +144,10 @@ def _foreign(sdo: Dialogue, text: KnownObject, request: bytes, segments: int) ->
     "server.new-initiate-served",
     segments=BEGUN,
 )
-def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+def test_restart(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
     """The same initiate again starts a new download, or is refused and ends the transfer."""
-    data = sdo.payload(sdo.fit(text, 9))
-    begin_download(sdo, text, segments, stored(sdo, text, segments))
+    data = sdo.payload(room.fit(text, 9))
+    begin_download(sdo, text, segments, stored(room, text, segments))
     request = DownloadInitiate.with_size(text.mux, len(data))
     frame = sdo.expect_restart_or_abort(request, text, text)
     if frame is not None:
@@ -162,13 +163,15 @@ def test_restart(sdo: Dialogue, text: KnownObject, segments: int) -> None:
     "server.new-initiate-served",
     segments=BEGUN,
 )
-def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
+def test_new_upload(
+    sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject, segments: int
+) -> None:
     """An upload in mid-download is served with its data or refused; the download is over.
 
     The rest of the download must not end up in the object that was read, either.
     """
     due = sdo.upload(number)
-    size = stored(sdo, text, segments)
+    size = stored(room, text, segments)
     with sdo.unchanged(text):
         data = begin_download(sdo, text, segments, size)
         frame = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
@@ -189,10 +192,12 @@ def test_new_upload(sdo: Dialogue, text: KnownObject, number: KnownObject, segme
     "server.new-initiate-served",
     segments=BEGUN,
 )
-def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, segments: int) -> None:
+def test_new_download(
+    sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject, segments: int
+) -> None:
     """A download of another object in mid-download is served or refused; the old one is over."""
     value = sdo.upload(number)
-    size = stored(sdo, text, segments)
+    size = stored(room, text, segments)
     with sdo.unchanged(text):
         begin_download(sdo, text, segments, size)
         request = DownloadInitiate.with_size(number.mux, len(value))
@@ -205,9 +210,9 @@ def test_new_download(sdo: Dialogue, text: KnownObject, number: KnownObject, seg
 
 
 @must("segmented-download.client-abort", "server.value-kept", "server.part-written", segments=BEGUN)
-def test_client_abort(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+def test_client_abort(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
-    size = stored(sdo, text, segments)
+    size = stored(room, text, segments)
     with sdo.unchanged(text):
         begin_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
@@ -257,9 +262,11 @@ def test_number_kept(
     "server.value-kept",
     segments=BEGUN,
 )
-def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: int) -> None:
+def test_client_abort_then_segment(
+    sdo: Dialogue, room: Room, text: KnownObject, segments: int
+) -> None:
     """A last segment right behind an abort completes nothing."""
-    size = stored(sdo, text, segments)
+    size = stored(room, text, segments)
     with sdo.unchanged(text):
         data = begin_download(sdo, text, segments, size)
         sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
@@ -272,12 +279,12 @@ def test_client_abort_then_segment(sdo: Dialogue, text: KnownObject, segments: i
     "abort.foreign-multiplexer",
     mux={"other-object": Multiplexer(0x1018, 1), "none": Multiplexer(0, 0)},
 )
-def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> None:
+def test_foreign_abort(sdo: Dialogue, room: Room, text: KnownObject, mux: Multiplexer) -> None:
     """An abort of another object ends the download or is ignored; it is not answered.
 
     05040001h is accepted: a server may take it for a request that has no place there.
     """
-    size = stored(sdo, text, 1)
+    size = stored(room, text, 1)
     with sdo.unchanged(text):
         begin_download(sdo, text, 1, size)
         sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
@@ -286,9 +293,9 @@ def test_foreign_abort(sdo: Dialogue, text: KnownObject, mux: Multiplexer) -> No
 
 
 @may("segmented-download.abort-reserved-bits", "request.reserved-bits", bits=[0x01, 0x10, 0x1F])
-def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> None:
+def test_abort_reserved_bits(sdo: Dialogue, room: Room, text: KnownObject, bits: int) -> None:
     """81h to 9Fh is an abort with reserved bits, or no valid request; never a segment."""
-    size = stored(sdo, text, 1)
+    size = stored(room, text, 1)
     with sdo.unchanged(text):
         begin_download(sdo, text, 1, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR, bits))
@@ -297,10 +304,10 @@ def test_abort_reserved_bits(sdo: Dialogue, text: KnownObject, bits: int) -> Non
 
 
 @may("segmented-download.after-the-last", "request.out-of-transfer")
-def test_after_the_last(sdo: Dialogue, text: KnownObject) -> None:
+def test_after_the_last(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """After the last segment another one is refused or ignored, and changes nothing."""
     for toggle in (0, 1):
-        data = sdo.prepare(text, SIZE)
+        data = room.prepare(text, SIZE)
         sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=toggle, last=True))
         sdo.expect_value(text, data)
 

@@ -3,6 +3,7 @@
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
 from conformance.run.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
@@ -24,9 +25,9 @@ PADDED = 5
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
 
 
-def begin_upload(sdo: Dialogue, segments: int) -> KnownObject:
+def begin_upload(sdo: Dialogue, room: Room, segments: int) -> KnownObject:
     """Start the upload of an object of three segments or more and take so many of them."""
-    known, _ = sdo.long_object()
+    known, _ = room.long_object()
     sdo.start_segmented_upload(known)
     for number in range(segments):
         sdo.upload_segment(toggle=number % 2)
@@ -44,17 +45,17 @@ def begin_upload(sdo: Dialogue, segments: int) -> KnownObject:
     "data.long-in-segments",
     size=[*SHORT_SIZES, *LONG_SIZES],
 )
-def test_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_size(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """An upload delivers the bytes of the object, no more and no fewer, and says so rightly."""
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     sdo.expect_value(variable, data)
 
 
 @must("segmented-upload.again", "segmented-upload.segments")
-def test_again(sdo: Dialogue) -> None:
+def test_again(sdo: Dialogue, room: Room) -> None:
     """A second upload of the same object delivers the same."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     sdo.expect_value(known, data)
     sdo.expect_value(known, data)
 
@@ -71,18 +72,18 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
 
 
 @must("segmented-upload.toggle-first", "segmented-upload.toggle")
-def test_toggle_first(sdo: Dialogue) -> None:
+def test_toggle_first(sdo: Dialogue, room: Room) -> None:
     """The first segment request has t = 0; 70h ends the transfer and brings no data."""
-    known = begin_upload(sdo, 0)
+    known = begin_upload(sdo, room, 0)
     sdo.send(UploadSegment(1))
     sdo.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known, tolerated=())
     sdo.expect_dead(UploadSegment(0))
 
 
 @must("segmented-upload.toggle-repeated", "segmented-upload.toggle", segments=[1, 2])
-def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
+def test_toggle_repeated(sdo: Dialogue, room: Room, segments: int) -> None:
     """A repeated toggle bit ends the transfer and brings no data."""
-    known = begin_upload(sdo, segments)
+    known = begin_upload(sdo, room, segments)
     sdo.send(UploadSegment((segments - 1) % 2))
     sdo.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known, tolerated=())
     sdo.expect_dead(UploadSegment(segments % 2))
@@ -94,27 +95,27 @@ def test_toggle_repeated(sdo: Dialogue, segments: int) -> None:
     "server.idle-afterwards",
     segments=[1, 2],
 )
-def test_toggle_afterwards(sdo: Dialogue, segments: int) -> None:
+def test_toggle_afterwards(sdo: Dialogue, room: Room, segments: int) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
-    known = begin_upload(sdo, segments)
+    known = begin_upload(sdo, room, segments)
     sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
     sdo.start_segmented_upload(known)
     sdo.upload_segment(toggle=0)
 
 
 @must("segmented-upload.reserved", "response.reserved", clause=INITIATE)
-def test_reserved(sdo: Dialogue) -> None:
+def test_reserved(sdo: Dialogue, room: Room) -> None:
     """Reserved bits of the answers in an upload are 0, and the d field without a size is too."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     sdo.expect_value(known, data)
     sdo.expect_clean(RESERVED)
 
 
 @should("segmented-upload.filler", "response.filler", clause=SEGMENT, size=[8, 9, 13, 15, 20])
-def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_filler(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """The bytes of the last segment that hold no data are 0."""
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     sdo.expect_value(variable, data)
     sdo.expect_clean(FILLER)
 
@@ -127,9 +128,9 @@ def test_filler(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     risk=risk_of_request,
     request=FOREIGN_IN_UPLOAD,
 )
-def test_foreign(sdo: Dialogue, request: bytes) -> None:
+def test_foreign(sdo: Dialogue, room: Room, request: bytes) -> None:
     """A request of another service before the first segment ends the upload with 05040001h."""
-    known = begin_upload(sdo, 0)
+    known = begin_upload(sdo, room, 0)
     sdo.send(request)
     sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
     sdo.expect_dead(UploadSegment(0))
@@ -143,18 +144,18 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
     risk=risk_of_request,
     request=FOREIGN_IN_UPLOAD,
 )
-def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
+def test_foreign_later(sdo: Dialogue, room: Room, request: bytes) -> None:
     """A request of another service between segments ends the upload with 05040001h."""
-    known = begin_upload(sdo, 1)
+    known = begin_upload(sdo, room, 1)
     sdo.send(request)
     sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
     sdo.expect_dead(UploadSegment(1))
 
 
 @must("segmented-upload.restart", "server.new-initiate-served", segments=BEGUN)
-def test_restart(sdo: Dialogue, segments: int) -> None:
+def test_restart(sdo: Dialogue, room: Room, segments: int) -> None:
     """The same initiate again starts from the first byte, or is refused and ends the transfer."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     sdo.start_segmented_upload(known)
     for number in range(segments):
         sdo.upload_segment(toggle=number % 2)
@@ -173,10 +174,10 @@ def test_restart(sdo: Dialogue, segments: int) -> None:
     "server.new-initiate-served",
     segments=BEGUN,
 )
-def test_new_upload(sdo: Dialogue, segments: int) -> None:
+def test_new_upload(sdo: Dialogue, room: Room, segments: int) -> None:
     """An upload of another object is served with its data, or refused; the old one is over."""
     due = sdo.upload(IDENTITY_COUNT)
-    known = begin_upload(sdo, segments)
+    known = begin_upload(sdo, room, segments)
     frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), known, IDENTITY_COUNT)
     with sdo.one_transfer():
         if frame is not None:
@@ -190,10 +191,10 @@ def test_new_upload(sdo: Dialogue, segments: int) -> None:
 @must(
     "segmented-upload.new-download", "segmented-upload.new-initiate", "server.new-initiate-served"
 )
-def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
+def test_new_download(sdo: Dialogue, room: Room, number: KnownObject) -> None:
     """A download in the middle of an upload is served or refused; the upload is over."""
     value = sdo.upload(number)
-    known = begin_upload(sdo, 1)
+    known = begin_upload(sdo, room, 1)
     request = (
         DownloadInitiate.with_data(number.mux, value)
         if len(value) <= 4
@@ -209,9 +210,9 @@ def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
 
 
 @must("segmented-upload.client-abort", segments=BEGUN)
-def test_client_abort(sdo: Dialogue, segments: int) -> None:
+def test_client_abort(sdo: Dialogue, room: Room, segments: int) -> None:
     """An abort of the client is not answered and ends the upload."""
-    known = begin_upload(sdo, segments)
+    known = begin_upload(sdo, room, segments)
     sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
     sdo.expect_nothing()
     sdo.expect_dead(UploadSegment(segments % 2))
@@ -224,9 +225,9 @@ def test_client_abort(sdo: Dialogue, segments: int) -> None:
     "server.nothing-afterwards",
     segments=BEGUN,
 )
-def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
+def test_client_abort_then_segment(sdo: Dialogue, room: Room, segments: int) -> None:
     """A segment request right behind an abort brings no data."""
-    known = begin_upload(sdo, segments)
+    known = begin_upload(sdo, room, segments)
     sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
     sdo.expect_dead(UploadSegment(segments % 2))
 
@@ -236,9 +237,9 @@ def test_client_abort_then_segment(sdo: Dialogue, segments: int) -> None:
     "segmented-upload.client-abort",
     "server.idle-afterwards",
 )
-def test_client_abort_then_upload(sdo: Dialogue) -> None:
+def test_client_abort_then_upload(sdo: Dialogue, room: Room) -> None:
     """An upload right behind an abort is served whole."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     sdo.start_segmented_upload(known)
     sdo.upload_segment(toggle=0)
     sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
@@ -246,9 +247,9 @@ def test_client_abort_then_upload(sdo: Dialogue) -> None:
 
 
 @may("segmented-upload.after-the-last", "request.out-of-transfer")
-def test_after_the_last(sdo: Dialogue) -> None:
+def test_after_the_last(sdo: Dialogue, room: Room) -> None:
     """After the last segment there are no more: abort or silence, but no data."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     for toggle in (0, 1):
         sdo.expect_value(known, data)
         sdo.expect_dead(UploadSegment(toggle))
@@ -263,18 +264,18 @@ def test_without_initiate(sdo: Dialogue) -> None:
 
 
 @may("segmented-upload.request-reserved-bytes", "request.reserved-bytes")
-def test_request_reserved_bytes(sdo: Dialogue) -> None:
+def test_request_reserved_bytes(sdo: Dialogue, room: Room) -> None:
     """Segment requests that repeat the multiplexer, as some clients do, are served or refused."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     response = sdo.start_segmented_upload(known)
     multiplexer = UploadInitiate(known.mux).encode()[1:4]
     _compare_or_abort(sdo, known, response, data, UploadSegment(0, 0, multiplexer + bytes(4)))
 
 
 @may("segmented-upload.request-reserved-bits", "request.reserved-bits", bits=[0x01, 0x0F])
-def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
+def test_request_reserved_bits(sdo: Dialogue, room: Room, bits: int) -> None:
     """Reserved bits of a segment request may be ignored or refused; silence is neither."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     response = sdo.start_segmented_upload(known)
     _compare_or_abort(sdo, known, response, data, UploadSegment(0, bits))
 
@@ -300,9 +301,9 @@ def _compare_or_abort(
 
 
 @may("segmented-upload.empty", "data.empty")
-def test_empty(sdo: Dialogue, variable: KnownObject) -> None:
+def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
-    before = len(sdo.prepare(variable, PADDED))
+    before = len(room.prepare(variable, PADDED))
     if sdo.try_download(variable, b"", segmented=True) is not None:
         sdo.info(f"{variable} refuses to become empty")
         return

@@ -4,6 +4,8 @@ from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object
+from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, UploadInitiate
@@ -23,30 +25,34 @@ PAIRS = {
 Kind = tuple[bool, bool, int]
 
 
-def fitting(sdo: Dialogue, known: KnownObject, kinds: tuple[Kind, ...]) -> list[Kind]:
+def fitting(room: Room, known: KnownObject, kinds: tuple[Kind, ...]) -> list[Kind]:
     """Return kinds of downloads with sizes that the object takes: asked before any of them."""
     return [
-        (segmented, sized, sdo.fit(known, size) if segmented else size)
+        (segmented, sized, room.fit(known, size) if segmented else size)
         for segmented, sized, size in kinds
     ]
 
 
 @must("sequence.downloads", "server.idle-afterwards", pair=PAIRS)
-def test_downloads(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
+def test_downloads(
+    sdo: Dialogue, room: Room, variable: KnownObject, pair: tuple[Kind, Kind]
+) -> None:
     """One download after another to the same object: it holds the second and nothing else."""
-    for segmented, sized, size in fitting(sdo, variable, pair):
+    for segmented, sized, size in fitting(room, variable, pair):
         data = sdo.payload(size)
-        sdo.store(variable, data, segmented=segmented, sized=sized, exactly=True)
+        room.store(variable, data, segmented=segmented, sized=sized, exactly=True)
         sdo.expect_value(variable, data)
 
 
 @must("sequence.downloads-unread", "server.idle-afterwards", pair=PAIRS)
-def test_downloads_unread(sdo: Dialogue, variable: KnownObject, pair: tuple[Kind, Kind]) -> None:
+def test_downloads_unread(
+    sdo: Dialogue, room: Room, variable: KnownObject, pair: tuple[Kind, Kind]
+) -> None:
     """Two downloads without a read between them: the object holds the second."""
     data = b""
-    for segmented, sized, size in fitting(sdo, variable, pair):
+    for segmented, sized, size in fitting(room, variable, pair):
         data = sdo.payload(size)
-        sdo.store(variable, data, segmented=segmented, sized=sized, exactly=True)
+        room.store(variable, data, segmented=segmented, sized=sized, exactly=True)
     sdo.expect_value(variable, data)
 
 
@@ -62,12 +68,12 @@ def test_uploads(sdo: Dialogue, device: Device) -> None:
 
 
 @must("sequence.upload-then-download", "server.idle-afterwards", size=[3, 7, 20])
-def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -> None:
+def test_upload_then_download(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """A download right after an upload of the same object stores its own bytes."""
-    data = sdo.payload(sdo.fit(variable, size))
-    sdo.prepare(variable, 17)
+    data = sdo.payload(room.fit(variable, size))
+    room.prepare(variable, 17)
     sdo.upload(variable)
-    sdo.store(variable, data)
+    room.store(variable, data)
     sdo.expect_value(variable, data)
 
 
@@ -76,22 +82,22 @@ def test_upload_then_download(sdo: Dialogue, variable: KnownObject, size: int) -
     "server.nothing-afterwards",
     sized={"sized": True, "unsized": False},
 )
-def test_abandoned_download(sdo: Dialogue, text: KnownObject, sized: bool) -> None:
+def test_abandoned_download(sdo: Dialogue, room: Room, text: KnownObject, sized: bool) -> None:
     """Segments of a download that was aborted do not turn up in the next one."""
-    data = sdo.payload(sdo.fit(text, 9))
-    size = len(sdo.prepare(text, 21, least=8))
+    data = sdo.payload(room.fit(text, 9))
+    size = len(room.prepare(text, 21, least=8))
     sdo.initiate_download(text, size if sized else None)
     for number in range(min(2, (size - 1) // 7)):
         sdo.download_segment(sdo.payload(7), toggle=number)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    sdo.store(text, data, segmented=True, sized=sized, exactly=True)
+    room.store(text, data, segmented=True, sized=sized, exactly=True)
     sdo.expect_value(text, data)
 
 
 @must("sequence.abandoned-upload", "server.nothing-afterwards", "segmented-upload.client-abort")
-def test_abandoned_upload(sdo: Dialogue) -> None:
+def test_abandoned_upload(sdo: Dialogue, room: Room) -> None:
     """An upload that was aborted starts again from the first byte."""
-    known, data = sdo.long_object()
+    known, data = room.long_object()
     sdo.start_segmented_upload(known)
     sdo.upload_segment(toggle=0)
     sdo.upload_segment(toggle=1)
@@ -100,23 +106,23 @@ def test_abandoned_upload(sdo: Dialogue) -> None:
 
 
 @must("sequence.sized-aborted-then-unsized", "server.nothing-afterwards")
-def test_sized_aborted_then_unsized(sdo: Dialogue, text: KnownObject) -> None:
+def test_sized_aborted_then_unsized(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """The size of a download that was aborted is not held against the next one."""
-    shorter = sdo.fit(text, 5)
-    data = sdo.payload(len(sdo.prepare(text, 20)))
+    shorter = room.fit(text, 5)
+    data = sdo.payload(len(room.prepare(text, 20)))
     if shorter == len(data):
         raise NotTestable(f"{text} takes values of {shorter} bytes only: name one that takes more")
     sdo.initiate_download(text, shorter)
     sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-    sdo.store(text, data, segmented=True, sized=False, exactly=True)
+    room.store(text, data, segmented=True, sized=False, exactly=True)
     sdo.expect_value(text, data)
 
 
 @must("sequence.refused-then-served", "server.nothing-afterwards")
-def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
+def test_refused_then_served(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """A refused request leaves no trace in the transfer that follows."""
-    missing = sdo.missing_object()
-    data = sdo.prepare(text, 16)
+    missing = missing_object(sdo)
+    data = room.prepare(text, 16)
     sdo.send(UploadInitiate(missing))
     sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
     sdo.expect_value(text, data)
@@ -124,13 +130,13 @@ def test_refused_then_served(sdo: Dialogue, text: KnownObject) -> None:
 
 
 @may("sequence.aborted-domain", "server.partial-domain")
-def test_aborted_domain(sdo: Dialogue, variable: KnownObject) -> None:
+def test_aborted_domain(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     """Whatever an aborted download leaves in a domain can be read, and the next one replaces it."""
-    size = len(sdo.prepare(variable, 21, least=8))
+    size = len(room.prepare(variable, 21, least=8))
     sdo.initiate_download(variable, size)
     sdo.download_segment(sdo.payload(7), toggle=0)
     sdo.send(Abort(variable.mux, AbortCode.GENERAL_ERROR))
     sdo.upload(variable)
     data = sdo.payload(size)
-    sdo.store(variable, data)
+    room.store(variable, data)
     sdo.expect_value(variable, data)

@@ -5,7 +5,9 @@ These cases wait, and no others do.
 
 from collections.abc import Callable, Generator
 
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
+from conformance.dialogue.room import Room
 from conformance.run.begun import STATES, Begun
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
@@ -71,26 +73,26 @@ def test_once(sdo: Dialogue, server_timeout: float, state: State) -> None:
 
 def _segmented_download(sdo: Dialogue) -> Transfer:
     text = sdo.device.text()
-    data = sdo.prepare(text, SIZE, least=8)
+    data = Room(sdo).prepare(text, SIZE, least=8)
     return sdo.client.download(text.mux, data)
 
 
 def _segmented_upload(sdo: Dialogue) -> Transfer:
-    known, _ = sdo.long_object(segments=4)
+    known, _ = Room(sdo).long_object(segments=4)
     return sdo.client.upload(known.mux)
 
 
 def _block_download(sdo: Dialogue) -> Transfer:
     text = sdo.device.text()
-    data = sdo.prepare(text, SIZE)
-    sdo.initiate_block_download(text, len(data))
+    data = Room(sdo).prepare(text, SIZE)
+    Blocks(sdo).initiate_download(text, len(data))
     sdo.end_transfer()
     return sdo.client.block_download(text.mux, data)
 
 
 def _block_upload(sdo: Dialogue) -> Transfer:
-    known, _ = sdo.long_object(segments=4)
-    sdo.initiate_block_upload(known)
+    known, _ = Room(sdo).long_object(segments=4)
+    Blocks(sdo).initiate_upload(known)
     sdo.end_transfer()
     return sdo.client.block_upload(known.mux, block_size=1)
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
@@ -75,10 +76,12 @@ def test_sub_command(sdo: Dialogue, variable: KnownObject, command: int) -> None
     "request.reserved-bits",
     bits={"08h": 1, "10h": 2, "18h": 3},
 )
-def test_block_download_reserved_bits(sdo: Dialogue, variable: KnownObject, bits: int) -> None:
+def test_block_download_reserved_bits(
+    sdo: Dialogue, blocks: Blocks, variable: KnownObject, bits: int
+) -> None:
     """Bits 4 and 3 of a block download initiate may be ignored or refused; silence is neither."""
     size = len(sdo.device.values[variable.mux])
-    sdo.initiate_block_download(variable, size)
+    blocks.initiate_download(variable, size)
     sdo.end_transfer()
     request = BlockDownloadInitiate.with_size(variable.mux, size)
     sdo.send(replace(request, reserved_bits=bits))
@@ -95,9 +98,9 @@ def test_block_download_reserved_bits(sdo: Dialogue, variable: KnownObject, bits
     "request.reserved-bits",
     bits={"08h": 1, "10h": 2, "18h": 3},
 )
-def test_block_upload_reserved_bits(sdo: Dialogue, bits: int) -> None:
+def test_block_upload_reserved_bits(sdo: Dialogue, blocks: Blocks, bits: int) -> None:
     """Bits 4 and 3 of a block upload initiate may be ignored or refused; silence is neither."""
-    sdo.initiate_block_upload(VENDOR_ID)
+    blocks.initiate_upload(VENDOR_ID)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(VENDOR_ID.mux, 127, reserved_bits=bits))
     frame = sdo.receive()

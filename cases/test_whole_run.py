@@ -48,8 +48,8 @@ def test_beside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
     aside.sort(key=lambda standing: standing.violation.rule is MULTIPLEXER)
     for standing in aside:
         standing.aside = False
-        sdo.own.add(standing.violation)
+        sdo.record.own.add(standing.violation)
         sdo.info(f"{standing.violation.rule.id} was met at {standing.first_case}")
     if aside:
-        sdo.minor += [standing.violation for standing in aside[1:]]
+        sdo.record.minor += [standing.violation for standing in aside[1:]]
         raise aside[0].violation

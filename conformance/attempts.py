@@ -5,12 +5,13 @@ frame.
 """
 
 from collections.abc import Callable
+from dataclasses import fields
 
 import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
-from conformance.collection import CaseFunction
+from conformance.collection import OWN, CaseFunction
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
 from conformance.run import doubts
@@ -103,11 +104,12 @@ def is_told(error: BaseException | None) -> bool:
 
 
 def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
-    for name, value in item.funcargs.items():
+    for tool in fields(run.tools):
+        if (name := OWN + tool.name) in item.funcargs:
+            item.funcargs[name] = getattr(run.tools, tool.name)
+    for value in item.funcargs.values():
         if isinstance(value, Search):
             value.begin_again(run)
-        elif value.__class__ is run.sdo.__class__:
-            item.funcargs[name] = run.sdo
     try:
         item.runtest()
     except RunStopped:

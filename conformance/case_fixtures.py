@@ -15,7 +15,14 @@ from conformance.bus.stop import RunStopped
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.room import Room
+from conformance.dialogue.storage import Storage
+from conformance.dialogue.tools import CaseTools
 from conformance.run.conversations.search import Plan, Search
 from conformance.run.conversations.store import FailingStore
 from conformance.run.session import DeviceSession, WholeRun
@@ -53,24 +60,59 @@ class CaseFixtures:
         """What is known of the device."""
         return _conformance_device_session.device
 
-    @pytest.fixture(name="_conformance_sdo")
-    def sdo(self, _conformance_device_session: DeviceSession) -> Iterator[Dialogue]:
-        """The conversation with the device, which is left idle, with its values as they were."""
+    @pytest.fixture(name="_conformance_tools")
+    def tools(self, _conformance_device_session: DeviceSession) -> Iterator[CaseTools]:
+        """The case, which leaves the device idle, with its values as they were."""
         item, case = self._item, case_of(self._item)
         run = item.stash[CASE_RUN] = begin(_conformance_device_session, case)
-        yield run.sdo
+        yield run.tools
         run = item.stash[CASE_RUN]
         if RESULT not in item.stash and not run.is_over:
             # Another fixture failed: what was written is put back all the same.
             with suppress(RunStopped):
                 run.conclude(None)
 
+    @pytest.fixture(name="_conformance_sdo")
+    def sdo(self, _conformance_tools: CaseTools) -> Dialogue:
+        """The conversation with the device, which is left idle, with its values as they were."""
+        return _conformance_tools.sdo
+
+    @pytest.fixture(name="_conformance_room")
+    def room(self, _conformance_tools: CaseTools) -> Room:
+        """How much strings and domains take, and what writes to them."""
+        return _conformance_tools.room
+
+    @pytest.fixture(name="_conformance_blocks")
+    def blocks(self, _conformance_tools: CaseTools) -> Blocks:
+        """Exchanges and transfers in blocks."""
+        return _conformance_tools.blocks
+
+    @pytest.fixture(name="_conformance_network")
+    def network(self, _conformance_tools: CaseTools) -> Network:
+        """NMT and heartbeat of the device."""
+        return _conformance_tools.network
+
+    @pytest.fixture(name="_conformance_parameters")
+    def parameters(self, _conformance_tools: CaseTools) -> Parameters:
+        """Communication parameters of the device."""
+        return _conformance_tools.parameters
+
+    @pytest.fixture(name="_conformance_channels")
+    def channels(self, _conformance_tools: CaseTools) -> Channels:
+        """The further SDO channels of the device."""
+        return _conformance_tools.channels
+
+    @pytest.fixture(name="_conformance_storage")
+    def storage(self, _conformance_tools: CaseTools) -> Storage:
+        """What the device stores, and its defaults."""
+        return _conformance_tools.storage
+
     @pytest.fixture(name="_conformance_conversations")
     def conversations(
-        self, _conformance_device_session: DeviceSession, _conformance_sdo: Dialogue
+        self, _conformance_device_session: DeviceSession, _conformance_tools: CaseTools
     ) -> Search:
         """Random conversations with the device, as many as --sdo-examples says."""
-        del _conformance_sdo  # it begins the case
+        del _conformance_tools  # it begins the case
         case, run = case_of(self._item), self._item.stash[CASE_RUN]
         options = self._item.config.stash[STATE].options
         folder = options.report_dir / "failing"

@@ -6,7 +6,7 @@ from typing import Any
 
 from conformance.bus.errors import BenchError, FailedOnce, error_named
 from conformance.device.known_deviations import Deviation
-from conformance.dialogue.transfers import shown
+from conformance.dialogue.values import shown
 from conformance.run.session import DeviceSession
 from conformance.run.twins import either
 from conformance.run.verdict import CaseResult

@@ -7,7 +7,13 @@ import pytest
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.room import Room
+from conformance.dialogue.storage import Storage
 from conformance.run.conversations.search import Search
 from conformance.run.session import DeviceSession, WholeRun
 
@@ -29,6 +35,36 @@ class Fixtures:
     def sdo(self, _conformance_sdo: Dialogue) -> Dialogue:
         """The conversation with the device, which is left idle, with its values as they were."""
         return _conformance_sdo
+
+    @pytest.fixture
+    def room(self, _conformance_room: Room) -> Room:
+        """How much strings and domains take, and what writes to them."""
+        return _conformance_room
+
+    @pytest.fixture
+    def blocks(self, _conformance_blocks: Blocks) -> Blocks:
+        """Exchanges and transfers in blocks."""
+        return _conformance_blocks
+
+    @pytest.fixture
+    def network(self, _conformance_network: Network) -> Network:
+        """NMT and heartbeat of the device."""
+        return _conformance_network
+
+    @pytest.fixture
+    def parameters(self, _conformance_parameters: Parameters) -> Parameters:
+        """Communication parameters of the device."""
+        return _conformance_parameters
+
+    @pytest.fixture
+    def channels(self, _conformance_channels: Channels) -> Channels:
+        """The further SDO channels of the device."""
+        return _conformance_channels
+
+    @pytest.fixture
+    def storage(self, _conformance_storage: Storage) -> Storage:
+        """What the device stores, and its defaults."""
+        return _conformance_storage
 
     @pytest.fixture
     def conversations(self, _conformance_conversations: Search) -> Search:

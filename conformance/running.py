@@ -331,7 +331,7 @@ class Running:
         if not why:
             result.notes.append(f"the device was lost by {cause}, and has been brought back")
             return
-        self._state.findings.bench_errors.append(run.sdo.lost())
+        self._state.findings.bench_errors.append(session.loss())
         self._state.findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
 
     def _give_up(self, result: CaseResult, why: str) -> None:

@@ -40,7 +40,7 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
     """
     if error is not None and is_own_case(item) and not isinstance(error, OUTCOMES):
         error = run.bench_error = suite_error(error)
-    pauses, breach = run.sdo.pauses, isinstance(error, Violation | ServerAborted)
+    pauses, breach = run.sdo.wire.pauses, isinstance(error, Violation | ServerAborted)
     if breach and pauses.excuse:
         pauses.notes.append(f"bench: what came of it: {error}")
         error, breach = pauses.not_judged(), False

@@ -29,6 +29,7 @@ from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.record import CaseRecord
 from conformance.faults.hosting import virtual_host
 from conformance.run.bench import private_channel
 from conformance.sdo.layout import Multiplexer
@@ -37,6 +38,8 @@ from conformance.sdo.rules import Level, Rule
 sys.path.insert(0, str(Path(__file__).parent / "fleet"))
 from foreign_objects import DOMAIN, NODE_ID, payload
 from suite_client import SuiteClient
+
+from conformance.dialogue.blocks import Blocks
 
 NUMBER = Multiplexer(0x2004)
 RULE = Rule("bench", "", Level.MAY, "What a transfer costs.")
@@ -146,7 +149,7 @@ def clients() -> Iterator[tuple[SuiteClient, Dialogue, SdoClient]]:
         network.add_node(node)
         network.connect()
         node.sdo.RESPONSE_TIMEOUT = PATIENCE
-        yield SuiteClient(near[0]), Dialogue(near[1], device, RULE, seed=1), node.sdo
+        yield SuiteClient(near[0]), Dialogue(near[1], device, CaseRecord(RULE), seed=1), node.sdo
 
 
 def repeated(count: int, task: Callable[[], object]) -> None:
@@ -212,7 +215,7 @@ def transfers(size: int, count: int) -> Generator[Transfer, None, None]:
         size,
         Rhythm(blocks, BLOCK, 1),
         lambda sdo: sdo.block_download(DOMAIN, data),
-        lambda sdo: sdo.block_download(DOMAIN, data),
+        lambda sdo: Blocks(sdo).download(DOMAIN, data),
         lambda sdo: canopen_write(sdo, data),
     )
     yield Transfer(
@@ -220,7 +223,7 @@ def transfers(size: int, count: int) -> Generator[Transfer, None, None]:
         size,
         Rhythm(blocks, 1, BLOCK),
         lambda sdo: sdo.block_upload(DOMAIN),
-        lambda sdo: sdo.block_upload(DOMAIN),
+        lambda sdo: Blocks(sdo).upload(DOMAIN),
         canopen_read,
     )
 

@@ -6,10 +6,11 @@ requests is the device's where it names what was asked and nobody else answers t
 """
 
 from collections import Counter, deque
+from collections.abc import Iterable, Sequence
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
 from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
@@ -97,3 +98,22 @@ def format_of(frame: CanFrame) -> str:
     """
     kind = "remote frame" if frame.remote else "CAN FD frame" if frame.fd else "frame"
     return f"{'29' if frame.extended else '11'}-bit {kind}"
+
+
+def heard_elsewhere(overheard: Sequence[CanFrame], number: int) -> str:
+    """Say what was heard instead of an answer on an identifier with a number."""
+    alike = [frame for frame in overheard if frame.can_id == number]
+    heard = [str(frame) for frame in overheard if frame.dlc == FRAME_LENGTH and frame not in alike]
+    told = f"; heard on other identifiers: {', '.join(heard[-3:])}" if heard else ""
+    if alike:
+        told += f"; heard with that number, but a {format_of(alike[-1])}: {alike[-1]}"
+    return told
+
+
+def asked_by_others(overheard: Iterable[CanFrame]) -> set[int]:
+    """Return the node-IDs to which somebody else sent requests."""
+    return {
+        frame.can_id & 0x7F
+        for frame in overheard
+        if frame.can_id & ~0x7F == REQUEST_BASE and not (frame.extended or frame.remote)
+    }

@@ -3,14 +3,29 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from conformance.device.deny import READ_ONLY_PROBES, denial, how_to_permit
+from conformance.device.deny import (
+    LOAD_DEFAULTS,
+    NMT,
+    READ_ONLY_PROBES,
+    SDO_PARAMETERS,
+    STORE_PARAMETERS,
+    denial,
+    how_to_permit,
+)
+from conformance.device.lacking import NotTestable
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
-# Where the objects of the device and of its profile are; what is below is communication.
+PURPOSES = {
+    NMT: "to send NMT commands to the device",
+    SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
+    STORE_PARAMETERS: "to let the device store its parameters (1010h)",
+    LOAD_DEFAULTS: "to let the device load its defaults (1011h)",
+}
 CONSTANT = (0x1000, 0x1018)
+# Where the objects of the device and of its profile are; what is below is communication.
 FIRST_OF_DEVICE, LAST_OF_DEVICE = 0x2000, 0x9FFF
 
 
@@ -38,6 +53,19 @@ class Permits:
             group = denial(known.mux.index, self.permissions)
             if group is not None and known.access.writable:
                 raise NotPermitted(f"{known.mux} was named, but {how_to_permit(group)}.")
+
+    def require(self, permission: str) -> None:
+        """Raise NotTestable without a permission."""
+        if permission not in self.permissions:
+            raise NotTestable(
+                f"needs permission {PURPOSES[permission]}: add --sdo-allow={permission}"
+            )
+
+    def require_write(self, index: int) -> None:
+        """Raise NotTestable without the permission that lets an object be written."""
+        group = denial(index, self.permissions)
+        if group is not None:
+            raise NotTestable(how_to_permit(group))
 
     def refusal(self, known: KnownObject) -> str:
         """Say why an entry may not be written and what to add; empty when it may."""

@@ -4,8 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.objects import KnownObject
-from conformance.dialogue.room import RoomSteps
+from conformance.dialogue.dialogue import NOT_PRECISE, Dialogue, named
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
@@ -26,7 +25,6 @@ from conformance.sdo.frames import (
     Request,
     UploadInitiateResponse,
 )
-from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
 from conformance.sdo.stepping import Result, advance
 
@@ -35,38 +33,38 @@ PATIENCE = 1.5
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
 
 
-def segments_of(data: bytes) -> list[bytes]:
-    """Return the data in pieces of 7 bytes; of no data one empty piece."""
-    return [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
-
-
-class BlockSteps(RoomSteps):
+class Blocks:
     """Exchanges and transfers in blocks. A server without them gets ``Unimplemented``."""
 
-    def initiate_block_download(
+    def __init__(self, sdo: Dialogue, recover: Callable[[], bool] | None = None) -> None:
+        """``recover`` leaves the server idle after a refusal, whatever it may still send."""
+        self._sdo = sdo
+        self._recover = sdo.silence.recover if recover is None else recover
+
+    def initiate_download(
         self, target: Target, size: int | None, *, crc: bool = True
     ) -> BlockDownloadInitiateResponse:
         """Announce a block download of ``size`` bytes; for None the size is not indicated."""
         mux = mux_of(target)
         request = BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
         try:
-            self.send(request)
-            return self.checks.block_download_initiate(self.receive(), mux)
+            self._sdo.send(request)
+            return self._sdo.checks.block_download_initiate(self._sdo.receive(), mux)
         except ServerAborted as aborted:
             ordinary = BlockDownloadInitiate.with_size(mux, size)
             raise self._why_refused(aborted.abort, request, ordinary) from aborted
 
-    def initiate_block_upload(
+    def initiate_upload(
         self, target: Target, *, block_size: int = LARGEST_BLOCK, crc: bool = True
     ) -> BlockUploadInitiateResponse:
         """Ask for a block upload, which must not become an ordinary one (pst = 0)."""
         mux = mux_of(target)
         request = BlockUploadInitiate(mux, block_size, crc_supported=crc)
         try:
-            self.send(request)
-            frame = self.receive()
+            self._sdo.send(request)
+            frame = self._sdo.receive()
             self._check_not_ordinary(frame)
-            return self.checks.block_upload_initiate(frame, mux)
+            return self._sdo.checks.block_upload_initiate(frame, mux)
         except ServerAborted as aborted:
             ordinary = BlockUploadInitiate(mux, LARGEST_BLOCK)
             raise self._why_refused(aborted.abort, request, ordinary) from aborted
@@ -79,23 +77,23 @@ class BlockSteps(RoomSteps):
         """
         if not isinstance(decode_response(frame), UploadInitiateResponse):
             return
-        self.end_transfer()
-        self.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
-        answer = self.receive()
-        self.end_transfer()
+        self._sdo.end_transfer()
+        self._sdo.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
+        answer = self._sdo.receive()
+        self._sdo.end_transfer()
         if isinstance(decode_response(answer), UploadInitiateResponse):
             raise NotTestable(
                 "the server answers block uploads with ordinary ones though pst = 0 forbids it: "
                 "see specifier.block-upload"
             )
 
-    def require_block_download(self) -> None:
+    def require_download(self) -> None:
         """Raise Unimplemented unless the server has block downloads; asks it once in a run.
 
         It lacks them where it refuses them of whatever object, with or without size. Which code is
         right then is for specifier.block-download to judge.
         """
-        device = self.device
+        device = self._sdo.device
         if device.block_download_refusal is None:
             found = [device.writable(), *device.all_writable()[-1:]]
             requests = [
@@ -107,13 +105,13 @@ class BlockSteps(RoomSteps):
         if device.block_download_refusal:
             raise Unimplemented(device.block_download_refusal)
 
-    def require_block_upload(self) -> None:
+    def require_upload(self) -> None:
         """Raise Unimplemented unless the server has block uploads; asks it once in a run.
 
         It lacks them where it refuses them of whatever object. Which code is right then is for
         specifier.block-upload to judge.
         """
-        device = self.device
+        device = self._sdo.device
         if device.block_upload_refusal is None:
             longest = max(
                 device.values, key=lambda mux: len(device.values[mux]), default=DEVICE_TYPE
@@ -131,11 +129,11 @@ class BlockSteps(RoomSteps):
         """Return the first refusal where every request is refused; empty where one is not."""
         first = ""
         for request in requests:
-            self.send(request)
-            frame = self.receive()
+            self._sdo.send(request)
+            frame = self._sdo.receive()
             response = decode_response(frame)
-            if self.tracker.open is not None:
-                self.recover()  # the first abort of the run, as often as not: it may be answered
+            if self._sdo.tracker.open is not None:
+                self._recover()  # the first abort of the run, as often as not: it may be answered
             if not isinstance(response, Abort):
                 return ""
             first = first or describe_response(frame)
@@ -146,15 +144,15 @@ class BlockSteps(RoomSteps):
     def _why_refused(self, abort: Abort, request: Request, ordinary: Request) -> Exception:
         """Tell a server without block transfer from one that refuses just this request."""
         if isinstance(request, BlockDownloadInitiate):
-            self.require_block_download()
+            self.require_download()
         else:
-            self.require_block_upload()
+            self.require_upload()
         shown = describe_response(abort.encode())
         served = False
         if abort.code in NOT_THERE and request != ordinary:
-            self.send(ordinary)
-            served = not isinstance(decode_response(self.receive()), Abort)
-            self.end_transfer()
+            self._sdo.send(ordinary)
+            served = not isinstance(decode_response(self._sdo.receive()), Abort)
+            self._sdo.end_transfer()
         if abort.code in NOT_THERE and not served:
             return Unimplemented(shown)
         refused = Violation(NOT_REFUSED, expected="a block transfer to be served", actual=shown)
@@ -167,16 +165,16 @@ class BlockSteps(RoomSteps):
         None is sent to a server that has left the transfer.
         """
         for number, chunk in enumerate(chunks):
-            if self.has_left():
+            if self._sdo.wire.has_left():
                 break
             final = last and number == len(chunks) - 1
-            self.send(BlockSegment.with_data(first + number, chunk, last=final))
+            self._sdo.send(BlockSegment.with_data(first + number, chunk, last=final))
 
     def acknowledged(self, target: Target, sequence: int) -> BlockAck:
         """Expect the acknowledgement of the segments up to ``sequence``."""
-        with self._served():
-            frame = self.receive()
-            ack = self.checks.block_ack(frame, mux_of(target), LARGEST_BLOCK)
+        with self._sdo.served():
+            frame = self._sdo.receive()
+            ack = self._sdo.checks.block_ack(frame, mux_of(target), LARGEST_BLOCK)
         if ack.sequence != sequence:
             raise Violation(
                 BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(frame)
@@ -190,14 +188,14 @@ class BlockSteps(RoomSteps):
         time-out, when it may as well give up. Where that time is declared it is waited for; where
         it is not, silence is recorded. Returns None, and no transfer runs, if there is none.
         """
-        declared, seconds = self.device.server_timeout, self.channel.response_timeout
-        data = self.wait(seconds + PATIENCE * (declared or 0))
+        declared, seconds = self._sdo.device.server_timeout, self._sdo.channel.response_timeout
+        data = self._sdo.wait(seconds + PATIENCE * (declared or 0))
         if data is None and declared is None:
-            self.notes.append(
+            self._sdo.info(
                 f"a gap is not acknowledged within {seconds * 1000:g} ms: declare the time after "
                 "which the device acknowledges it, or gives up, with --sdo-server-timeout=SECONDS"
             )
-            self.end_transfer()
+            self._sdo.end_transfer()
             return None
         if data is None:
             raise Violation(
@@ -207,52 +205,52 @@ class BlockSteps(RoomSteps):
             )
         response = decode_response(data)
         if declared and isinstance(response, Abort) and response.code == AbortCode.TIMED_OUT:
-            self.checks.abort(data, mux_of(target))
-            self.notes.append("a gap is not acknowledged: the server gives up")
+            self._sdo.checks.abort(data, mux_of(target))
+            self._sdo.info("a gap is not acknowledged: the server gives up")
             return None
-        with self._served():
-            ack = self.checks.block_ack(data, mux_of(target), LARGEST_BLOCK)
+        with self._sdo.served():
+            ack = self._sdo.checks.block_ack(data, mux_of(target), LARGEST_BLOCK)
         if ack.sequence != sequence:
             raise Violation(
                 BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(data)
             )
         return ack
 
-    def end_block_download(self, target: Target, *, unused: int, crc: int) -> None:
+    def end_download(self, target: Target, *, unused: int, crc: int) -> None:
         """Send the end frame and expect its confirmation."""
-        with self._served():
-            self.send(BlockEnd(unused, crc))
-            self.checks.block_end_response(self.receive(), mux_of(target))
+        with self._sdo.served():
+            self._sdo.send(BlockEnd(unused, crc))
+            self._sdo.checks.block_end_response(self._sdo.receive(), mux_of(target))
 
-    def start_block_upload(self, target: Target, block_size: int) -> list[BlockSegment]:
+    def start_upload(self, target: Target, block_size: int) -> list[BlockSegment]:
         """Start a block upload that was initiated; return its first sub-block."""
         return self.sub_block(target, BlockUploadStart(), block_size)
 
     def sub_block(self, target: Target, request: Request, block_size: int) -> list[BlockSegment]:
         """Send a request and return the sub-block that answers it."""
         mux = mux_of(target)
-        with self._served():
-            self.send(request)
-            segments = [self.checks.block_segment(self.receive(), mux, 1)]
+        with self._sdo.served():
+            self._sdo.send(request)
+            segments = [self._sdo.checks.block_segment(self._sdo.receive(), mux, 1)]
             while not segments[-1].last and len(segments) < block_size:
                 due = len(segments) + 1
-                segments.append(self.checks.block_segment(self.receive(), mux, due))
+                segments.append(self._sdo.checks.block_segment(self._sdo.receive(), mux, due))
         return segments
 
-    def end_of_block_upload(self, target: Target, ack: BlockAck) -> BlockEnd:
+    def end_of_upload(self, target: Target, ack: BlockAck) -> BlockEnd:
         """Acknowledge the last sub-block of a block upload and return the end frame."""
-        with self._served():
-            self.send(ack)
-            return self.checks.block_end(self.receive(), mux_of(target))
+        with self._sdo.served():
+            self._sdo.send(ack)
+            return self._sdo.checks.block_end(self._sdo.receive(), mux_of(target))
 
-    def block_download(
+    def download(
         self, target: Target, data: bytes, *, sized: bool = True, crc: bool = True
     ) -> None:
         """Write an object in blocks: every segment has to be taken at once."""
         mux = mux_of(target)
         ordinary = BlockDownloadInitiate.with_size(mux, len(data))
         repeated = self._run_block(
-            self.client.block_download(mux, data, sized=sized, crc=crc), ordinary
+            self._sdo.client.block_download(mux, data, sized=sized, crc=crc), ordinary
         )
         if repeated:
             raise Violation(
@@ -261,58 +259,40 @@ class BlockSteps(RoomSteps):
                 actual=f"{repeated} segments had to be sent again",
             )
 
-    def try_block_download(self, target: Target, data: bytes) -> Abort | None:
+    def try_download(self, target: Target, data: bytes) -> Abort | None:
         """Write an object in blocks; return the abort if the server refuses."""
-        return self.abort_of(self.client.block_download(mux_of(target), data))
+        return self._sdo.abort_of(self._sdo.client.block_download(mux_of(target), data))
 
-    def try_block_upload(self, target: Target) -> Uploaded | Abort:
+    def try_upload(self, target: Target) -> Uploaded | Abort:
         """Read an object in blocks; return the abort if the server refuses."""
         try:
-            return self._run(self.client.block_upload(mux_of(target)))
+            return self._sdo.run(self._sdo.client.block_upload(mux_of(target)))
         except ServerAborted as aborted:
             return aborted.abort
 
-    def attempt(self, transfer: Generator[Step, bytes, Result]) -> Result | Abort:
-        """Run a transfer that the server may refuse at its initiate; return its result or abort.
-
-        Which multiplexer such an abort carries is for the caller to check.
-        """
-        initiate = next(transfer)
-        if isinstance(initiate, Burst):
-            raise TypeError("a transfer begins with one request")
-        superseded = self.tracker.open
-        self.send(initiate)
-        frame = self.receive()
-        response = decode_response(frame)
-        if isinstance(response, Abort):
-            self.checks.abort(frame, None)
-            served = self.behind_superseded(response, superseded) if superseded else None
-            if served is None:
-                return response
-            frame = served
-        step = advance(transfer, frame)
-        with self._served():
-            return self._go_on(transfer, step)
-
-    def behind_superseded(self, abort: Abort, superseded: Multiplexer) -> bytes | None:
-        """Return the answer to a new initiate that follows an abort of the superseded transfer.
-
-        None where there is none: the server has refused the new one.
-        """
-        if abort.mux != superseded:
-            return None
-        frame = self.wait(self.channel.pace.soon(self.channel.response_timeout))
-        if frame is not None:
-            self.notes.append("the superseded transfer is aborted, and the new one is served")
-        return frame
-
-    def block_crc_supported(self, known: KnownObject) -> bool:
-        """Say whether the server offers a CRC for a block download to a string or domain."""
-        response = self.initiate_block_download(known, self.fit(known, 14))
-        self.end_transfer()
+    def offers_crc(self, target: Target, size: int) -> bool:
+        """Say whether the server offers a CRC for a download of ``size`` bytes."""
+        response = self.initiate_download(target, size)
+        self._sdo.end_transfer()
         return response.crc_supported
 
-    def block_upload(
+    def expect_download_refused(
+        self, target: Target, data: bytes, *codes: AbortCode, size: int
+    ) -> None:
+        """Send a download that announces ``size`` bytes and has to be refused.
+
+        At which moment is the server's choice, with the end frame at the latest.
+        """
+        self.require_download()
+        transfer = self._sdo.client.block_download(mux_of(target), data, announced=size)
+        abort = self._sdo.abort_of(transfer)
+        if abort is None:
+            raise self._sdo.breach(
+                f"abort with {named(codes)}, at the end at the latest", "the end was confirmed"
+            )
+        self._sdo.take_abort(abort.encode(), codes, target, NOT_PRECISE)
+
+    def upload(
         self,
         target: Target,
         *,
@@ -324,7 +304,7 @@ class BlockSteps(RoomSteps):
     ) -> Uploaded:
         """Read an object in blocks."""
         mux = mux_of(target)
-        transfer = self.client.block_upload(
+        transfer = self._sdo.client.block_upload(
             mux,
             block_size=block_size,
             threshold=threshold,
@@ -339,13 +319,13 @@ class BlockSteps(RoomSteps):
         initiate = next(transfer)
         if isinstance(initiate, Burst):
             raise TypeError("a block transfer begins with one request")
-        self.send(initiate)
-        frame = self.receive()
+        self._sdo.send(initiate)
+        frame = self._sdo.receive()
         if isinstance(initiate, BlockUploadInitiate) and not initiate.threshold:
             self._check_not_ordinary(frame)
         try:
             step = advance(transfer, frame)
         except ServerAborted as aborted:
             raise self._why_refused(aborted.abort, initiate, ordinary) from aborted
-        with self._served():
-            return self._go_on(transfer, step)
+        with self._sdo.served():
+            return self._sdo.go_on(transfer, step)

@@ -6,13 +6,13 @@ COB-IDs, and then it is enabled. The values of before are put back after the cas
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import Self
 
 from conformance.bus.channel import Channel
 from conformance.device.deny import SDO_PARAMETERS
 from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.dialogue.network import NetworkSteps
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.parameters import Parameters
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.checks import ServerAborted
@@ -39,7 +39,7 @@ TEST_CHANNELS = (
 )
 LONG_CHANNEL = ChannelIds(CobId(0x18FF_0681, True), CobId(0x18FF_06A1, True))
 
-Running = tuple["ChannelSteps", Generator[Step, bytes, object]]
+Running = tuple[Dialogue, Generator[Step, bytes, object]]
 
 
 def is_cob_id(mux: Multiplexer) -> bool:
@@ -51,45 +51,52 @@ def is_cob_id(mux: Multiplexer) -> bool:
     return mux == EMERGENCY_ID or (in_record and mux.sub_index in (REQUEST, RESPONSE))
 
 
-class ChannelSteps(NetworkSteps):
-    """Exchanges on several channels of one device."""
+class Channels:
+    """The SDO channels of one device, and the same case on several of them."""
+
+    def __init__(self, sdo: Dialogue) -> None:
+        """Take what talks on the channel of the case, and configures the others."""
+        self._sdo = sdo
+        self._device = sdo.device
+        self._channel = sdo.channel
+        self._parameters = Parameters(sdo)
 
     # Which channels there are
 
-    def further_channels(self) -> tuple[int, ...]:
+    def records(self) -> tuple[int, ...]:
         """Return the records behind 1200h, those first that are not in use; looks once in a run."""
-        if self.device.further_channels is None:
+        if self._device.further_channels is None:
             found = []
             for index in range(DEFAULT_RECORD + 1, LAST_RECORD + 1):
                 try:
-                    request = CobId.from_bytes(self.read(Multiplexer(index, REQUEST)))
+                    request = CobId.from_bytes(self._sdo.read(Multiplexer(index, REQUEST)))
                 except ServerAborted:
                     break
                 found.append((request.valid, index))
-            self.device.further_channels = tuple(index for _, index in sorted(found))
-        return self.device.further_channels
+            self._device.further_channels = tuple(index for _, index in sorted(found))
+        return self._device.further_channels
 
     def require_records(self, count: int = 1) -> tuple[int, ...]:
         """Return so many records behind 1200h, none of them that of this channel.
 
         Raises Unimplemented, with the refusal, when the device has not as many.
         """
-        found = self.further_channels()
+        found = self.records()
         if len(found) < count:
             raise Unimplemented(self.refusal(Multiplexer(DEFAULT_RECORD + 1 + len(found), REQUEST)))
         others = tuple(index for index in found if not self._is_own(index))[:count]
         if len(others) < count:
             raise NotTestable(
-                f"needs {count} SDO channel(s) beside the default one and {self.channel.ids}"
+                f"needs {count} SDO channel(s) beside the default one and {self._channel.ids}"
             )
         return others
 
     def _is_own(self, index: int) -> bool:
-        if self.on_default_channel:
+        if self._sdo.on_default_channel:
             return False
-        return self.cob_id(index, REQUEST).can_id == self.channel.ids.request.can_id
+        return self.cob_id(index, REQUEST).can_id == self._channel.ids.request.can_id
 
-    def require_further(self, count: int = 1) -> tuple[int, ...]:
+    def require(self, count: int = 1) -> tuple[int, ...]:
         """Return so many records that may be configured; raises NotTestable without permission."""
         found = self.require_records(count)
         self.require_parameters()
@@ -97,37 +104,37 @@ class ChannelSteps(NetworkSteps):
 
     def require_parameters(self) -> None:
         """Raise NotTestable unless SDO parameters may be written."""
-        self.require(SDO_PARAMETERS)
+        self._device.permits.require(SDO_PARAMETERS)
 
     def require_client_entry(self) -> int:
         """Return a record with a sub-index 03h that may be configured."""
-        self.require_further()
-        found = [index for index in self.further_channels() if not self._is_own(index)]
+        self.require()
+        found = [index for index in self.records() if not self._is_own(index)]
         for index in found:
-            if self.upload(Multiplexer(index, COUNT))[:1] == bytes((CLIENT,)):
+            if self._sdo.upload(Multiplexer(index, COUNT))[:1] == bytes((CLIENT,)):
                 return index
         raise Unimplemented(self.refusal(Multiplexer(found[0], CLIENT)))
 
     def refusal(self, mux: Multiplexer) -> str:
         """Read what has to be refused because it does not exist; return the refusal in words."""
         try:
-            self.read(mux)
+            self._sdo.read(mux)
         except ServerAborted as aborted:
             shown = describe_response(aborted.abort.encode())
             if aborted.abort.code in (NO_SUCH_ENTRY if mux.sub_index == CLIENT else NOT_THERE):
                 return shown
-            raise self.breach(f"{mux} to be refused as missing", shown) from aborted
-        raise self.breach(f"{mux} to be refused as before", "it is served")
+            raise self._sdo.breach(f"{mux} to be refused as missing", shown) from aborted
+        raise self._sdo.breach(f"{mux} to be refused as before", "it is served")
 
     # COB-IDs
 
     def cob_id(self, index: int, sub_index: int) -> CobId:
         """Read a COB-ID of a record."""
-        return CobId.from_bytes(self.upload(Multiplexer(index, sub_index)))
+        return CobId.from_bytes(self._sdo.upload(Multiplexer(index, sub_index)))
 
     def try_cob_id(self, index: int, sub_index: int, cob_id: CobId) -> Abort | None:
         """Write a COB-ID to a record; return the abort if the server refuses."""
-        return self.write_parameter(Multiplexer(index, sub_index), bytes(cob_id))
+        return self._parameters.write(Multiplexer(index, sub_index), bytes(cob_id))
 
     def set_cob_id(self, index: int, sub_index: int, cob_id: CobId) -> None:
         """Write a COB-ID to a record, which the server has to take."""
@@ -142,7 +149,7 @@ class ChannelSteps(NetworkSteps):
     def take_confirmation(self, index: int, sub_index: int) -> Abort | None:
         """Take the answer to a write to a record: a confirmation, or an abort to be judged."""
         try:
-            self.checks.download_initiate(self.receive(), Multiplexer(index, sub_index))
+            self._sdo.checks.download_initiate(self._sdo.receive(), Multiplexer(index, sub_index))
         except ServerAborted as aborted:
             return aborted.abort
         return None
@@ -151,7 +158,7 @@ class ChannelSteps(NetworkSteps):
         """Take the answer to a write to a record: taken, or refused for its value."""
         abort = self.take_confirmation(index, sub_index)
         if abort is not None and abort.code not in BAD_VALUE:
-            raise self.breach(
+            raise self._sdo.breach(
                 "a confirmation, or an abort for the value (06090030h)",
                 describe_response(abort.encode()),
             )
@@ -159,7 +166,7 @@ class ChannelSteps(NetworkSteps):
 
     def disable(self, mux: Multiplexer) -> None:
         """Set bit 31 of a COB-ID that is in use."""
-        before = CobId.from_bytes(self.upload(mux))
+        before = CobId.from_bytes(self._sdo.upload(mux))
         if before.valid:
             self.set_cob_id(mux.index, mux.sub_index, before.disabled())
 
@@ -170,7 +177,7 @@ class ChannelSteps(NetworkSteps):
 
     def configure(self, index: int, ids: ChannelIds) -> None:
         """Give a channel its COB-IDs and put it into use."""
-        if ids == self.channel.ids:
+        if ids == self._channel.ids:
             raise NotTestable(f"needs {ids}, which are those of the channel under test")
         self.disable_channel(index)
         for cob_ids in (
@@ -183,10 +190,10 @@ class ChannelSteps(NetworkSteps):
     # Talking on them
 
     @contextmanager
-    def on_channel(self, ids: ChannelIds) -> Iterator[Self]:
+    def on(self, ids: ChannelIds) -> Iterator[Dialogue]:
         """Talk on a channel that was configured; its server has to be idle in the end."""
         with self.listen_on(ids) as other:
-            other.calms_down = True
+            other.silence.calms_down = True
             try:
                 yield other
             finally:
@@ -200,23 +207,18 @@ class ChannelSteps(NetworkSteps):
                 )
 
     @contextmanager
-    def listen_on(self, ids: ChannelIds) -> Iterator[Self]:
+    def listen_on(self, ids: ChannelIds) -> Iterator[Dialogue]:
         """Talk on a channel that need not be there; what is found counts for this case."""
         channel = Channel(
-            self.channel.link, self.device.node_id, self.channel.response_timeout, ids
+            self._channel.link, self._device.node_id, self._channel.response_timeout, ids
         )
-        other = type(self)(channel, self.device, self.rule, 0, self.causes)
-        other.minor, other.notes, other.written = self.minor, self.notes, self.written
-        other.early = self.early
-        other.calms_down = False
-        other.checks, other.client = self.checks, self.client
-        self.channels.append(ids)
+        other = self._sdo.beside(channel)
+        other.silence.calms_down = False
         try:
             yield other
         finally:
             channel.close()
-            self.waited += other.waited
-            self.latency = max(self.latency, other.latency)
+            self._sdo.wire.timing.include(other.wire.timing)
 
     def expect_no_server(self, ids: ChannelIds) -> None:
         """Expect that a request on a channel is not answered, and that this channel still serves.
@@ -226,19 +228,19 @@ class ChannelSteps(NetworkSteps):
         """
         with self.listen_on(ids) as other:
             other.send(UploadInitiate(VENDOR_ID.mux))
-            self.fence()
-            self.fence()
+            self._sdo.fence()
+            self._sdo.fence()
             answers = other.drain()
         if answers:
-            raise self.breach(f"no answer on {ids}", str(answers[0]))
+            raise self._sdo.breach(f"no answer on {ids}", str(answers[0]))
 
     @contextmanager
-    def further(self, number: int = 0) -> Iterator[Self]:
+    def further(self, number: int = 0) -> Iterator[Dialogue]:
         """Configure a further channel, the first or the second, and talk on it."""
-        index = self.require_further(number + 1)[number]
+        index = self.require(number + 1)[number]
         ids = TEST_CHANNELS[number]
         self.configure(index, ids)
-        with self.on_channel(ids) as other:
+        with self.on(ids) as other:
             yield other
 
 
@@ -254,7 +256,7 @@ def interleave(*running: Running) -> list[object]:
         for sdo, _ in running:
             # What it owes on this channel would be a stray answer to whatever comes next.
             with suppress(Violation, ServerAborted):
-                violation.request = violation.request or sdo.last_sent
+                violation.request = violation.request or sdo.wire.last_sent
                 sdo.end_transfer()
                 sdo.fence()
         raise

@@ -1,6 +1,6 @@
 """What a case says to a device and what it expects back: the ``sdo`` that cases are written with.
 
-Transfers (see ``transfers``) perform what leads to the point of a case; the expectations here are
+Transfers (see ``transfers``) perform what leads to the point of a case. The expectations here are
 the point, and fail by the case's rule.
 """
 
@@ -9,11 +9,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from conformance.device.objects import KnownObject
-from conformance.dialogue.blocks import segments_of
 from conformance.dialogue.causes import kind_of_answer
 from conformance.dialogue.delivered import is_written_through
-from conformance.dialogue.storage import StorageSteps
-from conformance.dialogue.transfers import Target, filled_up, mux_of, same_value, shown
+from conformance.dialogue.transfers import Target, Transfers, mux_of
+from conformance.dialogue.values import filled_up, same_value, segments_of, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
@@ -52,7 +51,7 @@ def named(codes: tuple[AbortCode, ...]) -> str:
     return " or ".join(describe_code(code) for code in codes) or "any code of CiA 301"
 
 
-class Dialogue(StorageSteps):
+class Dialogue(Transfers):
     """The conversation of one case with one device."""
 
     # Expectations: the point of a case
@@ -128,22 +127,6 @@ class Dialogue(StorageSteps):
             f"{self.words(frame)} for the last segment",
         )
 
-    def expect_block_download_refused(
-        self, target: Target, data: bytes, *codes: AbortCode, size: int
-    ) -> None:
-        """Send a block download that announces ``size`` bytes and has to be refused.
-
-        At which moment is the server's choice, with the end frame at the latest.
-        """
-        self.require_block_download()
-        transfer = self.client.block_download(mux_of(target), data, announced=size)
-        abort = self.abort_of(transfer)
-        if abort is None:
-            raise self.breach(
-                f"abort with {named(codes)}, at the end at the latest", "the end was confirmed"
-            )
-        self.take_abort(abort.encode(), codes, target, NOT_PRECISE)
-
     def expect_upload_or_abort(
         self, known: KnownObject, due: bytes, *codes: AbortCode, warned: tuple[AbortCode, ...] = ()
     ) -> None:
@@ -213,7 +196,7 @@ class Dialogue(StorageSteps):
             breach.habit = OLD_GOES_ON
             raise breach from None
         except Violation as breach:
-            if breach.habit is None and not self.is_known(breach):
+            if breach.habit is None and not self.record.is_known(breach, self.wire.last_sent):
                 breach.habit = OLD_GOES_ON
             raise
 
@@ -227,12 +210,12 @@ class Dialogue(StorageSteps):
 
     def expect_over(self) -> None:
         """Expect that a transfer does not go on with what was sent last, as ``expect_dead``."""
-        aborted = self.server_aborted
+        aborted = self.wire.server_aborted
         try:
             self.expect_silence_or_abort()
         except Violation as breach:
             # Several answers are none that was asked for: the segments of a sub-block, say.
-            told = breach.rule is self.rule or breach.rule is UNSOLICITED
+            told = breach.rule is self.record.rule or breach.rule is UNSOLICITED
             if aborted and told and not kind_of_answer(breach.actual).startswith("abort"):
                 breach.habit = GOES_ON
             raise
@@ -270,7 +253,9 @@ class Dialogue(StorageSteps):
 
         A server that waits for segments of a block may acknowledge what it has before.
         """
-        begin = time.monotonic() if self.pauses.active_at is None else self.pauses.active_at
+        begin = (
+            time.monotonic() if self.wire.pauses.active_at is None else self.wire.pauses.active_at
+        )
         for _ in range(MOST_ACKNOWLEDGEMENTS):
             frame = self.wait(seconds + self.channel.response_timeout)
             if frame is None or not isinstance(self.read_as(frame), BlockAck):
@@ -288,7 +273,7 @@ class Dialogue(StorageSteps):
 
         It need not where it waits for segments of a block: it may acknowledge what it has.
         """
-        frame = self.pause(seconds)
+        frame = self.wire.pause(seconds)
         if frame is not None and not isinstance(self.read_as(frame), BlockAck):
             raise self.breach(f"no answer for {seconds:g} s", self.words(frame))
         return frame is None
@@ -301,11 +286,22 @@ class Dialogue(StorageSteps):
         if not same_data(known.data_type, found, due):
             self.note(filled_up(known, due, found))
 
+    def expect_empty(self, known: KnownObject, found: bytes, before: int) -> None:
+        """Expect an empty value to read as nothing or as one byte 00h.
+
+        A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
+        read last.
+        """
+        fills = known.data_type is DataType.VISIBLE_STRING or known.filled > 0
+        filled = fills and len(found) >= before
+        if found.strip(b"\0") or (len(found) > 1 and not filled):
+            raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
+
     @contextmanager
     def unchanged(self, known: KnownObject) -> Iterator[bytes]:
         """Expect an object to keep its value; see ``expect_kept``."""
         before = self.upload(known)
-        self.delivered.forget(known.mux)
+        self.wire.delivered.forget(known.mux)
         yield before
         self.end_transfer()
         self.expect_kept(known, before)
@@ -323,7 +319,7 @@ class Dialogue(StorageSteps):
         if same_value(known, found, before):
             return
         due, actual = f"{known} reads {shown(before)}", f"{known} reads {shown(found)}"
-        parts = self.delivered.of(known.mux)
+        parts = self.wire.delivered.of(known.mux)
         if known.data_type is DataType.DOMAIN or is_written_through(found, before, parts):
             self.note(Violation(PART_WRITTEN, expected=due, actual=actual))
         else:
@@ -331,10 +327,6 @@ class Dialogue(StorageSteps):
 
     def expect_clean(self, rule: Rule) -> None:
         """Expect that no response of this case broke a rule that does not stop a transfer."""
-        for violation in self.minor:
+        for violation in self.record.minor:
             if violation.rule is rule:
                 raise violation
-
-    def info(self, note: str) -> None:
-        """Record what the device does where the specification says nothing."""
-        self.notes.append(note)

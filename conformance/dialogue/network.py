@@ -1,21 +1,17 @@
-"""What a case does beside SDO: NMT commands, boot-up and heartbeat, communication parameters.
+"""What a case does beside SDO: NMT commands, boot-up and heartbeat.
 
-All of it needs a permission of the user. What was done is undone: the device ends Pre-operational,
-and the parameters get back what they held.
+All of it needs a permission of the user. The device ends Pre-operational.
 """
 
 import time
 
-from conformance.bus.channel import Channel
-from conformance.device.deny import LOAD_DEFAULTS, NMT, SDO_PARAMETERS, STORE_PARAMETERS
-from conformance.device.device import Device
+from conformance.device.deny import NMT
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.blocks import BlockSteps
-from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT, Causes
+from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.parameters import Parameters
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.checks import ServerAborted
-from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import (
@@ -25,7 +21,7 @@ from conformance.sdo.nmt import (
     NmtMessage,
     NmtState,
 )
-from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.rules import Violation
 from conformance.sdo.rules.channels import NMT_INITIALISING
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
@@ -42,99 +38,79 @@ BOOT_TIME = 5.0
 # How long a device without heartbeats gets to enter a state that nobody can see.
 SETTLING_TIME = 0.1
 TOO_SHORT = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
-PURPOSES = {
-    NMT: "to send NMT commands to the device",
-    SDO_PARAMETERS: "to write the SDO parameters of the device (1200h to 12FFh)",
-    STORE_PARAMETERS: "to let the device store its parameters (1010h)",
-    LOAD_DEFAULTS: "to let the device load its defaults (1011h)",
-}
 
 
-class NetworkSteps(BlockSteps):
-    """NMT and communication parameters of one device."""
+class Network:
+    """NMT and heartbeat of one device, in one case.
 
-    def __init__(
-        self,
-        channel: Channel,
-        device: Device,
-        rule: Rule,
-        seed: int,
-        causes: Causes | None = None,
-    ) -> None:
+    ``state`` is the NMT state that the device was brought into, None as long as it was not asked
+    for one. ``expected_boot_ups`` counts the resets.
+    """
+
+    def __init__(self, sdo: Dialogue) -> None:
         """Nothing was asked of the device yet: its NMT state is what it was."""
-        super().__init__(channel, device, rule, seed, causes)
-        self.nmt_state: NmtState | None = None
+        self.state: NmtState | None = None
         self.expected_boot_ups = 0
+        self._sdo = sdo
+        self._device = sdo.device
+        self._channel = sdo.channel
+        self._parameters = Parameters(sdo)
         self._booting = False
         # The time between heartbeats in seconds, 0 where there are none, or too few.
         self._period = 0.0
 
-    def require(self, permission: str) -> None:
-        """Raise NotTestable without a permission."""
-        if permission not in self.device.permissions:
-            raise NotTestable(
-                f"needs permission {PURPOSES[permission]}: add --sdo-allow={permission}"
-            )
-
-    @property
-    def on_default_channel(self) -> bool:
-        """Whether the case talks on the default channel of the device, which is always there."""
-        return self.channel.ids == ChannelIds.default(self.device.node_id)
-
-    # Network management
-
-    def nmt(self, command: NmtCommand) -> None:
+    def send(self, command: NmtCommand) -> None:
         """Send a command to the device."""
-        self.require(NMT)
+        self._device.permits.require(NMT)
         state = TRANSITIONS[command]
         if state is NmtState.INITIALISING:
-            if not self.on_default_channel:
+            if not self._sdo.on_default_channel:
                 raise NotTestable("a reset may end this channel: needs the default SDO channel")
             self.expected_boot_ups += 1
             self._booting = True
             self._period = 0.0
             self._expect_reset(command)
         if not state.serves_sdo:
-            self.tracker.open = None
-        self.calms_down = state.serves_sdo
-        self.nmt_state = state
-        self.seen.clear()
-        self.channel.send_nmt(NmtMessage(command, self.device.node_id))
+            self._sdo.tracker.open = None
+        self._sdo.silence.calms_down = state.serves_sdo
+        self.state = state
+        self._sdo.wire.seen.clear()
+        self._channel.send_nmt(NmtMessage(command, self._device.node_id))
 
     def _expect_reset(self, command: NmtCommand) -> None:
         """Count as written what a reset may change: it is put back after the case."""
         everything = command is NmtCommand.RESET_NODE
         reset = {
             known.mux
-            for known in self.device.resettable()
+            for known in self._device.resettable()
             if everything or known.mux.index in COMMUNICATION_AREA
         }
         for mux in reset:
-            self.device.will_change(mux)
-        self.written |= reset
+            self._device.will_change(mux)
+        self._sdo.record.written |= reset
 
     def expect_boot_up(self) -> None:
         """Expect the boot-up message that follows a reset; a wrong one is noted, if it is all."""
         self._booting = False
         odd: CanFrame | None = None
-        while (frame := self.channel.receive_error_control(BOOT_TIME)) is not None:
+        while (frame := self._channel.receive_error_control(BOOT_TIME)) is not None:
             if frame.data[0] == NmtState.INITIALISING:
-                self.nmt_state = NmtState.PRE_OPERATIONAL
+                self.state = NmtState.PRE_OPERATIONAL
                 return
             if frame.data[0] & TOGGLED == NmtState.PRE_OPERATIONAL:
                 odd = frame
-                if self.causes.boots_up_as_heartbeat:
+                if self._sdo.record.causes.boots_up_as_heartbeat:
                     break
         if odd is None:
-            raise self.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
-        self.nmt_state = NmtState.PRE_OPERATIONAL
+            raise self._sdo.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
+        self.state = NmtState.PRE_OPERATIONAL
         wrong = Violation(NMT_INITIALISING, expected="a boot-up message: 00h", actual=f"{odd}")
         wrong.habit = BOOTED_AS_HEARTBEAT
-        self.note(wrong)
+        self._sdo.note(wrong)
 
     def reset(self, command: NmtCommand) -> None:
         """Reset the device and see it boot."""
-        self.nmt(command)
+        self.send(command)
         self.expect_boot_up()
 
     def produce_heartbeats(self) -> Abort | None:
@@ -142,17 +118,17 @@ class NetworkSteps(BlockSteps):
 
         One that has a time of its own, which cannot be written, tells its state all the same.
         """
-        self.require(NMT)
-        refusal = self.learn_or_refusal(HEARTBEAT_TIME)
+        self._device.permits.require(NMT)
+        refusal = self._parameters.learn_or_refusal(HEARTBEAT_TIME)
         if refusal is not None:
             return refusal
         for self._period in HEARTBEAT_PERIODS:
             data = round(self._period * 1000).to_bytes(2, "little")
-            refusal = self.write_parameter(HEARTBEAT_TIME, data)
+            refusal = self._parameters.write(HEARTBEAT_TIME, data)
             if refusal is None or refusal.code not in TOO_SHORT:
                 break
         if refusal is not None:
-            own = int.from_bytes(self.device.parameters[HEARTBEAT_TIME], "little") / 1000
+            own = int.from_bytes(self._device.parameters[HEARTBEAT_TIME], "little") / 1000
             self._period = own if own <= LONGEST_PERIOD else 0.0
         return refusal
 
@@ -165,62 +141,41 @@ class NetworkSteps(BlockSteps):
             self._wait_settled()
             return
         told = 0
-        patience = max(self.channel.response_timeout, 2 * self._period)
+        patience = max(self._channel.response_timeout, 2 * self._period)
         for _ in range(round(patience / self._period) + 2):
-            frame = self.channel.receive_error_control(patience)
+            frame = self._channel.receive_error_control(patience)
             if frame is None:
-                raise self.breach("heartbeats, as 1017h says", "none")
-            told = told + 1 if frame.data[0] & 0x7F == self.nmt_state else 0
+                raise self._sdo.breach("heartbeats, as 1017h says", "none")
+            told = told + 1 if frame.data[0] & 0x7F == self.state else 0
             if told > 1:
                 return
-        state = NmtState.INITIALISING if self.nmt_state is None else self.nmt_state
-        raise self.breach(f"heartbeats with {state:02X}h", f"{frame}")
+        state = NmtState.INITIALISING if self.state is None else self.state
+        raise self._sdo.breach(f"heartbeats with {state:02X}h", f"{frame}")
 
     def _wait_settled(self) -> None:
         """Let the time pass in which a device settles; a heartbeat now and then does not end it."""
         deadline = time.monotonic() + SETTLING_TIME
         while (left := deadline - time.monotonic()) > 0:
-            if self.channel.receive_error_control(left) is None:
+            if self._channel.receive_error_control(left) is None:
                 return
 
     def end_heartbeats(self) -> None:
         """Write 0 to 1017h, and expect no heartbeat beyond those that had been queued before."""
-        self.download(HEARTBEAT_TIME, bytes(2))
+        self._sdo.download(HEARTBEAT_TIME, bytes(2))
         # A device that takes its time to confirm that has told its state meanwhile.
-        while self.channel.receive_error_control(0.0) is not None:
+        while self._channel.receive_error_control(0.0) is not None:
             pass
         for _ in range(MOST_QUEUED):
-            if self.channel.receive_error_control(self._period / 2) is None:
+            if self._channel.receive_error_control(self._period / 2) is None:
                 break
-        if self.channel.receive_error_control(2 * self._period) is not None:
-            raise self.breach("no heartbeat with 1017h = 0", "one came")
+        if self._channel.receive_error_control(2 * self._period) is not None:
+            raise self._sdo.breach("no heartbeat with 1017h = 0", "one came")
         self._period = 0.0
 
-    def end_nmt(self) -> None:
+    def end(self) -> None:
         """Leave the device in a state in which it serves, whatever became of the case."""
         if self._booting:
-            self.channel.receive_error_control(BOOT_TIME)
+            self._channel.receive_error_control(BOOT_TIME)
             self._booting = False
-        if self.nmt_state not in (None, NmtState.PRE_OPERATIONAL):
-            self.nmt(NmtCommand.ENTER_PRE_OPERATIONAL)
-
-    # Communication parameters
-
-    def learn(self, mux: Multiplexer) -> bool:
-        """Read a parameter before it is written for the first time; say whether it is there."""
-        return self.learn_or_refusal(mux) is None
-
-    def learn_or_refusal(self, mux: Multiplexer) -> Abort | None:
-        """Read a parameter before it is written for the first time; return the abort if refused."""
-        if mux not in self.device.parameters:
-            try:
-                self.device.parameters[mux] = self.read(mux)
-            except ServerAborted as aborted:
-                return aborted.abort
-        return None
-
-    def write_parameter(self, mux: Multiplexer, data: bytes) -> Abort | None:
-        """Write a parameter that was learned; return the abort if the server refuses."""
-        if not self.learn(mux):
-            raise self.breach(f"{mux} to be readable", "it is not")
-        return self.try_download(mux, data)
+        if self.state not in (None, NmtState.PRE_OPERATIONAL):
+            self.send(NmtCommand.ENTER_PRE_OPERATIONAL)

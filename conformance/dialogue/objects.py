@@ -7,8 +7,9 @@ from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.values import Number, decode_number, encode_number
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.values import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
@@ -51,7 +52,7 @@ def readable_now(sdo: Dialogue, entry: KnownObject) -> bytes:
 
 
 def differing_reads(
-    sdo: Dialogue, entry: KnownObject, *, crc: bool, threshold: int
+    sdo: Dialogue, blocks: Blocks, entry: KnownObject, *, crc: bool, threshold: int
 ) -> tuple[bytes, bytes] | None:
     """Read an entry by an ordinary upload and in blocks; return both where they differ, else None.
 
@@ -62,7 +63,7 @@ def differing_reads(
     for _ in range(1 if entry.is_steady else ATTEMPTS):
         before = sdo.upload(entry)
         ordinary.add(before)
-        uploaded = sdo.block_upload(entry, crc=crc, threshold=threshold)
+        uploaded = blocks.upload(entry, crc=crc, threshold=threshold)
         found = uploaded.data if uploaded.counted else uploaded.data[: entry.length]
         if same_value(entry, found, before):
             return None

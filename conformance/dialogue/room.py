@@ -8,8 +8,7 @@ from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.storing import WAYS
-from conformance.dialogue.transfers import Steps, shown
-from conformance.run.stimuli import BEYOND_16_BITS
+from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import Abort
@@ -17,6 +16,8 @@ from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
 MUCH_ROOM = 4096
+# How many bytes are written beyond a size.
+BEYOND = 8
 # Where so many bytes or fewer are refused, it is found out how many are not.
 MOST_MEASURED = 300
 NO_ROOM = (
@@ -27,8 +28,13 @@ NO_ROOM = (
 )
 
 
-class RoomSteps(Steps):
-    """Writes to objects that may be too small for what is written."""
+class Room:
+    """Writes to strings and domains that may be too small for what is written."""
+
+    def __init__(self, sdo: Transfers) -> None:
+        """Take what writes; what was found out is known of its device."""
+        self._sdo = sdo
+        self._device = sdo.device
 
     def store(
         self,
@@ -46,18 +52,18 @@ class RoomSteps(Steps):
         only. A device that refuses this length alone is at fault.
         """
         self._check_length(known, len(data))
-        way = self.causes.way_to_store
+        way = self._sdo.record.causes.way_to_store
         if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
             return
         try:
             # What matters exactly is what went before as well: it is the case that is repeated.
-            write = self.try_download if exactly else self._try_often
+            write = self._sdo.try_download if exactly else self._try_often
             abort = write(known, data, segmented=segmented, sized=sized)
-            asked = self.last_sent
+            asked = self._sdo.wire.last_sent
         except Violation as broken:
             if exactly:
                 raise
-            self.end_transfer()
+            self._sdo.end_transfer()
             self._store_by_any_way(known, data, broken)
             return
         if abort is None:
@@ -73,11 +79,11 @@ class RoomSteps(Steps):
                 raise refused
             self._store_by_any_way(known, data, refused)
             return
-        self.device.lengths[known.mux].refused.add(len(data))
-        if len(data) <= MOST_MEASURED and self.device.lengths[known.mux].most is None:
+        self._device.lengths[known.mux].refused.add(len(data))
+        if len(data) <= MOST_MEASURED and self._device.lengths[known.mux].most is None:
             self._measure(known, len(data), abort)
             self._check_length(known, len(data))
-        raise self.no_room(known, len(data), abort)
+        raise self.refused(known, len(data), abort)
 
     def _try_often(
         self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True
@@ -88,19 +94,19 @@ class RoomSteps(Steps):
         """
         for rest in reversed(range(MOST_TRIES)):
             try:
-                abort = self.try_download(known, data, segmented=segmented, sized=sized)
+                abort = self._sdo.try_download(known, data, segmented=segmented, sized=sized)
             except Violation:
-                if self.early.met is None or not rest:
+                if self._sdo.record.early.met is None or not rest:
                     raise
-                self.recover()
+                self._sdo.silence.recover()
             else:
-                if self.early.met is None:
+                if self._sdo.record.early.met is None:
                     break
         return abort
 
     def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:
-        refused.request = refused.request or self.last_sent
-        self.note(refused)
+        refused.request = refused.request or self._sdo.wire.last_sent
+        self._sdo.note(refused)
         if not self._store_otherwise(known, data, WAYS):
             raise refused
 
@@ -108,13 +114,13 @@ class RoomSteps(Steps):
         """Write by one of several ways; say whether one of them was taken."""
         for way in ways:
             try:
-                abort = self.abort_of(way(self.client, known.mux, data))
+                abort = self._sdo.abort_of(way(self._sdo.client, known.mux, data))
             except Violation as broken:
-                self.note(broken)
-                self.end_transfer()
+                self._sdo.note(broken)
+                self._sdo.end_transfer()
             else:
                 if abort is None:
-                    self.causes.way_to_store = way
+                    self._sdo.record.causes.way_to_store = way
                     return True
         return False
 
@@ -123,7 +129,7 @@ class RoomSteps(Steps):
 
         Nothing is sent: what was found out holds for the run.
         """
-        lengths = self.device.lengths[known.mux]
+        lengths = self._device.lengths[known.mux]
         if lengths.fixed and size != lengths.most:
             raise NotTestable(
                 f"{known} takes values of {lengths.most} bytes only (others are refused with "
@@ -135,44 +141,44 @@ class RoomSteps(Steps):
                 f"{lengths.refusal}): name a larger string or domain"
             )
 
-    def need_room(self, known: KnownObject, size: int) -> None:
+    def need(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable unless a string or domain takes ``size`` bytes.
 
         Most devices are asked once in a run, for more room than most cases need. The object has
         its own value again then.
         """
-        room = self.device.room
-        if known.mux in room and self.has_room(known, size):
+        room = self._device.room
+        if known.mux in room and self.has(known, size):
             return
         if known.mux not in room:
-            much = MUCH_ROOM if self.device.nowhere else MOST_PLAIN
+            much = MUCH_ROOM if self._device.nowhere else MOST_PLAIN
             room[known.mux] = much if self._takes(known, much) else 0
-        if not self.has_room(known, size) and room[known.mux] < size:
-            self.store(known, self.payload(size), segmented=True)
-            self.device.lengths[known.mux].taken.add(size)
+        if not self.has(known, size) and room[known.mux] < size:
+            self.store(known, self._sdo.payload(size), segmented=True)
+            self._device.lengths[known.mux].taken.add(size)
         self.restore_own(known)
-        if not self.has_room(known, size):
+        if not self.has(known, size):
             # It took much, and its own value: that may be one and the same length.
-            self.store(known, self.payload(size), segmented=True)
-            self.device.lengths[known.mux].taken.add(size)
+            self.store(known, self._sdo.payload(size), segmented=True)
+            self._device.lengths[known.mux].taken.add(size)
             self.restore_own(known)
 
     def restore_own(self, known: KnownObject) -> None:
         """Write the value that an object had before the run."""
-        value = self.device.values[known.mux]
+        value = self._device.values[known.mux]
         self.store(known, value)
-        self.device.lengths[known.mux].taken.add(len(value))
+        self._device.lengths[known.mux].taken.add(len(value))
 
-    def has_room(self, known: KnownObject, size: int) -> bool:
+    def has(self, known: KnownObject, size: int) -> bool:
         """Say whether an object surely takes ``size`` bytes, by what it has taken in this run.
 
         A text is commonly shorter than it might be; others may take one length and not the next.
         """
-        lengths = self.device.lengths[known.mux]
+        lengths = self._device.lengths[known.mux]
         is_text = known.data_type in TEXT_TYPES
         return size in lengths.taken or (is_text and size <= (lengths.surely or 0))
 
-    def no_room(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
+    def refused(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of so many bytes means: too small an object, or a breach."""
         if abort.code not in NO_ROOM:
             return Violation(
@@ -181,7 +187,7 @@ class RoomSteps(Steps):
                 actual=describe_response(abort.encode()),
             )
         why = f"(refused with {describe_code(abort.code)})"
-        longer = any(taken > size for taken in self.device.lengths[known.mux].taken)
+        longer = any(taken > size for taken in self._device.lengths[known.mux].taken)
         if longer or abort.code == AbortCode.LENGTH_TOO_LOW:
             return NotTestable(
                 f"{known} takes no value of {size} bytes {why}: name a string or domain of "
@@ -199,39 +205,28 @@ class RoomSteps(Steps):
         """
         size = len(data)
         return (
-            self.try_download(known, data, segmented=True, sized=False) is None
-            or self.try_download(known, data, segmented=True) is None
+            self._sdo.try_download(known, data, segmented=True, sized=False) is None
+            or self._sdo.try_download(known, data, segmented=True) is None
             or self._has_gap(known, size)
         )
 
-    def expect_empty(self, known: KnownObject, found: bytes, before: int) -> None:
-        """Expect an empty value to read as nothing or as one byte 00h.
+    def object_beyond(self, size: int) -> tuple[KnownObject, bytes]:
+        """Return an object of more than ``size`` bytes, and its value.
 
-        A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
-        read last.
+        That is what reads so long by itself, else what takes some bytes more, in segments or in
+        blocks; where a counter wraps at ``size``, two segments begin behind that byte.
         """
-        fills = known.data_type is DataType.VISIBLE_STRING or known.filled > 0
-        filled = fills and len(found) >= before
-        if found.strip(b"\0") or (len(found) > 1 and not filled):
-            raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
-
-    def huge_object(self) -> tuple[KnownObject, bytes]:
-        """Return an object of more bytes than 16 bits count, and its value.
-
-        That is what reads so long by itself, else what takes so many bytes, in segments or in
-        blocks; two segments begin behind the byte where a counter wraps.
-        """
-        size = BEYOND_16_BITS + 8
-        for known in self.device.objects:
-            data = self.device.values.get(known.mux, b"")
-            if len(data) >= BEYOND_16_BITS and known.is_steady:
+        for known in self._device.objects:
+            data = self._device.values.get(known.mux, b"")
+            if len(data) >= size and known.is_steady:
                 return known, data
-        known, data = self.device.variable(), self.payload(size)
-        abort = self.try_download(known, data, segmented=True)
+        size += BEYOND
+        known, data = self._device.variable(), self._sdo.payload(size)
+        abort = self._sdo.try_download(known, data, segmented=True)
         if abort is not None:
-            in_blocks = self.client.block_download(known.mux, data)
-            if abort.code not in NO_ROOM or self.abort_of(in_blocks) is not None:
-                raise self.no_room(known, size, abort)
+            in_blocks = self._sdo.client.block_download(known.mux, data)
+            if abort.code not in NO_ROOM or self._sdo.abort_of(in_blocks) is not None:
+                raise self.refused(known, size, abort)
         return known, data
 
     def _has_gap(self, known: KnownObject, size: int) -> bool:
@@ -246,13 +241,13 @@ class RoomSteps(Steps):
 
     def _takes(self, known: KnownObject, size: int) -> bool:
         try:
-            taken = self._try_often(known, self.payload(size)) is None
+            taken = self._try_often(known, self._sdo.payload(size)) is None
         except Violation as broken:
-            self.note(broken)
-            self.end_transfer()
+            self._sdo.note(broken)
+            self._sdo.end_transfer()
             taken = False
         if taken:
-            self.device.lengths[known.mux].taken.add(size)
+            self._device.lengths[known.mux].taken.add(size)
         return taken
 
     # As many bytes as an object takes
@@ -264,10 +259,10 @@ class RoomSteps(Steps):
         was found out is remembered for the run. Raises NotTestable where that is less than
         ``least``.
         """
-        lengths = self.device.lengths[known.mux]
-        untried = lengths.fit(wanted) == wanted and not self.has_room(known, wanted)
+        lengths = self._device.lengths[known.mux]
+        untried = lengths.fit(wanted) == wanted and not self.has(known, wanted)
         if lengths.fit(wanted) is None or untried:
-            self._try(known, self.payload(wanted))
+            self._try(known, self._sdo.payload(wanted))
         size = lengths.fit(wanted) or 0
         if size < least:
             self._check_length(known, least)
@@ -276,12 +271,12 @@ class RoomSteps(Steps):
 
     def prepare(self, known: KnownObject, wanted: int, least: int = 1) -> bytes:
         """Store a value of ``wanted`` bytes, or of as many as ``fit`` says, and return it."""
-        data = self.payload(wanted)
-        if self.device.lengths[known.mux].fit(wanted) is None and self._try(known, data):
+        data = self._sdo.payload(wanted)
+        if self._device.lengths[known.mux].fit(wanted) is None and self._try(known, data):
             return data
         size = self.fit(known, wanted, least)
         if size != wanted:
-            data = self.payload(size)
+            data = self._sdo.payload(size)
         self.store(known, data)
         return data
 
@@ -291,13 +286,13 @@ class RoomSteps(Steps):
             self.store(known, data)
         except NotTestable:
             return False
-        self.device.lengths[known.mux].taken.add(len(data))
+        self._device.lengths[known.mux].taken.add(len(data))
         return True
 
     def _measure(self, known: KnownObject, refused: int, abort: Abort) -> None:
         """Find the most bytes that an object takes, fewer than ``refused``, or its only length."""
-        lengths = self.device.lengths[known.mux]
-        own = len(self.device.values[known.mux])
+        lengths = self._device.lengths[known.mux]
+        own = len(self._device.values[known.mux])
         if own and own not in lengths.taken:
             self._takes(known, own)
         low = max((taken for taken in lengths.taken if taken < refused), default=0)
@@ -321,12 +316,12 @@ class RoomSteps(Steps):
         """
         needed = 7 * (segments - 1) + 1
         try:
-            known = self.device.variable()
+            known = self._device.variable()
             data = self.prepare(known, 7 * segments - 1, least=needed)
         except (NotTestable, Violation):
             # What only the device changes may be another value the next time.
-            for known in sorted(self.device.objects, key=lambda known: not known.is_steady):
-                data = self.device.values.get(known.mux, b"")
+            for known in sorted(self._device.objects, key=lambda known: not known.is_steady):
+                data = self._device.values.get(known.mux, b"")
                 if len(data) >= needed:
                     return known, data
             raise NotTestable(

@@ -9,8 +9,10 @@ from collections.abc import Iterable, Mapping
 from conformance.device.deny import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import KnownObject
-from conformance.dialogue.channels import ChannelSteps
-from conformance.dialogue.transfers import NOT_NOW, same_value, shown
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.transfers import NOT_NOW
+from conformance.dialogue.values import same_value, shown
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import DownloadInitiate
@@ -30,36 +32,44 @@ BY_HAND = (
 Values = Mapping[Multiplexer, bytes]
 
 
-class StorageSteps(ChannelSteps):
-    """Commands to 1010h and 1011h, and what parameters read after them."""
+def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
+    """Raise Unimplemented unless the device says that it follows a command."""
+    try:
+        data = sdo.read(mux)
+    except ServerAborted as aborted:
+        raise Unimplemented(describe_response(aborted.abort.encode())) from aborted
+    if not data or not data[0] & 1:
+        raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
 
-    def require_command(self, mux: Multiplexer) -> None:
-        """Raise Unimplemented unless the device says that it follows a command."""
-        try:
-            data = self.read(mux)
-        except ServerAborted as aborted:
-            raise Unimplemented(describe_response(aborted.abort.encode())) from aborted
-        if not data or not data[0] & 1:
-            raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
 
-    def command(self, mux: Multiplexer) -> None:
-        """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done."""
-        signature = SIGNATURES[mux]
-        words = f'"{signature.decode()}" to {mux}'
-        seconds = max(self.device.storage_time, self.channel.response_timeout)
-        self.send(DownloadInitiate.with_data(mux, signature))
-        frame = self.wait(seconds)
-        if frame is None:
-            raise Violation(
-                ANSWERED, expected=f"an answer to {words}", actual=f"nothing within {seconds:g} s"
-            )
-        try:
-            self.checks.download_initiate(frame, mux)
-        except ServerAborted as aborted:
-            refusal = describe_response(aborted.abort.encode())
-            if aborted.abort.code in NOT_NOW:
-                raise NotTestable(f"the device does not take {words} now: {refusal}") from aborted
-            raise self.breach(f"{words} to be confirmed, as bit 0 of it says", refusal) from aborted
+def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
+    """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done."""
+    signature = SIGNATURES[mux]
+    words = f'"{signature.decode()}" to {mux}'
+    seconds = max(sdo.device.storage_time, sdo.channel.response_timeout)
+    sdo.send(DownloadInitiate.with_data(mux, signature))
+    frame = sdo.wait(seconds)
+    if frame is None:
+        raise Violation(
+            ANSWERED, expected=f"an answer to {words}", actual=f"nothing within {seconds:g} s"
+        )
+    try:
+        sdo.checks.download_initiate(frame, mux)
+    except ServerAborted as aborted:
+        refusal = describe_response(aborted.abort.encode())
+        if aborted.abort.code in NOT_NOW:
+            raise NotTestable(f"the device does not take {words} now: {refusal}") from aborted
+        raise sdo.breach(f"{words} to be confirmed, as bit 0 of it says", refusal) from aborted
+
+
+class Storage:
+    """What parameters read when the defaults are loaded, and how what was stored comes back."""
+
+    def __init__(self, sdo: Dialogue, network: Network) -> None:
+        """Take what loads the defaults, and what resets the device."""
+        self._sdo = sdo
+        self._device = sdo.device
+        self._network = network
 
     def loaded_defaults(self) -> Values:
         """Return what each parameter reads with the defaults loaded; loads them once in a run.
@@ -67,11 +77,13 @@ class StorageSteps(ChannelSteps):
         What the device had before is put back after the case. Raises NotTestable, with the reason,
         where that could not be done, and in all cases behind one in which it has failed.
         """
-        device = self.device
+        device = self._device
         if device.defaults is None:
             if device.without_defaults:
                 raise NotTestable(device.without_defaults)
-            device.without_defaults = f"the defaults could not be loaded: see {self.rule.id}"
+            device.without_defaults = (
+                f"the defaults could not be loaded: see {self._sdo.record.rule.id}"
+            )
             try:
                 device.defaults = self._load_defaults()
             except NotTestable as lacking:
@@ -83,10 +95,10 @@ class StorageSteps(ChannelSteps):
         return device.defaults
 
     def _load_defaults(self) -> Values:
-        device = self.device
+        device = self._device
         self.prepare_loading()
-        self.command(LOAD_ALL)
-        self.reset(NmtCommand.RESET_NODE)
+        write_signature(self._sdo, LOAD_ALL)
+        self._network.reset(NmtCommand.RESET_NODE)
         defaults = self._present()
         if device.to_store.items() <= defaults.items():
             device.to_store = {}  # they were stored, or never changed: nothing was lost
@@ -98,22 +110,22 @@ class StorageSteps(ChannelSteps):
 
         The node is reset. Raises NotTestable where something could not be put back.
         """
-        device = self.device
+        device = self._device
         if not device.listing.is_complete:
             raise NotTestable(
                 "needs an EDS, --sdo-eds=FILE: nobody else knows all that would change"
             )
         self._require_for_defaults(LOAD_DEFAULTS)
         self._require_for_defaults(NMT)
-        self.require_command(LOAD_ALL)
+        require_command(self._sdo, LOAD_ALL)
         self._check_put_back(device.values)
-        self.reset(NmtCommand.RESET_NODE)
+        self._network.reset(NmtCommand.RESET_NODE)
         device.to_store = self._stored()
         device.changes.stores(device.to_store)
 
     def _require_for_defaults(self, permission: str) -> None:
         try:
-            self.require(permission)
+            self._device.permits.require(permission)
         except NotTestable as lacking:
             raise NotTestable(f"{lacking}{BY_HAND}") from None
 
@@ -124,22 +136,22 @@ class StorageSteps(ChannelSteps):
         changed = {known.mux: present[known.mux] for known in self._not_default(present)}
         if changed:
             self._require_for_defaults(STORE_PARAMETERS)
-            self.require_command(SAVE_ALL)
+            require_command(self._sdo, SAVE_ALL)
         return changed
 
     def _present(self) -> dict[Multiplexer, bytes]:
         """Read all parameters; one that the device does not serve now is left out."""
         found = {}
-        for known in self.device.resettable():
+        for known in self._device.resettable():
             try:
-                found[known.mux] = self.read(known.mux)[: known.length]
+                found[known.mux] = self._sdo.read(known.mux)[: known.length]
             except ServerAborted:
                 continue
         return found
 
     def _not_default(self, values: Values) -> Iterable[KnownObject]:
         """Return the parameters that have not the default that is stated, or of which none is."""
-        for known in self.device.resettable():
+        for known in self._device.resettable():
             value = values.get(known.mux)
             if value is None:
                 continue
@@ -151,7 +163,7 @@ class StorageSteps(ChannelSteps):
         lost = [
             known
             for known in self._not_default(values)
-            if known.mux.index in IN_ORDER or not self.device.may_put_back(known.mux)
+            if known.mux.index in IN_ORDER or not self._device.may_put_back(known.mux)
         ]
         if not lost:
             return
@@ -162,7 +174,7 @@ class StorageSteps(ChannelSteps):
         why = (
             f"{first} is written in an order of its own"
             if ordered
-            else self.device.permits.refusal(first)
+            else self._device.permits.refusal(first)
         )
         raise NotTestable(
             f"what {names}{more} hold may be no default, and could not be put back ({why}){BY_HAND}"

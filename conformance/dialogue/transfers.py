@@ -7,19 +7,23 @@ answer broke, not of the rule that the case is about.
 import random
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from typing import Self
 
 from conformance.bus.channel import Channel
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.device.safety import IDENTITY, written_by
-from conformance.dialogue.causes import Cause, Causes, cause_of
 from conformance.dialogue.payload import MOST_PLAIN, text
+from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.silence import Silence
+from conformance.dialogue.values import shown
 from conformance.dialogue.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
-from conformance.sdo.client import EXPEDITED_LENGTH
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
     Abort,
@@ -27,24 +31,20 @@ from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadInitiateResponse,
     DownloadSegment,
-    Request,
+    Response,
+    Unknown,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import same_data
+from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.rules import (
     CONSTANT,
-    MISSING_REFUSED,
     NOT_REFUSED,
     UPLOAD_ENDS,
-    Rule,
     Violation,
 )
-from conformance.sdo.rules.idle import SUB_INDEX_MISSING
-from conformance.sdo.rules.sizes import VARIABLE_LENGTH
 from conformance.sdo.stepping import Ended, Result, advance
 
 Target = Multiplexer | KnownObject
@@ -64,10 +64,6 @@ NOT_NOW = (
     AbortCode.LOCAL_CONTROL,
     AbortCode.DEVICE_STATE,
 )
-# Indices that CiA 301 and the common profiles leave free and that no permission guards, and
-# sub-indices that few objects reach.
-MISSING_INDICES = (0x0F00, 0x5FF7, 0xBFF7)
-MISSING_SUB_INDICES = (0xFE, 0xFD, 0x7F)
 
 
 def mux_of(target: Target) -> Multiplexer:
@@ -75,38 +71,104 @@ def mux_of(target: Target) -> Multiplexer:
     return target.mux if isinstance(target, KnownObject) else target
 
 
-class Steps(Wire):
-    """Exchanges and transfers of one case with one device."""
+class Transfers:
+    """Exchanges and transfers of one case on one channel of a device.
 
-    def __init__(
-        self,
-        channel: Channel,
-        device: Device,
-        rule: Rule,
-        seed: int,
-        causes: Causes | None = None,
-    ) -> None:
-        """``rule`` is what the case is about; ``seed`` decides on the bytes that it writes."""
-        super().__init__(channel, device, causes)
-        self.rule = rule
-        self.notes: list[str] = []
-        self.written: set[Multiplexer] = set()
-        # What objects read since anything was sent that might have changed one.
-        self.seen: dict[Multiplexer, bytes] = {}
-        self.checks = ResponseChecks(self.note)
+    The ``wire`` has the frames, the ``silence`` proves that nothing was answered, and the
+    ``record`` is what is known of the case. ``checks`` hold responses to what every response has to
+    be, the ``client`` makes the requests of whole transfers.
+    """
+
+    def __init__(self, channel: Channel, device: Device, record: CaseRecord, seed: int) -> None:
+        """``seed`` decides on the bytes that are written."""
+        self.channel = channel
+        self.device = device
+        self.record = record
+        self.wire = Wire(channel, device, record)
+        self.silence = Silence(self.wire)
+        self.tracker = self.wire.tracker
+        self.checks = ResponseChecks(self.wire.note)
         self.client = BlockClient(self.checks, device.longest)
-        self._random = random.Random(f"{seed}/{rule.id}")
+        self._random = random.Random(f"{seed}/{record.rule.id}")
 
-    def about_to_send(self, request: Request) -> None:
-        """Remember what a request writes to, before an interruption could come in between."""
-        super().about_to_send(request)
-        self.device.extents.request(request)
-        if not isinstance(request, UploadInitiate | UploadSegment):
-            self.seen.clear()
-        target = written_by(request)
-        if target is not None:
-            self.device.will_change(target)
-            self.written.add(target)
+    def beside(self, channel: Channel) -> Self:
+        """Return the same case on another channel of the device."""
+        other = type(self)(channel, self.device, self.record, 0)
+        other.checks, other.client = self.checks, self.client
+        return other
+
+    @property
+    def on_default_channel(self) -> bool:
+        """Whether the case talks on the default channel of the device, which is always there."""
+        return self.channel.ids == ChannelIds.default(self.device.node_id)
+
+    # Frames
+
+    def send(self, request: Message | Unknown | bytes) -> None:
+        """Send a request: a message, or 0 to 8 data bytes as they are.
+
+        Raises WriteNotPermitted for one that would write where the user has not allowed it.
+        """
+        data = request if isinstance(request, bytes) else request.encode()
+        self.silence.before(data)
+        self.wire.send(data)
+
+    def send_frame(self, frame: CanFrame) -> None:
+        """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
+        self.wire.send_frame(frame)
+
+    def receive(self) -> bytes:
+        """Return the data bytes of the next response, which has to come.
+
+        Raises Violation when none comes in time, or one that has not the shape of a response.
+        """
+        return self.wire.receive()
+
+    def wait(self, seconds: float) -> bytes | None:
+        """Send nothing for so many seconds; return the response that is due within them."""
+        return self.wire.wait(seconds)
+
+    def read_as(self, frame: bytes) -> Response:
+        """Return what a response is by the state in which it came, a segment of a block perhaps."""
+        return self.wire.read_as(frame)
+
+    def words(self, frame: bytes) -> str:
+        """Return a response in words, by the state in which it came, with its bytes."""
+        return self.wire.words(frame)
+
+    def fence(self) -> list[bytes]:
+        """Read 1000h, and return what came before its answer."""
+        return self.silence.fence()
+
+    def reaction(self) -> bytes | None:
+        """Return the answer to what was sent last, or None when there was none.
+
+        Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
+        Raises Violation when more than one answer came.
+        """
+        return self.silence.reaction()
+
+    def drain(self) -> list[CanFrame]:
+        """Return the responses that are there though nothing was asked."""
+        return self.silence.drain()
+
+    def end_transfer(self) -> None:
+        """Abort the open transfer from the client's side; a server never answers that."""
+        self.silence.end_transfer()
+
+    # Findings
+
+    def note(self, violation: Violation) -> None:
+        """Keep a breach that does not stop a transfer."""
+        self.wire.note(violation)
+
+    def info(self, note: str) -> None:
+        """Record what the device does where the specification says nothing."""
+        self.record.notes.append(note)
+
+    def breach(self, expected: str, actual: str) -> Violation:
+        """Build a breach of the case's rule."""
+        return self.record.breach(expected, actual)
 
     def payload(self, size: int) -> bytes:
         """Return printable bytes, others with every call and the same in every run.
@@ -121,21 +183,21 @@ class Steps(Wire):
             )
         return text(self._random, size, nowhere)
 
-    # Steps: one exchange each
+    # One exchange each
 
     def initiate_download(
         self, target: Target, size: int | None = None
     ) -> DownloadInitiateResponse:
         """Start a segmented download of ``size`` bytes; for None the size is not indicated."""
         mux = mux_of(target)
-        with self._served():
+        with self.served():
             self.send(DownloadInitiate.with_size(mux, size))
             return self.checks.download_initiate(self.receive(), mux)
 
     def download_segment(self, data: bytes, *, toggle: int, last: bool = False) -> None:
         """Send up to 7 bytes of a segmented download."""
         mux = self._open_transfer()
-        with self._served():
+        with self.served():
             self.send(DownloadSegment.with_data(data, toggle=toggle, last=last))
             self.checks.download_segment(self.receive(), mux, toggle)
 
@@ -148,14 +210,14 @@ class Steps(Wire):
     def initiate_upload(self, target: Target) -> UploadInitiateResponse:
         """Start an upload."""
         mux = mux_of(target)
-        with self._served():
+        with self.served():
             self.send(UploadInitiate(mux))
             return self.checks.upload_initiate(self.receive(), mux)
 
     def upload_segment(self, *, toggle: int) -> UploadSegmentResponse:
         """Ask for the next segment of an upload."""
         mux = self._open_transfer()
-        with self._served():
+        with self.served():
             self.send(UploadSegment(toggle))
             return self.checks.upload_segment(self.receive(), mux, toggle)
 
@@ -174,12 +236,12 @@ class Steps(Wire):
 
     def upload(self, target: Target) -> bytes:
         """Read an object; its length is that of the type where the device does not say it."""
-        with self._served():
-            uploaded = self._run(self.client.upload(mux_of(target)))
+        with self.served():
+            uploaded = self.run(self.client.upload(mux_of(target)))
         length = target.length if isinstance(target, KnownObject) else None
         data = uploaded.data if uploaded.counted else uploaded.data[:length]
         self._check_constant(mux_of(target), data)
-        self.seen[mux_of(target)] = data
+        self.wire.seen[mux_of(target)] = data
         return data
 
     def _check_constant(self, mux: Multiplexer, data: bytes) -> None:
@@ -194,7 +256,7 @@ class Steps(Wire):
 
     def read(self, mux: Multiplexer) -> bytes:
         """Read an object that the server may refuse; raises ServerAborted then."""
-        return self._run(self.client.upload(mux)).data
+        return self.run(self.client.upload(mux)).data
 
     def read_if_there(self, mux: Multiplexer) -> bytes | None:
         """Read an object; return None where the server refuses it as missing.
@@ -214,8 +276,8 @@ class Steps(Wire):
         self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
     ) -> None:
         """Write an object; the server has to take it."""
-        with self._served():
-            self._run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
+        with self.served():
+            self.run(self.client.download(mux_of(target), data, segmented=segmented, sized=sized))
 
     def try_download(
         self, target: Target, data: bytes, *, segmented: bool | None = None, sized: bool = True
@@ -228,7 +290,7 @@ class Steps(Wire):
     def abort_of(self, transfer: Generator[Step, bytes, object]) -> Abort | None:
         """Run a transfer; return the abort that ends it, or None when it is served."""
         try:
-            self._run(transfer)
+            self.run(transfer)
         except ServerAborted as aborted:
             return aborted.abort
         return None
@@ -260,87 +322,52 @@ class Steps(Wire):
         if response.expedited:
             length = target.length if isinstance(target, KnownObject) else None
             return response.data if response.sized else response.data[:length]
-        with self._served():
+        with self.served():
             rest = self.client.upload_segments(mux_of(target), response.size)
-            return self._run(rest).data
+            return self.run(rest).data
 
-    def missing_object(self) -> Multiplexer:
-        """Return the multiplexer of an object that the device refuses to read."""
-        mux = self._refused([Multiplexer(index) for index in MISSING_INDICES])
-        if mux is None:
-            raise Violation(
-                MISSING_REFUSED,
-                expected="an abort: few devices have "
-                + ", ".join(f"{index:04X}h" for index in MISSING_INDICES),
-                actual="each of them is served",
-            )
-        return mux
+    def attempt(self, transfer: Generator[Step, bytes, Result]) -> Result | Abort:
+        """Run a transfer that the server may refuse at its initiate; return its result or abort.
 
-    def missing_sub_index(self, index: int) -> Multiplexer:
-        """Return a multiplexer of an existing object that the device refuses to read.
-
-        Raises NotTestable for an object of the user's own that seems to have all sub-indices.
+        Which multiplexer such an abort carries is for the caller to check.
         """
-        mux = self._refused([Multiplexer(index, sub) for sub in MISSING_SUB_INDICES])
-        if mux is not None:
-            return mux
-        names = ", ".join(f"{sub:02X}h" for sub in MISSING_SUB_INDICES)
-        if index in IDENTITY:
-            raise Violation(
-                MISSING_REFUSED,
-                expected=f"an abort: {index:04X}h has no sub-indices {names}",
-                actual="each of them is served",
-            )
-        variable = self.device.known.get(Multiplexer(index))
-        if variable is not None and self.device.is_variable(variable):
-            raise Violation(
-                SUB_INDEX_MISSING,
-                expected=f"an abort: {index:04X}h is a variable, without sub-indices {names}",
-                actual="each of them is served",
-            )
-        raise NotTestable(f"{index:04X}h serves the sub-indices {names}: name a simple object")
+        initiate = next(transfer)
+        if isinstance(initiate, Burst):
+            raise TypeError("a transfer begins with one request")
+        superseded = self.tracker.open
+        self.send(initiate)
+        frame = self.receive()
+        response = decode_response(frame)
+        if isinstance(response, Abort):
+            self.checks.abort(frame, None)
+            served = self.behind_superseded(response, superseded) if superseded else None
+            if served is None:
+                return response
+            frame = served
+        step = advance(transfer, frame)
+        with self.served():
+            return self.go_on(transfer, step)
 
-    def _refused(self, candidates: list[Multiplexer]) -> Multiplexer | None:
-        for mux in candidates:
-            if self.device.policy.is_missing(mux):
-                return mux  # it was asked for before
-            try:
-                self._run(self.client.upload(mux))
-            except ServerAborted as aborted:
-                if aborted.abort.code in EXISTS:
-                    continue
-                self.device.policy.allow_missing(mux)
-                return mux
-        return None
+    def behind_superseded(self, abort: Abort, superseded: Multiplexer) -> bytes | None:
+        """Return the answer to a new initiate that follows an abort of the superseded transfer.
 
-    def cause_of(self, violation: Violation) -> Cause:
-        """Return the cause of a breach: what was sent last counts, if nobody took note of more."""
-        return cause_of(violation, violation.rule, violation.request or self.last_sent)
+        None where there is none: the server has refused the new one.
+        """
+        if abort.mux != superseded:
+            return None
+        frame = self.wait(self.channel.pace.soon(self.channel.response_timeout))
+        if frame is not None:
+            self.info("the superseded transfer is aborted, and the new one is served")
+        return frame
 
-    def shift(self, transfers: int) -> None:
-        """Read an object some times, for a server that does something every so many transfers."""
-        values = self.device.values
-        long = [mux for mux in values if len(values[mux]) > EXPEDITED_LENGTH]
-        for _ in range(transfers if long else 0):
-            try:
-                self.read(min(long, key=lambda mux: len(values[mux])))
-            except (Violation, ServerAborted):
-                self.recover()
+    # What transfers are made of
 
-    def is_known(self, error: BaseException | None) -> bool:
-        """Say whether a breach has a cause that was met before."""
-        return isinstance(error, Violation) and self.causes.get(self.cause_of(error)) is not None
+    def run(self, transfer: Generator[Step, bytes, Result]) -> Result:
+        """Run a transfer and return its result; raises ServerAborted for one that is refused."""
+        return self.go_on(transfer, next(transfer))
 
-    def breach(self, expected: str, actual: str) -> Violation:
-        """Build a breach of the case's rule."""
-        return Violation(self.rule, expected=expected, actual=actual)
-
-    def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
-        return self._go_on(transfer, next(transfer))
-
-    def _go_on(
-        self, transfer: Generator[Step, bytes, Result], step: Step | Ended[Result]
-    ) -> Result:
+    def go_on(self, transfer: Generator[Step, bytes, Result], step: Step | Ended[Result]) -> Result:
+        """Run what is left of a transfer, from one of its steps on."""
         try:
             while not isinstance(step, Ended):
                 awaited = self.ask(step)
@@ -354,49 +381,26 @@ class Steps(Wire):
         """Send the requests of a step; say whether a response has to come behind them."""
         burst = step if isinstance(step, Burst) else Burst((step,))
         for request in burst.requests:
-            if isinstance(request, BlockSegment) and self.has_left():
+            if isinstance(request, BlockSegment) and self.wire.has_left():
                 break
             self.send(request)
         return burst.awaited
 
     @contextmanager
-    def _served(self) -> Iterator[None]:
+    def served(self) -> Iterator[None]:
+        """Expect the server to refuse nothing of what is sent within."""
         try:
             yield
         except ServerAborted as aborted:
             refused = Violation(
                 NOT_REFUSED,
-                expected=f"an answer to: {describe(self._last_sent)}",
+                expected=f"an answer to: {describe(self.wire.last_sent)}",
                 actual=describe_response(aborted.abort.encode()),
             )
-            refused.request = self._last_sent
+            refused.request = self.wire.last_sent
             raise refused from aborted
 
     def _open_transfer(self) -> Multiplexer:
         if self.tracker.open is None:
             raise RuntimeError("a segment needs a transfer; send() sends one without")
         return self.tracker.open
-
-
-def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
-    """Compare values: the 00h that ends a string is optional.
-
-    So is that with which the device is known to fill up values: it is told so elsewhere.
-    """
-    return same_data(known.data_type, found, due, known.filled)
-
-
-def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
-    """Build the breach that a value was filled up with 00h."""
-    return Violation(
-        VARIABLE_LENGTH,
-        expected=f"{known} to take values of {len(due)} bytes",
-        actual=f"shorter values are filled up with 00h, {len(found)} bytes in all",
-    )
-
-
-def shown(data: bytes) -> str:
-    """Write a value with its length; of a long one the beginning and the end."""
-    if len(data) <= 32:
-        return f"{len(data)} bytes: {hex_bytes(data)}"
-    return f"{len(data)} bytes: {hex_bytes(data[:16])} … {hex_bytes(data[-8:])}"

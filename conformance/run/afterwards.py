@@ -7,14 +7,16 @@ from dataclasses import dataclass, field
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.dialogue.channels import is_cob_id
+from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import unasked, unsolicited
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.storage import write_signature
+from conformance.dialogue.values import same_value, shown
 from conformance.run.mappings import in_order, is_count, needed_for
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.client import EXPEDITED_LENGTH
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage import SAVE_ALL
@@ -44,10 +46,9 @@ def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     A server that failed the case may have a transfer running that it should not have: it is told
     to end that as well, so that the next case does not meet it.
     """
-    sdo.end_nmt()
     sdo.end_transfer()
     if failed:
-        sdo.seen.clear()  # who knows what such a server does yet
+        sdo.wire.seen.clear()  # who knows what such a server does yet
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
@@ -63,8 +64,19 @@ def _take_the_rest(sdo: Dialogue) -> None:
         sdo.drain()
 
 
+def shift(sdo: Dialogue, transfers: int) -> None:
+    """Read an object some times, for a server that does something every so many transfers."""
+    values = sdo.device.values
+    long = [mux for mux in values if len(values[mux]) > EXPEDITED_LENGTH]
+    for _ in range(transfers if long else 0):
+        try:
+            sdo.read(min(long, key=lambda mux: len(values[mux])))
+        except (Violation, ServerAborted):
+            sdo.silence.recover()
+
+
 def _look(sdo: Dialogue) -> Leaving:
-    aborted = sdo.has_aborted
+    aborted = sdo.wire.has_aborted
     try:
         stray = sdo.fence()
     except (Violation, ServerAborted) as error:
@@ -119,13 +131,13 @@ class Restorer:
 
     def expect(self, sdo: Dialogue) -> None:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
-        self._list(self._due(sdo.written))
+        self._list(self._due(sdo.record.written))
 
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
-        self._put_back(sdo, {mux for mux in sdo.written if self._tries[mux] < MOST_TRIES})
+        self._put_back(sdo, {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES})
         self.device.astray = self.unrestored.keys() & self.device.values.keys()
-        if self.late or (sdo.causes.noisy and sdo.written):
+        if self.late or (sdo.record.causes.noisy and sdo.record.written):
             _take_the_rest(sdo)
 
     def restore_pending(self, sdo: Dialogue) -> None:
@@ -165,7 +177,7 @@ class Restorer:
         """
         self._write(sdo, self.device.to_store)
         try:
-            sdo.command(SAVE_ALL)
+            write_signature(sdo, SAVE_ALL)
         except (Violation, NotTestable) as error:
             self.unrestored[SAVE_ALL] += f" ({error})"
             sdo.end_transfer()
@@ -218,7 +230,7 @@ class Restorer:
 
     def _disable(self, sdo: Dialogue, mux: Multiplexer) -> None:
         try:
-            sdo.disable(mux)
+            Channels(sdo).disable(mux)
         except Violation:
             sdo.end_transfer()  # the value itself will be refused, and listed
 
@@ -249,7 +261,7 @@ class Restorer:
 
     def _look_whether_gone(self, sdo: Dialogue, silence: Violation) -> None:
         if silence.rule is ANSWERED and not self.gone:
-            self.gone = not sdo.recover()
+            self.gone = not sdo.silence.recover()
 
     def _is_back(self, mux: Multiplexer, value: bytes) -> None:
         self.device.changes.is_back(mux, value)
@@ -269,8 +281,8 @@ class Restorer:
         What was read last need not be read again, and what announces far more than is due need
         not be read to its end to know that.
         """
-        if known.mux in sdo.seen:
-            return same_value(known, sdo.seen[known.mux], due)
+        if known.mux in sdo.wire.seen:
+            return same_value(known, sdo.wire.seen[known.mux], due)
         for _ in range(MOST_TRIES):
             try:
                 response = sdo.initiate_upload(known)
@@ -281,6 +293,6 @@ class Restorer:
             except Violation as breach:
                 sdo.end_transfer()
                 self._look_whether_gone(sdo, breach)
-                if sdo.early.met is None:
+                if sdo.record.early.met is None:
                     break
         return False

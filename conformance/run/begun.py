@@ -5,8 +5,10 @@ from dataclasses import dataclass
 
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import segments_of
 from conformance.run.risks import LOST_SEGMENT, Risk
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.crc import crc16
@@ -58,16 +60,17 @@ def send_blocks(
     sdo: Dialogue, known: KnownObject, data: bytes, segments: int | None
 ) -> BlockDownloadInitiateResponse:
     """Start a block download and send so many segments, None for all; return the first answer."""
-    response = sdo.initiate_block_download(known, len(data))
+    blocks = Blocks(sdo)
+    response = blocks.initiate_download(known, len(data))
     block_size = response.block_size
     chunks = segments_of(data)
     pending = 0
     for number, chunk in enumerate(chunks[:segments]):
         last = number == len(chunks) - 1
-        sdo.send_segments([chunk], first=pending + 1, last=last)
+        blocks.send_segments([chunk], first=pending + 1, last=last)
         pending += 1
         if last or pending == block_size:
-            block_size, pending = sdo.acknowledged(known, pending).block_size, 0
+            block_size, pending = blocks.acknowledged(known, pending).block_size, 0
     return response
 
 
@@ -103,16 +106,17 @@ def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) ->
     It is not the last: where the object takes fewer bytes than ``size``, an earlier one is lost.
     None where the server takes too few segments at once for a gap, or keeps silent about it.
     """
-    data = sdo.payload(len(sdo.prepare(known, size, least=TWO_SEGMENTS)))
+    blocks = Blocks(sdo)
+    data = sdo.payload(len(Room(sdo).prepare(known, size, least=TWO_SEGMENTS)))
     chunks = segments_of(data)
     position = min(position, len(chunks) - 2)
-    response = sdo.initiate_block_download(known, len(data))
+    response = blocks.initiate_download(known, len(data))
     if response.block_size < len(chunks):
         sdo.info(f"the server takes {response.block_size} segments at once: no gap fits in")
         return None
-    sdo.send_segments(chunks[:position])
-    sdo.send_segments(chunks[position + 1 :], first=position + 2, last=True)
-    ack = sdo.gap_acknowledged(known, position)
+    blocks.send_segments(chunks[:position])
+    blocks.send_segments(chunks[position + 1 :], first=position + 2, last=True)
+    ack = blocks.gap_acknowledged(known, position)
     if ack is None:
         return None
     crc = crc16(data) if response.crc_supported else 0
@@ -121,12 +125,13 @@ def lose_segment(sdo: Dialogue, known: KnownObject, size: int, position: int) ->
 
 def send_again(sdo: Dialogue, known: KnownObject, gap: Gap) -> None:
     """Send what is due behind a gap, and take the end: in sub-blocks as long as the server says."""
+    blocks = Blocks(sdo)
     left, block_size = gap.segments, gap.block_size
     while left:
         count = min(block_size, len(left))
-        sdo.send_segments(left[:count], last=count == len(left))
-        block_size, left = sdo.acknowledged(known, count).block_size, left[count:]
-    sdo.end_block_download(known, unused=gap.unused, crc=gap.crc)
+        blocks.send_segments(left[:count], last=count == len(left))
+        block_size, left = blocks.acknowledged(known, count).block_size, left[count:]
+    blocks.end_download(known, unused=gap.unused, crc=gap.crc)
 
 
 def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
@@ -135,18 +140,19 @@ def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
     After the first the server waits for its acknowledgement, after all it has sent the end. Of a
     server that sends more segments than it is asked for, all are taken at once.
     """
-    known, _ = sdo.long_object(segments=3)
+    blocks = Blocks(sdo)
+    known, _ = Room(sdo).long_object(segments=3)
     to_the_end = sub_blocks > 1
-    at_once = to_the_end and sdo.causes.sub_blocks_are_exceeded
+    at_once = to_the_end and sdo.record.causes.sub_blocks_are_exceeded
     block_size = LARGEST_BLOCK if at_once else BLOCK_SIZE
-    sdo.initiate_block_upload(known, block_size=block_size)
+    blocks.initiate_upload(known, block_size=block_size)
     if sub_blocks == 0:
         return known
-    segments = sdo.start_block_upload(known, block_size)
+    segments = blocks.start_upload(known, block_size)
     if not to_the_end:
         return known
     while not segments[-1].last:
-        segments = sdo.sub_block(known, BlockAck(len(segments), block_size), block_size)
+        segments = blocks.sub_block(known, BlockAck(len(segments), block_size), block_size)
     sdo.send(BlockAck(len(segments), block_size))
     sdo.checks.block_end(sdo.receive(), known.mux)
     return known
@@ -155,7 +161,7 @@ def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
 def _stored_text(sdo: Dialogue, least: int = TWO_SEGMENTS) -> tuple[KnownObject, bytes, bytes]:
     """Return a string, the value that it has, and the one that is to be written."""
     text = sdo.device.text()
-    value = sdo.prepare(text, SIZE, least)
+    value = Room(sdo).prepare(text, SIZE, least)
     return text, value, sdo.payload(len(value))
 
 
@@ -174,13 +180,13 @@ def _segmented_download_in_the_middle(sdo: Dialogue) -> Begun:
 
 
 def _segmented_upload(sdo: Dialogue) -> Begun:
-    known, _ = sdo.long_object()
+    known, _ = Room(sdo).long_object()
     sdo.start_segmented_upload(known)
     return Begun(known, UploadSegment(0))
 
 
 def _segmented_upload_in_the_middle(sdo: Dialogue) -> Begun:
-    known, _ = sdo.long_object()
+    known, _ = Room(sdo).long_object()
     sdo.start_segmented_upload(known)
     sdo.upload_segment(toggle=0)
     return Begun(known, UploadSegment(1))
@@ -195,7 +201,7 @@ def _block_download(sdo: Dialogue) -> Begun:
 
 def _block_download_in_a_sub_block(sdo: Dialogue) -> Begun:
     text, value, data = _stored_text(sdo)
-    response = sdo.initiate_block_download(text, len(data))
+    response = Blocks(sdo).initiate_download(text, len(data))
     if response.block_size == 1:
         raise NotTestable("the server takes 1 segment at once: a sub-block has no middle")
     sdo.send(BlockSegment(1, data[:7]))
@@ -204,18 +210,19 @@ def _block_download_in_a_sub_block(sdo: Dialogue) -> Begun:
 
 
 def _block_download_between_sub_blocks(sdo: Dialogue) -> Begun:
+    blocks = Blocks(sdo)
     text, value, data = _stored_text(sdo)
     chunks = segments_of(data)
-    response = sdo.initiate_block_download(text, len(data))
+    response = blocks.initiate_download(text, len(data))
     if response.block_size < len(chunks):
         taken = response.block_size
-        sdo.send_segments(chunks[:taken])
+        blocks.send_segments(chunks[:taken])
     else:
         # A gap ends a sub-block as well, however long the server wants them.
         taken = min(1, len(chunks) - 2)
-        sdo.send_segments(chunks[:taken])
-        sdo.send_segments(chunks[taken + 1 :], first=taken + 2, last=True)
-    sdo.acknowledged(text, taken)
+        blocks.send_segments(chunks[:taken])
+        blocks.send_segments(chunks[taken + 1 :], first=taken + 2, last=True)
+    blocks.acknowledged(text, taken)
     last = taken + 1 == len(chunks)
     due = BlockSegment.with_data(1, chunks[taken], last=last)
     return Begun(text, due, value, in_sub_block=True)

@@ -7,10 +7,12 @@ from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
+from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.transfers import EXISTS
 from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.listed import is_error_place
@@ -85,28 +87,34 @@ Progress = Callable[[KnownObject, int, int], None]
 _READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
 
 
-class Reading(Dialogue):
+class Reading:
     """The conversation of a discovery, which ends with a device that is lost.
 
-    It goes on with one that something ``brings_back``.
+    It goes on with one that something ``brings_back``; ``losses`` counts how often.
     """
 
-    brings_back: Callable[[], bool] | None = None
-    losses = 0
+    def __init__(self, sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
+        """Take a device of which only the baseline is known."""
+        self.sdo = sdo
+        self.device = sdo.device
+        self.losses = 0
+        self._brings_back = brings_back
 
     def recover(self) -> bool:
         """Leave the server idle after a breach; raises DeviceLost where that is not to be had."""
-        asked = self.last_sent
-        answers = super().recover()
-        why = self.channel.pace.unsound if answers else GONE
+        sdo = self.sdo
+        asked = sdo.wire.last_sent
+        answers = sdo.silence.recover()
+        why = sdo.channel.pace.unsound if answers else GONE
         if not why:
             return True
         self.losses += 1
-        if answers or self.brings_back is None or self.losses > ENOUGH or not self.brings_back():
-            raise lost_early(self, asked, why)
+        brings_back = None if answers or self.losses > ENOUGH else self._brings_back
+        if brings_back is None or not brings_back():
+            raise lost_early(sdo, asked, why)
         gone = Violation(IDLE_AFTERWARDS, expected="an answer to a read of 1000h", actual="nothing")
         gone.request = asked
-        self.note(gone)
+        sdo.note(gone)
         return True
 
 
@@ -132,39 +140,39 @@ def discover(
     """
     record_baseline(channel, device)
     look_for_second(channel, device)
-    sdo = Reading(channel, device, _READING, 0, causes)
-    sdo.brings_back = brings_back
+    record = CaseRecord(_READING, Causes() if causes is None else causes)
+    reading = Reading(Dialogue(channel, device, record, 0), brings_back)
     listed = [one for one in device.objects if one.access.readable and not one.refuses_scan]
     for number, entry in enumerate(listed):
         progress(entry, number, len(listed))
-        _learn(sdo, entry)
+        _learn(reading, entry)
     named = set(device.known)
     for entry in _MANDATORY:
-        if entry.mux not in named and (_learn(sdo, entry) or entry.mux == DEVICE_TYPE):
+        if entry.mux not in named and (_learn(reading, entry) or entry.mux == DEVICE_TYPE):
             device.known[entry.mux] = entry
     if not device.listing.is_complete:
-        _try_common(sdo, named)
-        _ask_for_block_upload(sdo)
+        _try_common(reading, named)
+        _ask_for_block_upload(reading)
     if any(known.varies for known in device.all_writable()):
-        _seek_nowhere(sdo)
-    if not device.answers_twice and any(found.rule is UNSOLICITED for found in sdo.minor):
+        _seek_nowhere(reading)
+    if not device.answers_twice and any(found.rule is UNSOLICITED for found in record.minor):
         examine(channel, device)
-    keep_aside(sdo)
+    keep_aside(reading.sdo)
 
 
-def _seek_nowhere(sdo: Dialogue) -> None:
+def _seek_nowhere(reading: Reading) -> None:
     """Find out which of some entries the device lacks: long values may name them."""
-    device = sdo.device
+    device = reading.device
     there = {mux.index for mux in device.known}
     for mux in PRINTABLE_OBJECTS:
         if mux.index in there:
             continue
         try:
-            if _is_missing(sdo, Multiplexer(mux.index)) and _is_missing(sdo, mux):
+            if _is_missing(reading.sdo, Multiplexer(mux.index)) and _is_missing(reading.sdo, mux):
                 device.nowhere += (mux,)
         except Violation:
             # Other cases say what is wrong with this; one silence is enough.
-            sdo.recover()
+            reading.recover()
             return
 
 
@@ -176,24 +184,24 @@ def _is_missing(sdo: Dialogue, mux: Multiplexer) -> bool:
     return False
 
 
-def _ask_for_block_upload(sdo: Dialogue) -> None:
+def _ask_for_block_upload(reading: Reading) -> None:
     try:
-        sdo.require_block_upload()
+        Blocks(reading.sdo, reading.recover).require_upload()
     except Unimplemented:
         return  # the refusal is known from now on
     except Violation:
         # Silence, or no answer of SDO: the cases on block uploads will say so.
-        sdo.recover()
+        reading.recover()
 
 
-def _try_common(sdo: Reading, named: set[Multiplexer]) -> None:
+def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
     for entry in COMMON:
         if entry.mux in named:
             continue
-        if _learn(sdo, entry):
-            sdo.device.known[entry.mux] = entry
+        if _learn(reading, entry):
+            reading.device.known[entry.mux] = entry
         else:
-            del sdo.device.unreadable[entry.mux]  # nobody said that it is there
+            del reading.device.unreadable[entry.mux]  # nobody said that it is there
 
 
 def record_baseline(channel: Channel, device: Device) -> None:
@@ -226,33 +234,34 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
     return True
 
 
-def _learn(sdo: Reading, known: KnownObject) -> bool:
+def _learn(reading: Reading, known: KnownObject) -> bool:
+    device = reading.device
     for rest in reversed(range(MOST_TRIES)):
         try:
-            value = sdo.upload(known)
+            value = reading.sdo.upload(known)
             break
         except (Violation, ServerAborted) as error:
             # A device that answers badly here is tested all the same.
-            sdo.device.unreadable[known.mux] = str(error)
-            early = sdo.early.met is not None
+            device.unreadable[known.mux] = str(error)
+            early = reading.sdo.record.early.met is not None
             if isinstance(error, Violation):
-                sdo.device.misread.add(known.mux)
-                error.request = error.request or sdo.last_sent
+                device.misread.add(known.mux)
+                error.request = error.request or reading.sdo.wire.last_sent
                 wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
-                losses = sdo.losses
-                if sdo.recover() and wrong and sdo.losses == losses:
-                    sdo.note(error)  # no case may ever write or read what cannot be read
+                losses = reading.losses
+                if reading.recover() and wrong and reading.losses == losses:
+                    reading.sdo.note(error)  # no case may ever write or read what cannot be read
             if not early or not rest:
                 return False
-    sdo.device.unreadable.pop(known.mux, None)
-    sdo.device.misread.discard(known.mux)
+    device.unreadable.pop(known.mux, None)
+    device.misread.discard(known.mux)
     if known.length is not None and len(value) < known.length:
-        sdo.device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
+        device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
         return False
     if is_error_place(known.mux):
         return True  # what it holds comes and goes: no case may count on it
     # What reads too long for its type could not be written back as it was read.
-    sdo.device.values[known.mux] = value[: known.length]
+    device.values[known.mux] = value[: known.length]
     return True
 
 

@@ -13,7 +13,7 @@ from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import filled_up
+from conformance.dialogue.values import filled_up
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK
@@ -52,14 +52,14 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
         try:
             probe(sdo)
             sdo.end_transfer()
-            sdo.calm()
+            sdo.silence.calm()
         except (Violation, ServerAborted) as error:
             # That the device does not serve this is for the cases to find.
-            asked = sdo.last_sent
-            if sdo.recover():
+            asked = sdo.wire.last_sent
+            if sdo.silence.recover():
                 continue
             if isinstance(error, Violation):
-                sdo.explain(error)
+                sdo.wire.explain(error)
                 sdo.note(error)
             if brings_back is not None and brings_back():
                 break
@@ -69,8 +69,8 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
         try:
             _find_filled(sdo, known)
         except (Violation, ServerAborted, NotTestable) as error:
-            asked = sdo.last_sent
-            if not sdo.recover():
+            asked = sdo.wire.last_sent
+            if not sdo.silence.recover():
                 keep_aside(sdo)
                 raise lost_early(sdo, asked) from error
     keep_aside(sdo)
@@ -86,9 +86,10 @@ def lost_early(sdo: Dialogue, asked: Request, why: str = GONE) -> DeviceLost:
 
 def keep_aside(sdo: Dialogue) -> None:
     """Add what was met before the first case to the causes: no case has failed for it yet."""
-    for found in sdo.minor:
+    for found in sdo.record.minor:
         if found.level is Level.MUST and found.rule not in INCIDENTAL:
-            sdo.causes.add(sdo.cause_of(found), FIRST_SEEN, found, aside=True)
+            cause = sdo.record.cause_of(found, sdo.wire.last_sent)
+            sdo.record.causes.add(cause, FIRST_SEEN, found, aside=True)
 
 
 Probe = Callable[[Dialogue], None]

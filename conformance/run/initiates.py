@@ -5,7 +5,8 @@ from collections.abc import Callable, Generator
 from conformance.device.device import VENDOR_ID
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import Target, mux_of, same_value, shown
+from conformance.dialogue.transfers import Target, mux_of
+from conformance.dialogue.values import same_value, shown
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
 from conformance.sdo.describe import describe_response

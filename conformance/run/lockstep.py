@@ -9,8 +9,8 @@ from conformance.device.device import DEVICE_TYPE, Device
 from conformance.dialogue.causes import OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
+from conformance.dialogue.silence import MOST_STRAY
 from conformance.dialogue.sub_blocks import SubBlocks
-from conformance.dialogue.wire import MOST_STRAY
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -82,14 +82,14 @@ class Lockstep:
         """Follow what is sent and received from here on."""
         link = self._sdo.channel.link
         link.listen(self._take)
-        self._sdo.after_fence = self._take_held
-        self._sdo.looks_for_aborts = False
+        self._sdo.wire.after_fence = self._take_held
+        self._sdo.wire.looks_for_aborts = False
         try:
             yield
         finally:
-            self._sdo.looks_for_aborts = True
+            self._sdo.wire.looks_for_aborts = True
             link.ignore(self._take)
-            self._sdo.after_fence = lambda: None
+            self._sdo.wire.after_fence = lambda: None
 
     def _take(self, captured: Captured) -> None:
         channel = self._sdo.channel
@@ -97,7 +97,7 @@ class Lockstep:
         received = captured.direction is Direction.RECEIVED and captured.frame.can_id in numbers
         if received and not channel.is_response(captured.frame):
             return  # somebody else's
-        if self._sdo.fencing:
+        if self._sdo.wire.fencing:
             self._held.append(captured)
         else:
             self._show(captured)
@@ -129,29 +129,33 @@ class Lockstep:
             if isinstance(decode_request(captured.frame.data), INITIATES):
                 self._aborted = False
         elif self._is_response(captured):
-            exceeded = self._sdo.causes.sub_blocks_are_exceeded
+            exceeded = self._sdo.record.causes.sub_blocks_are_exceeded
             if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
                 return  # it was noted, and is no answer
             self._find(self.oracle.response(captured.frame))
             self._aborted |= isinstance(self._sdo.read_as(captured.frame.data), Abort)
             if self.oracle.ended is not None:
-                self._sdo.early.note(self.oracle.ended.abort)
+                self._sdo.record.early.note(self.oracle.ended.abort)
 
     def _find(self, findings: Iterable[Violation]) -> None:
         for found in findings:
-            found.request = self._sdo.last_sent
+            found.request = self._sdo.wire.last_sent
             if self._aborted and found.rule.id in WITHOUT_TRANSFER:
                 found.habit = GOES_ON
             if READS_WRONG in found.expected:
                 found.habit = (found.rule.id, OTHER_DATA)
             settling = isinstance(found.request, Abort) and self._point != found.request
-            if self._point is not None and settling and not self._sdo.causes.aborts_are_answered:
+            if (
+                self._point is not None
+                and settling
+                and not self._sdo.record.causes.aborts_are_answered
+            ):
                 # What answers no abort has answered what went before.
                 found.request, settling = self._point, False
             elif settling and not kind_of_answer(found.actual).startswith("abort "):
-                found.request = self._sdo.sent_before  # crossed with the abort
+                found.request = self._sdo.wire.sent_before  # crossed with the abort
             if self._point is not None and not settling:
-                self._sdo.own.add(found)
+                self._sdo.record.own.add(found)
             self._findings.append(found)
 
     def send(self, frame: CanFrame, *, point: bool = False) -> list[bytes]:
@@ -167,7 +171,7 @@ class Lockstep:
             self._sdo.send(frame.data)  # which knows whether it is a segment of a block
         else:
             self._sdo.send_frame(frame)
-        self._point = self._sdo.last_sent if point else None
+        self._point = self._sdo.wire.last_sent if point else None
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
         told_by_fence = point and getattr(self._point, "mux", None) != DEVICE_TYPE
@@ -191,9 +195,9 @@ class Lockstep:
         return answers
 
     def _answer(self) -> list[bytes]:
-        answer = self._sdo.next_frame()
+        answer = self._sdo.wire.next_frame()
         if answer is None:
-            self._sdo.unanswered()
+            self._sdo.wire.unanswered()
             self._find(self.oracle.settled())
         return self._taken(answer)
 
@@ -205,7 +209,7 @@ class Lockstep:
         if self.oracle.awaited is not Awaited.MAYBE:
             return []
         channel = self._sdo.channel
-        return self._taken(self._sdo.next_frame(channel.pace.soon(channel.response_timeout)))
+        return self._taken(self._sdo.wire.next_frame(channel.pace.soon(channel.response_timeout)))
 
     def _taken(self, answer: CanFrame | None) -> list[bytes]:
         self.check()
@@ -230,11 +234,11 @@ class Lockstep:
 
     def has_left(self) -> bool:
         """Say whether the server has left the sub-block that is being sent."""
-        return self._sdo.has_left()
+        return self._sdo.wire.has_left()
 
     def may_ask(self, frame: CanFrame) -> bool:
         """Say whether the node that a frame is for may be sent requests."""
-        return self._sdo.may_ask(frame)
+        return self._sdo.wire.may_ask(frame)
 
     def settle(self, mux: Multiplexer) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes.
@@ -245,7 +249,7 @@ class Lockstep:
             self._look_for_abort()
         self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         try:
-            self._sdo.fence(most=MOST_STRAY + self.oracle.owed)
+            self._sdo.silence.fence(most=MOST_STRAY + self.oracle.owed)
         except Violation:
             self.check()
             raise
@@ -258,7 +262,7 @@ class Lockstep:
         What other cases have met is noted as well, unless it is what this case is about and the
         oracle can no longer follow: an abort that names another object is an abort all the same.
         """
-        if self.oracle.given_up and GIVEN_UP not in self._sdo.notes:
+        if self.oracle.given_up and GIVEN_UP not in self._sdo.record.notes:
             self._sdo.info(GIVEN_UP)
         findings, self._findings = self._findings, []
         for found in findings:
@@ -269,5 +273,8 @@ class Lockstep:
     def _fails(self, found: Violation) -> bool:
         if found.level is not Level.MUST or found.rule in INCIDENTAL:
             return False
-        unknown = self._sdo.causes.get(self._sdo.cause_of(found)) is None
-        return unknown or (found in self._sdo.own and self.oracle.lost)
+        unknown = (
+            self._sdo.record.causes.get(self._sdo.record.cause_of(found, self._sdo.wire.last_sent))
+            is None
+        )
+        return unknown or (found in self._sdo.record.own and self.oracle.lost)

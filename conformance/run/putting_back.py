@@ -12,7 +12,8 @@ from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import shown
+from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.values import shown
 from conformance.run.afterwards import Restorer
 from conformance.run.discovery import record_baseline
 from conformance.sdo.checks import ServerAborted
@@ -40,7 +41,7 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
         to_store=dict(left.stored),
     )
     record_baseline(channel, device)
-    sdo = Dialogue(channel, device, _RULE, 0)
+    sdo = Dialogue(channel, device, CaseRecord(_RULE), 0)
     _check_identity(sdo, left.identity)
     restorer = Restorer(device)
     restorer.unrestored = {mux: shown(value) for mux, value in left.values.items()}
@@ -57,7 +58,7 @@ def _check_identity(sdo: Dialogue, due: Mapping[str, str]) -> None:
         try:
             value = sdo.read(Multiplexer(0x1018, sub_index))
         except (ServerAborted, Violation):
-            sdo.recover()
+            sdo.silence.recover()
             continue
         found = f"0x{int.from_bytes(value, 'little'):08X}"
         if due.get(name, found) != found:

@@ -60,5 +60,5 @@ def doubt(run: CaseRun, failed: CaseResult, stumbled: Stumble) -> None:
     result.notes.append(f"bench: it failed once and not when it was tried again: {met}")
     if result.verdict is Verdict.PASS:
         result.verdict = Verdict.INFO
-    again = session.trace(run.own_frames, run.sdo.channels, aside=False, decisive=False)
+    again = session.trace(run.own_frames, run.sdo.record.channels, aside=False, decisive=False)
     result.trace = ["the try that failed:", *failed.trace, "the one that counts:", *again]

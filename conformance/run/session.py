@@ -12,7 +12,9 @@ from conformance.dialogue.allowance import Allowance
 from conformance.dialogue.causes import Cause, Causes, Standing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import Way
-from conformance.run.afterwards import Leaving, Restorer, leave
+from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.tools import CaseTools
+from conformance.run.afterwards import Leaving, Restorer, leave, shift
 from conformance.run.doubts import Doubts
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
@@ -124,12 +126,15 @@ class DeviceSession:
     def _count_boot_up(self) -> None:
         self.device.boot_ups += 1
 
+    def _dialogue(self, rule: Rule) -> Dialogue:
+        return Dialogue(self.channel, self.device, CaseRecord(rule, self.causes), self._seed)
+
     def survey(self) -> None:
         """Find out, before the first case, what is wrong with every answer of the device.
 
         Raises DeviceLost.
         """
-        sdo = Dialogue(self.channel, self.device, SURVEY, self._seed, self.causes)
+        sdo = self._dialogue(SURVEY)
         try:
             survey(sdo, None if self.revival is None else self._brought_back)
         except DeviceLost:
@@ -161,8 +166,8 @@ class DeviceSession:
         what another of its kind has shown.
         """
         self.collect_late()
-        sdo = Dialogue(self.channel, self.device, rule, self._seed, self.causes)
-        sdo.allowance = Allowance(self.channel.pace)
+        sdo = self._dialogue(rule)
+        sdo.wire.timing.allowance = Allowance(self.channel.pace)
         self._frames.clear()
         self._in_case = True
         self._last_case = case_id
@@ -176,6 +181,14 @@ class DeviceSession:
             rules=[each.id for each in cites],
         )
         return CaseRun(self, sdo, result, Point(rule, cites, generated))
+
+    def loss(self) -> DeviceLost:
+        """Describe that the device has stopped answering."""
+        return DeviceLost(
+            f"Node {self.device.node_id} answered before and does not any more, not even a read of "
+            "1000h after an abort. Reset or power-cycle it; the cases before this one show what "
+            "was sent to it last."
+        )
 
     def collect_late(self) -> None:
         """Take responses that nobody asked for; they belong to the case that was last.
@@ -224,8 +237,7 @@ class DeviceSession:
         """Try once more to put back what could not be; what still cannot stays listed."""
         if self.lost or not self.restorer.unrestored or self.channel.link.stop.gives_up:
             return
-        sdo = Dialogue(self.channel, self.device, _RESTORING, self._seed, self.causes)
-        self.restorer.restore_pending(sdo)
+        self.restorer.restore_pending(self._dialogue(_RESTORING))
         self.keep_late(self._last_case)
 
     def close(self) -> None:
@@ -290,10 +302,10 @@ class CaseRun:
         self, session: DeviceSession, sdo: Dialogue, result: CaseResult, point: Point
     ) -> None:
         """Start the clock of the case."""
-        self.sdo = sdo
+        self.tools = CaseTools.of(sdo)
         self.result = result
         self._session = session
-        self._judgement = Judgement(result, point, session.causes, lambda: sdo.pauses.in_doubt)
+        self._judgement = Judgement(result, point, session.causes, lambda: sdo.wire.pauses.in_doubt)
         self._boot_ups = session.device.boot_ups
         self._causes = session.causes.state()
         self.bench_error: BenchError | None = None
@@ -311,14 +323,14 @@ class CaseRun:
         wait for that.
         """
         self.is_over = True
-        self.sdo.allowance = None
+        self.sdo.wire.timing.allowance = None
         with self._session.channel.link.stop.putting_back():
             return self._conclude(error)
 
     def _conclude(self, error: BaseException | None) -> CaseResult:
         result = self.result
         own_frames = self.own_frames = self._session.frames_so_far()
-        asked = self.sdo.last_sent
+        asked = self.sdo.wire.last_sent
         leaving: Leaving | None = None
         try:
             leaving = self._leave(error)
@@ -334,17 +346,17 @@ class CaseRun:
                 self.bench_error = bench_error
                 self._judgement.ended(bench_error, asked)
         # The wait for answers that did not come is the price of a silent device.
-        result.waited = self.sdo.waited
-        result.latency = self.sdo.latency
-        result.answers, result.answering = self.sdo.answers, self.sdo.answering
+        timing = self.sdo.wire.timing
+        result.waited, result.latency = timing.waited, timing.latency
+        result.answers, result.answering = timing.answers, timing.answering
         result.duration = time.monotonic() - self._begin
-        result.notes += self.sdo.notes
+        result.notes += self.sdo.record.notes
         if result.verdict is Verdict.FAIL and self._session.device.answers_twice:
             result.notes.append(either(self._session.device.node_id))
         if result.verdict is not Verdict.PASS:
             result.trace = self._session.trace(
                 own_frames,
-                self.sdo.channels,
+                self.sdo.record.channels,
                 aside=left_wrong,
                 decisive=isinstance(error, Violation | ServerAborted),
                 actual=result.actual,
@@ -359,9 +371,15 @@ class CaseRun:
         Nor where that is known of it.
         """
         sdo = self.sdo
-        if sdo.pauses.excuse or sdo.is_known(as_violation(error)):
+        asked = sdo.wire.last_sent
+        if sdo.wire.pauses.excuse or sdo.record.is_known(as_violation(error), asked):
             return None
-        return sdo.early.way(error, sdo.last_sent)
+        return sdo.record.early.way(error, asked)
+
+    @property
+    def sdo(self) -> Dialogue:
+        """The conversation of the case on its own channel."""
+        return self.tools.sdo
 
     @property
     def session(self) -> DeviceSession:
@@ -379,23 +397,24 @@ class CaseRun:
         Behind so many ``tries``, each another number of transfers comes before the next.
         """
         sdo, session = self.sdo, self._session
-        sdo.allowance = None
+        sdo.wire.timing.allowance = None
         session.restorer.expect(sdo)
-        self._minor = list(sdo.minor)
+        self._minor = list(sdo.record.minor)
+        self.tools.network.end()
         leaving = leave(sdo, failed=True)
         # What crossed with the abort has met an idle server, which may refuse it.
         refused = all(isinstance(decode_response(stray), Abort) for stray in leaving.stray)
-        booted = session.device.boot_ups - self._boot_ups > sdo.expected_boot_ups
+        booted = session.device.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups
         if leaving.afterwards is not Afterwards.IDLE or not refused or booted:
             return False
         session.restorer.restore(sdo)
         session.keep_late(self.result.case_id)
-        sdo.shift(tries * tries)
+        shift(sdo, tries * tries)
         return True
 
     def follow(self, before: "CaseRun") -> None:
         """Go on as the next try of a case: what was wrong in the one before stays."""
-        self.sdo.minor += before._minor
+        self.sdo.record.minor += before._minor
         self._begin = before._begin
 
     def give_up(self, error: BenchError) -> CaseResult:
@@ -404,15 +423,17 @@ class CaseRun:
         self.bench_error = error
         result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
         frames = self._session.frames_so_far()
-        result.trace = self._session.trace(frames, self.sdo.channels, aside=True, decisive=False)
+        channels = self.sdo.record.channels
+        result.trace = self._session.trace(frames, channels, aside=True, decisive=False)
         self._session.end()
         return result
 
     def _leave(self, error: BaseException | None) -> Leaving:
         self._session.restorer.expect(self.sdo)
         self._tidies = self.sdo.tracker.open is not None
-        self._minor = list(self.sdo.minor)
+        self._minor = list(self.sdo.record.minor)
         failed = error is not None or any(found.level is Level.MUST for found in self._minor)
+        self.tools.network.end()
         return leave(self.sdo, failed=failed)
 
     def _judge(self, error: BaseException | None, asked: Request, leaving: Leaving | None) -> None:
@@ -421,20 +442,20 @@ class CaseRun:
         crossed = crossing(error, stray, asked) if stray else None
         if crossed is not None:
             # What was taken for the answer had come for something else.
-            crossed.request, error = sdo.sent_before, crossed
+            crossed.request, error = sdo.wire.sent_before, crossed
         refused = confirmed_and_refused(error, stray, asked) if stray else None
         error = refused or error
-        misshapen = sdo.misshapen
+        misshapen = sdo.wire.misshapen
         if misshapen is not None and isinstance(error, Violation | ServerAborted):
             error = misshapen  # what it holds is no answer either
         if isinstance(error, Violation):
             lost = leaving is not None and leaving.afterwards is Afterwards.LOST
-            sdo.explain(error, lost=lost)
-        judgement.ended(error, asked, own=error in sdo.own)
+            sdo.wire.explain(error, lost=lost)
+        judgement.ended(error, asked, own=error in sdo.record.own)
         for violation in self._minor:
             if violation.rule not in INCIDENTAL:
-                judgement.breach(violation, asked, own=violation in sdo.own)
-        if self.result.verdict is Verdict.PASS and sdo.notes:
+                judgement.breach(violation, asked, own=violation in sdo.record.own)
+        if self.result.verdict is Verdict.PASS and sdo.record.notes:
             self.result.verdict = Verdict.INFO
 
     def _judge_leaving(self, asked: Request, leaving: Leaving) -> bool:
@@ -442,10 +463,11 @@ class CaseRun:
         result, sdo, session = self.result, self.sdo, self._session
         failed = result.verdict in FAILED
         result.afterwards = leaving.afterwards
-        found = [*sdo.minor[len(self._minor) :]]
-        if sdo.answered_after is not None and leaving.stray:
+        found = [*sdo.record.minor[len(self._minor) :]]
+        late = sdo.wire.timing.answered_after
+        if late is not None and leaving.stray:
             answer = sdo.words(leaving.stray[0])
-            result.actual += f"; answered after {sdo.answered_after * 1000:.0f} ms: {answer}"
+            result.actual += f"; answered after {late * 1000:.0f} ms: {answer}"
         elif leaving.violation is not None:
             follows = result.cause and result.verdict is Verdict.NOT_TESTABLE
             if follows and leaving.afterwards is not Afterwards.LOST:
@@ -457,11 +479,11 @@ class CaseRun:
                 found.append(leaving.violation)
         lost = leaving.afterwards is Afterwards.LOST
         for violation in found:
-            sdo.explain(violation, lost=lost)
+            sdo.wire.explain(violation, lost=lost)
             if violation.rule not in INCIDENTAL:
                 self._judgement.breach(violation, asked, own=lost)
-        if session.device.boot_ups - self._boot_ups > sdo.expected_boot_ups:
-            sdo.seen.clear()
+        if session.device.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups:
+            sdo.wire.seen.clear()
             booted = Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
             self._judgement.breach(booted, asked)
         return not failed and result.verdict in FAILED
@@ -480,9 +502,9 @@ class CaseRun:
                 session.lost, self.result.afterwards = True, Afterwards.LOST
                 expected = "an ordinary answer where a value is put back"
                 gone = Violation(IDLE_AFTERWARDS, expected=expected, actual="no answer")
-                self._judgement.aside(gone, self.sdo.last_sent)
+                self._judgement.aside(gone, self.sdo.wire.last_sent)
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)
-        incidental = [found for found in self.sdo.minor if found.rule in INCIDENTAL]
+        incidental = [found for found in self.sdo.record.minor if found.rule in INCIDENTAL]
         session.whole_run.incidents += [
             Incident(self.result.case_id, found) for found in incidental[:kept]
         ]

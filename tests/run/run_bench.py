@@ -16,6 +16,7 @@ from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.record import CaseRecord
 from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.bench import private_channel
 from conformance.run.discovery import discover
@@ -87,7 +88,7 @@ class Workbench:
     bus_name: str
 
     def dialogue(self, rule: Rule = RULE) -> Dialogue:
-        return Dialogue(self.channel, self.device, rule, seed=1)
+        return Dialogue(self.channel, self.device, CaseRecord(rule), seed=1)
 
     def session(self) -> DeviceSession:
         return DeviceSession(self.channel, self.device, seed=1, cansend_channel="can0")

@@ -11,7 +11,9 @@ from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.device.objects import by_multiplexer
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.wire import SEGMENTS_PER_LOOK
 from conformance.faults.simulated import SimulatedBus
 from conformance.sdo.abort_codes import AbortCode
@@ -68,7 +70,7 @@ def talking_to(node: Scripted) -> Iterator[Dialogue]:
         policy=WritePolicy([DOMAIN.mux]),
     )
     try:
-        yield Dialogue(Channel(link, NODE_ID, 0.1), device, RULE, seed=1)
+        yield Dialogue(Channel(link, NODE_ID, 0.1), device, CaseRecord(RULE), seed=1)
     finally:
         link.close()
 
@@ -76,16 +78,16 @@ def talking_to(node: Scripted) -> Iterator[Dialogue]:
 def test_nothing_follows_an_abort() -> None:
     node = Aborting(REFUSED)
     with talking_to(node) as sdo:
-        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        assert Blocks(sdo).try_download(DOMAIN, DATA) == ABORT
     assert AT <= node.segments < AT + SEGMENTS_PER_LOOK
 
 
 def test_nothing_follows_an_abort_in_a_script() -> None:
     node = Aborting(REFUSED)
     with talking_to(node) as sdo:
-        sdo.initiate_block_download(DOMAIN, len(DATA))
+        Blocks(sdo).initiate_download(DOMAIN, len(DATA))
         for first in range(1, 41, 20):
-            sdo.send_segments([bytes(7)] * 20, first=first)
+            Blocks(sdo).send_segments([bytes(7)] * 20, first=first)
         sdo.expect_abort(AbortCode.LOCAL_CONTROL, of=DOMAIN)
     assert AT <= node.segments < AT + SEGMENTS_PER_LOOK
 
@@ -95,7 +97,7 @@ def test_what_crosses_with_an_abort_may_be_refused(unheard: int) -> None:
     """Each segment that is on its way is a request to an idle server; then it is asked anew."""
     node = Aborting(REFUSED, unheard)
     with talking_to(node) as sdo:
-        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        assert Blocks(sdo).try_download(DOMAIN, DATA) == ABORT
         sdo.send(READ)
         assert sdo.receive() == BASELINE
         assert sdo.fence() == []
@@ -104,13 +106,13 @@ def test_what_crosses_with_an_abort_may_be_refused(unheard: int) -> None:
 
 def test_what_is_refused_before_the_case_ends() -> None:
     with talking_to(Aborting(REFUSED, 60)) as sdo:
-        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        assert Blocks(sdo).try_download(DOMAIN, DATA) == ABORT
         assert sdo.fence() == []
 
 
 def test_no_segment_is_confirmed() -> None:
     with talking_to(Aborting(CONFIRMED, 20)) as sdo:
-        assert sdo.try_block_download(DOMAIN, DATA) == ABORT
+        assert Blocks(sdo).try_download(DOMAIN, DATA) == ABORT
         with pytest.raises(Violation) as raised:
             sdo.send(READ)
     assert raised.value.rule is UNSOLICITED
@@ -125,7 +127,7 @@ def test_an_abort_is_answered_once_where_nothing_crosses() -> None:
         return [BEGUN] if data[0] == 0xC6 else [ABORT.encode(), REFUSED]
 
     with talking_to(Scripted(answers)) as sdo:
-        assert sdo.try_block_download(DOMAIN, bytes(7)) == ABORT
+        assert Blocks(sdo).try_download(DOMAIN, bytes(7)) == ABORT
         assert sdo.fence() == [REFUSED]
 
 
@@ -140,6 +142,6 @@ def test_an_acknowledgement_does_not_stop_a_sub_block() -> None:
         return [BlockAck(0, 127).encode()] if len(numbers) == 1 else []
 
     with talking_to(Scripted(answers)) as sdo:
-        sdo.initiate_block_download(DOMAIN, len(DATA))
-        sdo.send_segments([bytes(7)] * 20, first=2)
+        Blocks(sdo).initiate_download(DOMAIN, len(DATA))
+        Blocks(sdo).send_segments([bytes(7)] * 20, first=2)
     assert numbers == list(range(2, 22))

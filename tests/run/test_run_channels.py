@@ -9,7 +9,8 @@ from conformance.device.deny import PERMISSIONS
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
-from conformance.dialogue.channels import TEST_CHANNELS, interleave
+from conformance.dialogue.channels import TEST_CHANNELS, Channels, interleave
+from conformance.dialogue.network import Network
 from conformance.faults.catalogue import build_node
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import Verdict
@@ -54,8 +55,8 @@ def test_channels_are_put_back(node: Node, error: Exception | None) -> None:
     with discovered(node) as bench:
         allow(bench)
         run = case(bench.session())
-        run.sdo.configure(0x1201, FIRST)
-        run.sdo.configure(0x1202, SECOND)
+        run.tools.channels.configure(0x1201, FIRST)
+        run.tools.channels.configure(0x1202, SECOND)
         assert records[0].request == FIRST.request
         result = run.conclude(error)
     assert (records[0].request, records[0].response) == (CobId(0x6B1), CobId(0x6B2))
@@ -71,8 +72,8 @@ def test_the_device_serves_again_however_a_case_ends(node: Node, command: NmtCom
         allow(bench)
         session = bench.session()
         run = case(session)
-        run.sdo.produce_heartbeats()
-        run.sdo.nmt(command)
+        run.tools.network.produce_heartbeats()
+        run.tools.network.send(command)
         assert run.conclude(violation()).afterwards.value == "idle"
         assert case(session).conclude(None).verdict is Verdict.PASS
         assert session.restorer.unrestored == {}
@@ -85,8 +86,8 @@ def test_a_boot_up_that_was_asked_for_is_no_reboot(node: Node) -> None:
         allow(bench)
         session = bench.session()
         run = case(session)
-        run.sdo.reset(NmtCommand.RESET_COMMUNICATION)
-        run.sdo.reset(NmtCommand.RESET_NODE)
+        run.tools.network.reset(NmtCommand.RESET_COMMUNICATION)
+        run.tools.network.reset(NmtCommand.RESET_NODE)
         assert run.conclude(None).verdict is Verdict.PASS
         assert session.device.boot_ups >= 2
 
@@ -95,7 +96,7 @@ def test_one_boot_up_more_than_asked_for_is(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         run = case(bench.session())
-        run.sdo.reset(NmtCommand.RESET_COMMUNICATION)
+        run.tools.network.reset(NmtCommand.RESET_COMMUNICATION)
         bench.send_from_elsewhere(node.start()[0])
         result = run.conclude(None)
     assert result.verdict is Verdict.FAIL
@@ -106,11 +107,14 @@ def test_permission_is_asked_for_before_anything_is_sent(node: Node) -> None:
     with discovered(node) as bench:
         sdo = bench.dialogue()
         with pytest.raises(NotTestable, match="--sdo-allow=nmt"):
-            sdo.nmt(NmtCommand.STOP)
-        with pytest.raises(NotTestable, match="--sdo-allow=sdo-parameters"), sdo.further():
+            Network(sdo).send(NmtCommand.STOP)
+        with (
+            pytest.raises(NotTestable, match="--sdo-allow=sdo-parameters"),
+            Channels(sdo).further(),
+        ):
             raise AssertionError("unreachable")
         assert node.state is NmtState.PRE_OPERATIONAL
-        assert sdo.written == set()
+        assert sdo.record.written == set()
 
 
 @pytest.mark.parametrize(
@@ -121,15 +125,15 @@ def test_which_channels_there_are(name: str | None, records: tuple[int, ...]) ->
     with discovered(build_node(name, NODE_ID)) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        assert sdo.further_channels() == records
+        assert Channels(sdo).records() == records
         with pytest.raises(Unimplemented, match="06020000"):
-            sdo.require_further(len(records) + 1)
+            Channels(sdo).require(len(records) + 1)
 
 
 def test_channels_in_use_come_last(node: Node) -> None:
     node.channels[1].record.entries[1].value = bytes(CobId(0x6B1))
     with discovered(node) as bench:
-        assert bench.dialogue().further_channels() == (0x1202, 0x1201)
+        assert Channels(bench.dialogue()).records() == (0x1202, 0x1201)
 
 
 def test_transfers_step_by_step(node: Node) -> None:
@@ -139,7 +143,7 @@ def test_transfers_step_by_step(node: Node) -> None:
         sdo = bench.dialogue()
         sent: list[int] = []
         sdo.channel.link.listen(lambda captured: sent.append(captured.frame.can_id))
-        with sdo.further() as other:
+        with Channels(sdo).further() as other:
             sent.clear()
             results = interleave(
                 (sdo, sdo.client.download(TEXT.mux, b"fourteen bytes")),
@@ -155,7 +159,7 @@ def test_a_refused_transfer_does_not_stop_the_others(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        with sdo.further() as other:
+        with Channels(sdo).further() as other:
             refused, served = interleave(
                 (sdo, sdo.client.upload(Multiplexer(0x1FFF))),
                 (other, other.client.upload(Multiplexer(0x1008))),
@@ -175,7 +179,7 @@ def test_a_breach_on_one_channel_leaves_nothing_of_the_others_behind(node: Node)
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        with sdo.further() as other:
+        with Channels(sdo).further() as other:
             with pytest.raises(Violation):
                 interleave((other, breach()), (sdo, sdo.client.upload(TEXT.mux)))
             assert not sdo.drain()
@@ -186,7 +190,7 @@ def test_what_is_left_on_a_channel_fails_the_case(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        with pytest.raises(Violation, match="idle-afterwards"), sdo.further() as other:
+        with pytest.raises(Violation, match="idle-afterwards"), Channels(sdo).further() as other:
             other.send(UploadInitiate(Multiplexer(0x1018, 1)))
 
 
@@ -194,9 +198,9 @@ def test_frames_of_all_channels_are_shown_in_words(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         run = case(bench.session())
-        with run.sdo.further() as other:
+        with run.tools.channels.further() as other:
             other.upload(Multiplexer(0x1018, 1))
-        run.sdo.nmt(NmtCommand.START)
+        run.tools.network.send(NmtCommand.START)
         run.sdo.info("shown")
         trace = "\n".join(run.conclude(None).trace)
     assert "681#4018100100000000 upload initiate 1018h:01" in trace
@@ -208,22 +212,23 @@ def test_silence_on_a_disabled_channel_is_proven(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        sdo.expect_no_server(FIRST)
-        sdo.configure(0x1201, FIRST)
+        Channels(sdo).expect_no_server(FIRST)
+        Channels(sdo).configure(0x1201, FIRST)
         with pytest.raises(Violation, match="no answer on 681h and 6A1h"):
-            sdo.expect_no_server(FIRST)
+            Channels(sdo).expect_no_server(FIRST)
 
 
 def test_a_state_is_seen_in_heartbeats(node: Node) -> None:
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        assert sdo.produce_heartbeats() is None
-        sdo.nmt(NmtCommand.STOP)
-        sdo.settle()
+        network = Network(sdo)
+        assert network.produce_heartbeats() is None
+        network.send(NmtCommand.STOP)
+        network.settle()
         assert node.state is NmtState.STOPPED
-        sdo.end_nmt()
-        sdo.settle()
+        network.end()
+        network.settle()
         assert sdo.fence() == []
 
 
@@ -242,19 +247,21 @@ def test_a_device_may_have_its_own_way_with_heartbeats(name: str, code: AbortCod
     with discovered(node) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        refusal = sdo.produce_heartbeats()
+        network = Network(sdo)
+        refusal = network.produce_heartbeats()
         assert (refusal and refusal.code) == code
-        sdo.nmt(NmtCommand.START)
-        sdo.settle()
+        network.send(NmtCommand.START)
+        network.settle()
         assert node.state is NmtState.OPERATIONAL
         if refusal is None:
-            sdo.end_heartbeats()
+            network.end_heartbeats()
 
 
 def test_heartbeats_that_do_not_end() -> None:
     with discovered(build_node("nmt-heartbeat-for-ever", NODE_ID)) as bench:
         allow(bench)
         sdo = bench.dialogue()
-        assert sdo.produce_heartbeats() is None
+        network = Network(sdo)
+        assert network.produce_heartbeats() is None
         with pytest.raises(Violation, match="no heartbeat with 1017h = 0"):
-            sdo.end_heartbeats()
+            network.end_heartbeats()

@@ -142,7 +142,7 @@ def test_a_failure_is_shrunk_kept_and_tried_first(
 def test_the_time_is_bounded(reference: Searched) -> None:
     run = reference.search(strategies.soup, Plan(100, seed=1, search_seconds=0.0))
     assert run.result.progress.startswith("0 of 100 examples")
-    assert run.sdo.notes == [f"{run.result.progress}, which is as long as it may take"]
+    assert run.sdo.record.notes == [f"{run.result.progress}, which is as long as it may take"]
 
 
 DISTURBED: Conversation = (

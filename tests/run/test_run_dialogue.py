@@ -77,7 +77,7 @@ def breach(step: Callable[[Dialogue], object], *answers: Message | str) -> Viola
 
 
 def minor(sdo: Dialogue) -> list[str]:
-    return [violation.rule.id for violation in sdo.minor]
+    return [violation.rule.id for violation in sdo.record.minor]
 
 
 # Exactly this response
@@ -112,9 +112,9 @@ def test_an_abort() -> None:
 
 def test_an_abort_with_general_error_counts_as_a_should() -> None:
     sdo = converse(expect_missing, Abort(READ.mux, AbortCode.GENERAL_ERROR))
-    assert [violation.rule for violation in sdo.minor] == [SUBSTITUTE]
-    assert "06020000h" in sdo.minor[0].expected
-    assert "08000000h" in sdo.minor[0].actual
+    assert [violation.rule for violation in sdo.record.minor] == [SUBSTITUTE]
+    assert "06020000h" in sdo.record.minor[0].expected
+    assert "08000000h" in sdo.record.minor[0].actual
 
 
 def test_general_error_is_not_always_tolerated() -> None:
@@ -144,7 +144,7 @@ def test_no_abort() -> None:
 
 def test_an_abort_of_another_object_fails_the_case_and_lets_it_go_on() -> None:
     sdo = converse(expect_missing, Abort(OTHER, MISSING))
-    assert [violation.rule for violation in sdo.minor] == [MULTIPLEXER]
+    assert [violation.rule for violation in sdo.record.minor] == [MULTIPLEXER]
     assert (
         minor(converse(lambda sdo: sdo.expect_abort(MISSING, of=None), Abort(OTHER, MISSING))) == []
     )
@@ -223,7 +223,9 @@ def test_a_known_cause_keeps_its_name_in_a_new_transfer() -> None:
     with discovered(recording()) as bench:
         sdo = bench.dialogue()
         known = Violation(RULE, expected="7 bytes", actual="8 bytes")
-        sdo.causes.add(sdo.cause_of(known), "a.case", known, aside=False)
+        sdo.record.causes.add(
+            sdo.record.cause_of(known, sdo.wire.last_sent), "a.case", known, aside=False
+        )
         with pytest.raises(Violation) as raised, sdo.one_transfer():
             raise known
     assert raised.value.habit is None
@@ -243,7 +245,7 @@ def test_an_upload_or_an_abort() -> None:
     assert minor(converse(expect, text, request=read)) == []
     assert minor(converse(expect, Abort(OTHER, MISSING), request=read)) == []
     warned = converse(expect, Abort(TEXT.mux, AbortCode.LOCAL_CONTROL), request=read)
-    assert len(warned.minor) == 1
+    assert len(warned.record.minor) == 1
     for answer in ("43 10 20 00 74 65 78 75", Abort(TEXT.mux, AbortCode.OUT_OF_MEMORY)):
         assert breach(expect, answer).rule is RULE
 
@@ -271,9 +273,11 @@ def test_a_restart_or_an_abort() -> None:
     assert minor(converse(expect, served)) == []
     for mux in (TEXT.mux, OTHER):
         refused = converse(expect, Abort(mux, AbortCode.COMMAND_NOT_VALID))
-        assert [violation.rule for violation in refused.minor] == [RESTART]
+        assert [violation.rule for violation in refused.record.minor] == [RESTART]
     both = converse(expect, Abort(TEXT.mux, AbortCode.GENERAL_ERROR), served)
-    assert (minor(both), len(both.notes)) == ([], 1), "the superseded transfer may be aborted"
+    assert (minor(both), len(both.record.notes)) == ([], 1), (
+        "the superseded transfer may be aborted"
+    )
     assert breach(expect, Abort(NUMBER.mux, MISSING)).rule is RULE
 
 
@@ -345,8 +349,8 @@ def test_what_is_written_of_an_aborted_download_counts_as_a_should(known: KnownO
             sdo.initiate_download(known, 14)
             sdo.download_segment(b"ABCDEFG", toggle=0)
         assert sdo.upload(known) == b"ABCDEFG"
-    assert [found.rule for found in sdo.minor] == [PART_WRITTEN]
-    assert not sdo.own
+    assert [found.rule for found in sdo.record.minor] == [PART_WRITTEN]
+    assert not sdo.record.own
 
 
 def test_what_came_behind_an_abort_is_never_written() -> None:
@@ -395,6 +399,6 @@ def test_a_request_that_writes_is_remembered() -> None:
     with discovered(recording()) as bench:
         sdo = bench.dialogue()
         sdo.send(READ)
-        assert sdo.written == set()
+        assert sdo.record.written == set()
         sdo.send(DownloadInitiate.with_data(NUMBER.mux, b"\1\2\3\4"))
-        assert sdo.written == {NUMBER.mux}
+        assert sdo.record.written == {NUMBER.mux}

@@ -16,7 +16,8 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.dialogue.wire import MOST_STRAY
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.silence import MOST_STRAY
 from conformance.faults.catalogue import build_node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
@@ -46,7 +47,7 @@ def test_nothing_came_before_the_answer_to_the_fence(idle: Workbench) -> None:
     sdo.send(PROBE)
     assert sdo.fence() == []
     assert sdo.reaction() is None
-    assert sdo.waited == 0
+    assert sdo.wire.timing.waited == 0
 
 
 @pytest.mark.parametrize("count", [1, 2, MOST_STRAY])
@@ -56,7 +57,7 @@ def test_what_came_before_it_is_returned(count: int) -> None:
         sdo = bench.dialogue()
         sdo.send(PROBE)
         assert sdo.fence() == stray
-    assert sdo.waited == 0
+    assert sdo.wire.timing.waited == 0
 
 
 def test_a_babbler_is_not_listened_to_for_ever() -> None:
@@ -98,7 +99,7 @@ def test_a_request_lost_behind_another_is_repeated_once() -> None:
         sdo.send(PROBE)
         assert sdo.fence() == []
     assert node.requests == [PROBE, READ, READ, ERRORS]
-    assert sdo.waited >= 0.5
+    assert sdo.wire.timing.waited >= 0.5
 
 
 def test_both_answers_of_a_device_that_was_busy_are_taken() -> None:
@@ -194,6 +195,6 @@ def test_a_block_download_behind_an_ended_one_is_known(idle: Workbench) -> None:
     """Its initiate is no segment of the one before."""
     sdo = idle.dialogue()
     for _ in range(2):
-        sdo.initiate_block_download(TEXT, 14)
+        Blocks(sdo).initiate_download(TEXT, 14)
         assert sdo.tracker.open == TEXT.mux
         sdo.end_transfer()

@@ -141,7 +141,7 @@ def test_values_that_are_filled_up_are_known_from_then_on(known: KnownObject) ->
         run = session.begin("a.case", "a service", STORED)
         filled = bench.device.known[known.mux]
         assert (filled.filled, bench.device.lengths[known.mux].fit(14)) == (LENGTH, LENGTH)
-        run.sdo.store(filled, b"short")
+        run.tools.room.store(filled, b"short")
         run.sdo.expect_value(filled, b"short")
         assert run.conclude(None).verdict is Verdict.PASS
     assert found == [
@@ -200,7 +200,7 @@ def test_a_device_that_is_deaf_behind_an_aborted_block_download_is_told_once() -
         coming = _Coming(server)
         survey(sdo, coming)
     assert coming.count == 1
-    assert [str(cause) for cause, _ in sdo.causes.aside()] == [
+    assert [str(cause) for cause, _ in sdo.record.causes.aside()] == [
         "server.idle-afterwards: deaf behind a block download that was aborted"
     ]
 
@@ -217,7 +217,7 @@ def test_a_case_that_leaves_a_device_deaf_fails_for_that() -> None:
     server = recording(_Deaf)
     with discovered(server, timeout=HASTY) as bench:
         run = bench.session().begin("a.case", "a service", RULE)
-        run.sdo.initiate_block_download(TEXT, 14)
+        run.tools.blocks.initiate_download(TEXT, 14)
         result = run.conclude(None)
     assert result.cause == "server.idle-afterwards: deaf behind a block download that was aborted"
 
@@ -230,7 +230,7 @@ def test_a_noisy_device_that_is_deaf_as_well_is_judged_in_good_order() -> None:
         session.causes.add(Cause(UNSOLICITED.id, "abort"), "before", unasked, aside=True)
         assert session.causes.noisy
         run = session.begin("a.case", "a service", RULE)
-        run.sdo.initiate_block_download(TEXT, 14)
+        run.tools.blocks.initiate_download(TEXT, 14)
         result = run.conclude(None)
     assert result.verdict is Verdict.FAIL
     assert result.cause == "server.idle-afterwards: deaf behind a block download that was aborted"

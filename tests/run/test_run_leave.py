@@ -138,7 +138,7 @@ def test_lost() -> None:
     assert leaving.violation is not None
     assert leaving.violation.rule is IDLE_AFTERWARDS
     assert node.requests == [READ, READ, ABORTED_1000H, READ, READ]
-    assert sdo.waited >= 4 * HASTY
+    assert sdo.wire.timing.waited >= 4 * HASTY
 
 
 def test_an_upload_that_a_case_leaves_open_is_ended_also_when_another_was_refused() -> None:

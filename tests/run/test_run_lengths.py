@@ -5,6 +5,7 @@ from run_bench import DOMAIN, NODE_ID, TEXT, discovered
 
 from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
+from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
 from conformance.run.begun import lose_segment, send_again
 
@@ -23,20 +24,20 @@ def test_what_fits(name: str | None, sizes: dict[int, int]) -> None:
     with discovered(build_node(name, NODE_ID)) as bench:
         for known in (TEXT, DOMAIN):
             for wanted, size in sizes.items():
-                assert bench.dialogue().fit(known, wanted) == size
-                data = bench.dialogue().prepare(known, wanted)
+                assert Room(bench.dialogue()).fit(known, wanted) == size
+                data = Room(bench.dialogue()).prepare(known, wanted)
                 assert len(data) == size
                 assert bench.dialogue().upload(known) == data
 
 
 def test_what_is_known_is_not_asked_again() -> None:
     with discovered(build_node("values-of-fixed-length", NODE_ID)) as bench:
-        bench.dialogue().fit(TEXT, 20)
+        Room(bench.dialogue()).fit(TEXT, 20)
         sdo = bench.dialogue()
-        assert sdo.fit(TEXT, 5) == 24
+        assert Room(sdo).fit(TEXT, 5) == 24
         with pytest.raises(NotTestable, match=r"takes values of 24 bytes only .*06070013h"):
-            sdo.store(TEXT, b"x" * 5)
-        assert not sdo.written
+            Room(sdo).store(TEXT, b"x" * 5)
+        assert not sdo.record.written
 
 
 def test_too_few_bytes_are_not_testable() -> None:
@@ -44,13 +45,13 @@ def test_too_few_bytes_are_not_testable() -> None:
         discovered(build_node("strings-of-8-bytes", NODE_ID)) as bench,
         pytest.raises(NotTestable, match=r"8 bytes at most .* name a larger string or domain"),
     ):
-        bench.dialogue().fit(TEXT, 20, least=15)
+        Room(bench.dialogue()).fit(TEXT, 20, least=15)
 
 
 def test_a_domain_stands_in_for_a_string_that_is_too_short() -> None:
     with discovered(build_node("strings-of-8-bytes-domains-of-4200", NODE_ID)) as bench:
         assert bench.device.text().mux == TEXT.mux
-        bench.dialogue().fit(TEXT, 20)
+        Room(bench.dialogue()).fit(TEXT, 20)
         assert bench.device.text().mux == DOMAIN.mux
 
 
@@ -75,10 +76,10 @@ def test_a_length_between_others_may_be_refused() -> None:
     """What takes n + 1 bytes need not take n: the nearest one that it takes will do."""
     with discovered(build_node("lengths-in-steps-of-4", NODE_ID)) as bench:
         sdo = bench.dialogue()
-        assert sdo.fit(DOMAIN, 20) == 20
-        assert sdo.fit(DOMAIN, 24) == 24
-        assert sdo.fit(DOMAIN, 22) == 20
-        assert sdo.has_room(DOMAIN, 20)
-        assert not sdo.has_room(DOMAIN, 19)
+        assert Room(sdo).fit(DOMAIN, 20) == 20
+        assert Room(sdo).fit(DOMAIN, 24) == 24
+        assert Room(sdo).fit(DOMAIN, 22) == 20
+        assert Room(sdo).has(DOMAIN, 20)
+        assert not Room(sdo).has(DOMAIN, 19)
         with pytest.raises(NotTestable, match="takes no value of 19 bytes"):
-            sdo.need_room(DOMAIN, 19)
+            Room(sdo).need(DOMAIN, 19)

@@ -48,11 +48,13 @@ def test_a_known_breach_behind_the_abort_of_a_superseded_transfer_ends_the_wait(
                 try:
                     answers = lockstep.send(frame(UploadInitiate(NUMBER.mux).encode()))
                 except Violation as found:
-                    sdo.causes.add(sdo.cause_of(found), "a.case", found, aside=False)
+                    sdo.record.causes.add(
+                        sdo.record.cause_of(found, sdo.wire.last_sent), "a.case", found, aside=False
+                    )
                 sdo.end_transfer()
                 sdo.drain()
     assert answers == [SUPERSEDED, SEGMENT]
-    assert len(list(sdo.causes)) == 1
+    assert len(list(sdo.record.causes)) == 1
 
 
 def test_a_segment_behind_an_abort_of_the_server_is_of_what_goes_on() -> None:
@@ -65,7 +67,7 @@ def test_a_segment_behind_an_abort_of_the_server_is_of_what_goes_on() -> None:
             lockstep.send(frame(UploadSegment(0).encode()))
             with pytest.raises(Violation) as found:
                 lockstep.settle(TEXT.mux)
-    cause = sdo.cause_of(found.value)
+    cause = sdo.record.cause_of(found.value, sdo.wire.last_sent)
     assert str(cause).startswith("server.nothing-afterwards: a transfer goes on"), cause
 
 
@@ -77,7 +79,7 @@ def test_a_segment_where_nothing_was_aborted_is_one_without_a_transfer() -> None
             lockstep.send(frame(UploadSegment(0).encode()))
             with pytest.raises(Violation) as found:
                 lockstep.settle(TEXT.mux)
-    assert str(sdo.cause_of(found.value)) == (
+    assert str(sdo.record.cause_of(found.value, sdo.wire.last_sent)) == (
         "segmented-upload.without-initiate: upload segment response"
     )
 
@@ -98,4 +100,4 @@ def test_a_new_initiate_that_is_refused_is_not_waited_out(*, point: bool, longes
             lockstep.send(frame(UploadInitiate(TEXT.mux).encode()))
             lockstep.send(frame(UploadInitiate(NUMBER.mux).encode()), point=point)
             lockstep.settle(TEXT.mux)
-    assert sdo.waited <= longest
+    assert sdo.wire.timing.waited <= longest

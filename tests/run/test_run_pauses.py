@@ -110,7 +110,7 @@ def test_a_read_is_repeated_once_when_its_answer_may_have_been_missed(
         sdo.send(READ)
         assert sdo.receive() == BASELINE
     assert node.requests == [READ, READ]
-    assert "the read was repeated" in sdo.pauses.notes[-1]
+    assert "the read was repeated" in sdo.wire.pauses.notes[-1]
 
 
 def test_nothing_else_is_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,7 +121,7 @@ def test_nothing_else_is_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
         sdo.send(DownloadInitiate.with_size(TEXT.mux, 5))
         with pytest.raises(Violation):
             sdo.receive()
-        assert sdo.pauses.excuse
+        assert sdo.wire.pauses.excuse
     assert len(node.requests) == 1
 
 
@@ -133,15 +133,15 @@ def test_a_silence_that_is_certain_is_the_devices(monkeypatch: pytest.MonkeyPatc
         with pytest.raises(Violation) as raised:
             sdo.receive()
         assert raised.value.rule is ANSWERED
-        assert not sdo.pauses.excuse
+        assert not sdo.wire.pauses.excuse
 
 
 def test_a_transfer_that_was_given_up_does_not_disturb_a_fence() -> None:
     with discovered(recording()) as bench:
         sdo: Dialogue = bench.dialogue()
-        silent(sdo.pauses, 0.5)
+        silent(sdo.wire.pauses, 0.5)
         bench.send_from_elsewhere(CanFrame(0x585, GAVE_UP))
         assert sdo.fence() == []
-        sdo.pauses.forget()
+        sdo.wire.pauses.forget()
         bench.send_from_elsewhere(CanFrame(0x585, GAVE_UP))
         assert sdo.fence() == [GAVE_UP]

@@ -14,6 +14,8 @@ from run_bench import (
 
 from conformance.device.objects import KnownObject
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.channels import Channels
+from conformance.dialogue.parameters import Parameters
 from conformance.faults.device import reference_entries
 from conformance.faults.unusual.frame_shape import ShortFramesServed
 from conformance.run.afterwards import Restorer
@@ -134,13 +136,13 @@ def test_a_mapping_is_put_back_in_the_order_that_it_takes() -> None:
         sdo = bench.dialogue()
         entry = sdo.upload(first)
         for mux in (cob_id, count, first, second):
-            sdo.learn(mux)
-        sdo.disable(cob_id)
+            Parameters(sdo).learn(mux)
+        Channels(sdo).disable(cob_id)
         sdo.download(count, b"\0")
         sdo.download(second, entry)
         sdo.download(count, b"\1")
         sdo.download(cob_id, begin[cob_id])
-        sdo.written = {second}
+        sdo.record.written = {second}
         server.writes.clear()
         restorer.restore(sdo)
     assert restorer.unrestored == {}

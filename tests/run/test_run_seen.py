@@ -9,7 +9,8 @@ from conformance.device.deny import NMT
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import MUCH_ROOM
+from conformance.dialogue.network import Network
+from conformance.dialogue.room import MUCH_ROOM, Room
 from conformance.faults.catalogue import build_node
 from conformance.run.afterwards import Restorer
 from conformance.sdo.abort_codes import AbortCode
@@ -82,9 +83,9 @@ def test_it_is_forgotten_with_a_reset() -> None:
         bench.device.permits = Permits(permissions=frozenset({NMT}))
         sdo = bench.dialogue()
         sdo.upload(NUMBER)
-        assert sdo.seen
-        sdo.nmt(NmtCommand.RESET_COMMUNICATION)
-        assert not sdo.seen
+        assert sdo.wire.seen
+        Network(sdo).send(NmtCommand.RESET_COMMUNICATION)
+        assert not sdo.wire.seen
 
 
 def test_it_is_forgotten_when_a_case_fails() -> None:
@@ -113,7 +114,7 @@ def test_room_is_asked_for_once() -> None:
     begin = server.values()
     with discovered(server) as bench:
         for size in (20, 4, MUCH_ROOM):
-            bench.dialogue().need_room(TEXT, size)
+            Room(bench.dialogue()).need(TEXT, size)
         assert initiates(server) == [MUCH_ROOM]
         assert server.values() == begin
 
@@ -131,12 +132,12 @@ def test_little_room_is_asked_for_again_when_more_is_needed() -> None:
     server = recording(_Small)
     with discovered(server) as bench:
         for size in (8, 8, 20, 9):
-            bench.dialogue().need_room(TEXT, size)
+            Room(bench.dialogue()).need(TEXT, size)
         assert initiates(server) == [MUCH_ROOM, 8, 20]
 
 
 def test_too_little_room_is_not_testable() -> None:
     with discovered(build_node("strings-of-20-bytes", NODE_ID)) as bench:
-        bench.dialogue().need_room(TEXT, 20)
+        Room(bench.dialogue()).need(TEXT, 20)
         with pytest.raises(NotTestable, match="20 bytes at most"):
-            bench.dialogue().need_room(TEXT, 21)
+            Room(bench.dialogue()).need(TEXT, 21)

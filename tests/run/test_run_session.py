@@ -49,7 +49,7 @@ def begin(session: DeviceSession, case_id: str = "a.case") -> CaseRun:
 
 def concluded(bench: Workbench, error: BaseException | None, *minor: Violation) -> CaseResult:
     run = begin(bench.session())
-    run.sdo.minor.extend(minor)
+    run.sdo.record.minor.extend(minor)
     return run.conclude(error)
 
 
@@ -163,7 +163,7 @@ def test_reserved_fields_and_filler_are_for_the_end_of_the_run(
     """They fail no case on the way, so that each of them can still be tested."""
     session = bench.session()
     run = begin(session)
-    run.sdo.minor.append(violation(rule))
+    run.sdo.record.minor.append(violation(rule))
     result = run.conclude(None)
     assert (result.verdict, result.notes) == (Verdict.PASS, [])
     assert [(found.case_id, found.violation.rule) for found in session.whole_run.incidents] == [
@@ -175,7 +175,7 @@ def test_incidents_do_not_pile_up(bench: Workbench) -> None:
     session = bench.session()
     for _ in range(3):
         run = begin(session)
-        run.sdo.minor.extend([violation(RESERVED)] * (MOST_INCIDENTS - 50))
+        run.sdo.record.minor.extend([violation(RESERVED)] * (MOST_INCIDENTS - 50))
         run.conclude(None)
     assert len(session.whole_run.incidents) == MOST_INCIDENTS
 
@@ -432,7 +432,7 @@ def test_what_the_bench_may_have_caused_does_not_stand(bench: Workbench) -> None
     """Else it would be in the way of the next case, and nothing would ever fail for it."""
     session = bench.session()
     run = begin(session, "first")
-    run.sdo.pauses.missed(2.0)
+    run.sdo.wire.pauses.missed(2.0)
     run.conclude(violation(OTHER))
     assert begin(session, "second").conclude(violation(OTHER)).verdict is Verdict.FAIL
 

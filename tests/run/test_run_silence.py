@@ -8,6 +8,7 @@ from conformance.bus.pace import PROVEN, SHORTEST, TOO_MANY
 from conformance.device.objects import KnownObject
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.record import CaseRecord
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.expedited_upload import DiesAtOnce
 from conformance.run.discovery import discover
@@ -62,7 +63,7 @@ def test_a_device_that_drops_requests_is_not_read_to_its_end() -> None:
     reads: list[bytes] = []
     node = Scripted(answer)
     with undiscovered(node, timeout=HASTY, objects=MANY) as bench:
-        sdo = Dialogue(bench.channel, bench.device, RULE, 1)
+        sdo = Dialogue(bench.channel, bench.device, CaseRecord(RULE), 1)
         while not bench.channel.pace.unsound:
             sdo.upload(MANY[0])
             sdo.fence()
@@ -73,7 +74,7 @@ def test_silences_that_were_proven_are_waited_out_no_more() -> None:
     node = Scripted(lambda data: [BASELINE] if data == READ else [])
     with undiscovered(node, timeout=2 * SHORTEST) as bench:
         bench.channel.pace.silences = PROVEN - 1
-        sdo = Dialogue(bench.channel, bench.device, RULE, 1)
+        sdo = Dialogue(bench.channel, bench.device, CaseRecord(RULE), 1)
         for waited in (200, 100):
             with pytest.raises(Violation, match=f"nothing within {waited} ms"):
                 sdo.upload(MANY[0])
@@ -103,9 +104,9 @@ def test_a_device_that_dies_while_values_are_put_back_is_asked_no_more() -> None
             if known.length is not None:
                 run.sdo.write_number(known)
         run.sdo.fence()
-        assert len(run.sdo.written) > 3
+        assert len(run.sdo.record.written) > 3
         node.left = 1  # the read of 1000h that ends the case
         result = run.conclude(None)
     assert (session.lost, result.afterwards) == (True, Afterwards.LOST)
-    assert set(session.restorer.unrestored) == run.sdo.written
+    assert set(session.restorer.unrestored) == run.sdo.record.written
     assert node.left > -10

@@ -21,7 +21,10 @@ from run_bench import (
 
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.transfers import same_value, shown
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.faults.catalogue import build_node
 from conformance.faults.device import reference_entries
 from conformance.sdo.abort_codes import AbortCode
@@ -57,7 +60,7 @@ def test_a_download_step_by_step(bench: Workbench) -> None:
     sdo.download_segment(b"ABCDEFG", toggle=0)
     sdo.download_segment(b"HI", toggle=1, last=True)
     assert sdo.upload(TEXT) == b"ABCDEFGHI"
-    assert sdo.written == {TEXT.mux}
+    assert sdo.record.written == {TEXT.mux}
 
 
 def test_an_upload_step_by_step(bench: Workbench) -> None:
@@ -67,7 +70,7 @@ def test_an_upload_step_by_step(bench: Workbench) -> None:
     assert sdo.upload_segment(toggle=0).data == b"Conform"
     assert sdo.upload_segment(toggle=1).data == b"ance re"
     assert sdo.tracker.open == NAME
-    assert sdo.written == set()
+    assert sdo.record.written == set()
 
 
 def test_the_rest_of_an_upload(bench: Workbench) -> None:
@@ -167,7 +170,7 @@ def test_payload_differs_by_call_and_not_by_run(bench: Workbench) -> None:
     assert [again.payload(20) for _ in range(3)] == drawn
     assert len(set(drawn)) == 3
     assert all(0x21 <= byte < 0x7F for byte in b"".join(drawn))
-    other_seed = Dialogue(bench.channel, bench.device, RULE, seed=2)
+    other_seed = Dialogue(bench.channel, bench.device, CaseRecord(RULE), seed=2)
     assert other_seed.payload(20) not in drawn
 
 
@@ -211,9 +214,9 @@ def test_a_number_that_is_refused_for_another_reason() -> None:
 def test_a_string_that_is_too_small() -> None:
     with discovered(build_node("strings-of-20-bytes", NODE_ID)) as opened:
         sdo = opened.dialogue()
-        sdo.store(TEXT, b"x" * 20)
+        Room(sdo).store(TEXT, b"x" * 20)
         with pytest.raises(NotTestable, match=r"2010h:00 takes values of 20 bytes .*06070012h"):
-            sdo.store(TEXT, b"x" * 21)
+            Room(sdo).store(TEXT, b"x" * 21)
 
 
 def test_a_string_that_refuses_one_length_and_takes_a_longer_one() -> None:
@@ -221,7 +224,7 @@ def test_a_string_that_refuses_one_length_and_takes_a_longer_one() -> None:
         discovered(build_node("segmented-short-object-refused", NODE_ID)) as opened,
         pytest.raises(Violation) as raised,
     ):
-        opened.dialogue().store(TEXT, b"abc", segmented=True, exactly=True)
+        Room(opened.dialogue()).store(TEXT, b"abc", segmented=True, exactly=True)
     assert raised.value.rule is NOT_REFUSED
 
 
@@ -230,11 +233,11 @@ def test_a_value_that_one_way_refuses_is_stored_by_another() -> None:
     server = recording(_Unsegmented)
     with discovered(server) as opened:
         sdo = opened.dialogue()
-        sdo.store(TEXT, b"x" * 20)
+        Room(sdo).store(TEXT, b"x" * 20)
         assert server.values()[TEXT.mux] == b"x" * 20
-        assert [found.rule for found in sdo.minor] == [NOT_REFUSED]
+        assert [found.rule for found in sdo.record.minor] == [NOT_REFUSED]
         server.requests.clear()
-        sdo.store(TEXT, b"y" * 20)
+        Room(sdo).store(TEXT, b"y" * 20)
         assert server.requests[0] == bytes.fromhex("C6 10 20 00 14 00 00 00")
     assert server.values()[TEXT.mux] == b"y" * 20
 
@@ -249,7 +252,7 @@ class _Unsegmented(Recording):
 
 
 def test_a_long_object(bench: Workbench) -> None:
-    known, data = bench.dialogue().long_object(5)
+    known, data = Room(bench.dialogue()).long_object(5)
     assert known.varies
     assert bench.dialogue().upload(known) == data
     assert len(data) == 34
@@ -257,10 +260,10 @@ def test_a_long_object(bench: Workbench) -> None:
 
 def test_a_long_object_without_leave_to_write() -> None:
     with discovered(recording(), objects=[]) as opened:
-        known, data = opened.dialogue().long_object()
+        known, data = Room(opened.dialogue()).long_object()
         assert (known.mux, data) == (NAME, b"Conformance reference server")
         with pytest.raises(NotTestable, match="needs an object of 29 bytes or more"):
-            opened.dialogue().long_object(5)
+            Room(opened.dialogue()).long_object(5)
 
 
 # What does not exist
@@ -268,10 +271,10 @@ def test_a_long_object_without_leave_to_write() -> None:
 
 def test_missing_entries_may_be_probed(bench: Workbench) -> None:
     sdo = bench.dialogue()
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     assert not bench.device.policy.permits(Multiplexer(0x5FF7))
     assert bench.device.policy.permits(missing)
-    sub_index = sdo.missing_sub_index(0x2004)
+    sub_index = missing_sub_index(sdo, 0x2004)
     assert (missing, sub_index) == (MISSING, Multiplexer(0x2004, 0xFE))
     assert bench.device.policy.permits(sub_index)
 
@@ -284,8 +287,8 @@ def test_what_exists_is_not_missing(access: Access) -> None:
     entries[Multiplexer(0x2004, 0xFE)] = Entry(b"\1", DataType.UNSIGNED8, access)
     with discovered(recording(entries=entries)) as opened:
         sdo = opened.dialogue()
-        assert sdo.missing_object() == Multiplexer(0x5FF7)
-        assert sdo.missing_sub_index(0x2004) == Multiplexer(0x2004, 0xFD)
+        assert missing_object(sdo) == Multiplexer(0x5FF7)
+        assert missing_sub_index(sdo, 0x2004) == Multiplexer(0x2004, 0xFD)
         assert not opened.device.policy.permits(MISSING)
         assert not opened.device.policy.permits(Multiplexer(0x2004, 0xFE))
 
@@ -300,13 +303,13 @@ def test_a_device_that_serves_everything() -> None:
     with undiscovered(node) as opened:
         sdo = opened.dialogue()
         with pytest.raises(NotTestable, match="2001h serves the sub-indices FEh, FDh, 7Fh"):
-            sdo.missing_sub_index(0x2001)
+            missing_sub_index(sdo, 0x2001)
         with pytest.raises(Violation, match="2004h is a variable") as variable:
-            sdo.missing_sub_index(0x2004)
+            missing_sub_index(sdo, 0x2004)
         with pytest.raises(Violation) as identity:
-            sdo.missing_sub_index(0x1018)
+            missing_sub_index(sdo, 0x1018)
         with pytest.raises(Violation) as everything:
-            sdo.missing_object()
+            missing_object(sdo)
     assert variable.value.rule is rule_of("object.sub-index-missing")
     assert identity.value.rule is everything.value.rule is MISSING_REFUSED
 
@@ -314,7 +317,7 @@ def test_a_device_that_serves_everything() -> None:
 def test_silence_is_no_refusal() -> None:
     node = Scripted(lambda data: [])
     with undiscovered(node, timeout=HASTY) as opened, pytest.raises(Violation):
-        opened.dialogue().missing_object()
+        missing_object(opened.dialogue())
     assert not opened.device.policy.permits(MISSING)
 
 

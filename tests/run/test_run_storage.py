@@ -17,7 +17,9 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.objects import by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.safety import WritePolicy
-from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.storage import Storage, write_signature
+from conformance.dialogue.tools import CaseTools
 from conformance.faults.catalogue import build_node
 from conformance.faults.listing import listing_of, permits_for
 from conformance.faults.unusual.object_dictionary_storage import STORED
@@ -131,7 +133,7 @@ def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
         before = Kept.of(watched.node)
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
-        defaults = run.sdo.loaded_defaults()
+        defaults = run.tools.storage.loaded_defaults()
         assert watched.node.objects.find(NUMBER).value != IN_USE
         assert run.conclude(None).verdict is Verdict.PASS
         assert Kept.of(watched.node) == before
@@ -140,7 +142,7 @@ def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
         if name in ("parameters-stored", "configured-and-not-stored"):
             stated = {known.mux: known.default for known in bench.device.resettable()}
             assert dict(defaults) == stated
-        assert session.begin("next", "a service", RULE).sdo.loaded_defaults() is defaults
+        assert session.begin("next", "a service", RULE).tools.storage.loaded_defaults() is defaults
         assert watched.commands == commands, "once in a run"
 
 
@@ -152,7 +154,7 @@ def test_never_without_both_permissions(permission: str) -> None:
             with pytest.raises(
                 NotTestable, match=f"--sdo-allow={permission}; or load the defaults by"
             ):
-                bench.dialogue().loaded_defaults()
+                CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
         assert Kept.of(watched.node) == before
 
@@ -163,7 +165,7 @@ def test_what_is_stored_is_not_lost_without_permission_to_store() -> None:
         before = Kept.of(watched.node)
         run = bench.session().begin("a.case", "a service", RULE)
         with pytest.raises(NotTestable, match="--sdo-allow=store-parameters") as lacking:
-            run.sdo.loaded_defaults()
+            run.tools.storage.loaded_defaults()
         run.conclude(lacking.value)
         assert watched.commands == ["RESET_NODE"]
         assert Kept.of(watched.node) == before
@@ -173,7 +175,7 @@ def test_without_permission_to_store_where_nothing_is_stored() -> None:
     with configured("configured-and-not-stored", STORE_PARAMETERS) as (bench, watched):
         before = Kept.of(watched.node)
         run = bench.session().begin("a.case", "a service", RULE)
-        run.sdo.loaded_defaults()
+        run.tools.storage.loaded_defaults()
         run.conclude(None)
         assert Kept.of(watched.node) == before
 
@@ -192,7 +194,7 @@ def test_without_permission_to_store_where_nothing_is_stored() -> None:
 def test_nothing_is_loaded_that_could_not_be_put_back(permits: Permits, why: str) -> None:
     with configured(permits=permits) as (bench, watched):
         with pytest.raises(NotTestable, match=rf"what .*2004h:00.* hold may be no .*{why}"):
-            bench.dialogue().loaded_defaults()
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
 
 
@@ -204,7 +206,7 @@ def test_nothing_is_loaded_over_a_mapping() -> None:
         mapping = Multiplexer(0x1800)
         bench.device.values[mapping] = b"\4\3\2\1"
         with pytest.raises(NotTestable, match="1800h:00 is written in an order of its own"):
-            bench.dialogue().loaded_defaults()
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
 
 
@@ -212,7 +214,7 @@ def test_nothing_is_loaded_without_an_eds() -> None:
     with configured() as (bench, watched):
         bench.device.listing = replace(bench.device.listing, is_complete=False)
         with pytest.raises(NotTestable, match="needs an EDS"):
-            bench.dialogue().loaded_defaults()
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
 
 
@@ -223,9 +225,9 @@ def test_a_device_without_the_command(name: str) -> None:
         node.objects.add({NUMBER: Entry(IN_USE, DataType.UNSIGNED32)})
     with configured(name, node=node) as (bench, watched):
         with pytest.raises(Unimplemented):
-            bench.dialogue().loaded_defaults()
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         with pytest.raises(NotTestable, match=r"loads no defaults.*at-defaults = true"):
-            bench.dialogue().loaded_defaults()
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
 
 
@@ -235,7 +237,7 @@ def test_storing_has_a_time_of_its_own() -> None:
         bench.channel.response_timeout = HASTY
         bench.device.storage_time = 2 * HASTY
         with pytest.raises(Violation, match=r"nothing within 0\.1 s"):
-            bench.dialogue().command(LOAD_ALL)
+            write_signature(bench.dialogue(), LOAD_ALL)
 
 
 def test_what_has_failed_is_not_tried_again() -> None:
@@ -243,32 +245,34 @@ def test_what_has_failed_is_not_tried_again() -> None:
     with configured("load-defaults-refused") as (bench, watched):
         run = bench.session().begin("a.case", "a service", RULE)
         with pytest.raises(Violation) as refused:
-            run.sdo.loaded_defaults()
+            run.tools.storage.loaded_defaults()
         run.conclude(refused.value)
         tried = list(watched.commands)
         with pytest.raises(NotTestable, match=r"see test\.rule"):
-            bench.dialogue().loaded_defaults()
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == tried
 
 
 # What comes in between
 
 
-class Interrupting(Dialogue):
+class Interrupting(Network):
     """Is interrupted when it has sent its last command."""
 
     last = NmtCommand.RESET_NODE
     resets = 0
 
-    def nmt(self, command: NmtCommand) -> None:
-        super().nmt(command)
+    def send(self, command: NmtCommand) -> None:
+        super().send(command)
         self.resets += 1
         if self.resets == 2:
             raise KeyboardInterrupt
 
     @classmethod
-    def on(cls, bench: Workbench) -> "Interrupting":
-        return cls(bench.channel, bench.device, RULE, seed=1)
+    def on(cls, bench: Workbench) -> CaseTools:
+        sdo = bench.dialogue()
+        network = cls(sdo)
+        return replace(CaseTools.of(sdo), network=network, storage=Storage(sdo, network))
 
 
 def test_ctrl_c_between_load_and_the_end() -> None:
@@ -276,9 +280,9 @@ def test_ctrl_c_between_load_and_the_end() -> None:
         before = Kept.of(watched.node)
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
-        run.sdo = Interrupting.on(bench)
+        run.tools = Interrupting.on(bench)
         with pytest.raises(KeyboardInterrupt):
-            run.sdo.loaded_defaults()
+            run.tools.storage.loaded_defaults()
         run.conclude(None)
         assert watched.commands == [*LOADING, "ENTER_PRE_OPERATIONAL", "save"]
         assert Kept.of(watched.node) == before
@@ -291,9 +295,9 @@ def test_a_device_that_is_lost_with_its_defaults() -> None:
         before = Kept.of(watched.node)
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
-        run.sdo = Interrupting.on(bench)
+        run.tools = Interrupting.on(bench)
         with pytest.raises(KeyboardInterrupt):
-            run.sdo.loaded_defaults()
+            run.tools.storage.loaded_defaults()
         watched.silent = True
         bench.channel.response_timeout = HASTY
         assert run.conclude(None).afterwards is Afterwards.LOST
@@ -315,7 +319,7 @@ def test_what_a_reset_has_changed_is_put_back() -> None:
         before = Kept.of(watched.node)
         for command in (NmtCommand.RESET_COMMUNICATION, NmtCommand.RESET_NODE):
             run = bench.session().begin("a.case", "a service", RULE)
-            run.sdo.reset(command)
+            run.tools.network.reset(command)
             assert Kept.of(watched.node) != before
             run.conclude(None)
             assert Kept.of(watched.node) == before
@@ -326,7 +330,7 @@ def test_what_a_reset_has_changed_and_may_not_be_written_is_told() -> None:
     with configured("configured-and-not-stored", permits=permits) as (bench, watched):
         session = bench.session()
         run = session.begin("a.case", "a service", RULE)
-        run.sdo.reset(NmtCommand.RESET_NODE)
+        run.tools.network.reset(NmtCommand.RESET_NODE)
         run.conclude(None)
         assert session.restorer.unrestored[NUMBER] == "4 bytes: 0A 0B 0C 0D"
         assert LOAD_ALL not in session.restorer.unrestored

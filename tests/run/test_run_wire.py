@@ -13,6 +13,7 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SecondClient, WriteNotPermitted
+from conformance.bus.strangers import asked_by_others
 from conformance.dialogue.causes import Cause
 from conformance.dialogue.odd_frames import check_shape
 from conformance.sdo.abort_codes import AbortCode
@@ -43,8 +44,8 @@ def test_request_and_response() -> None:
         sdo.send(UploadInitiate(Multiplexer(0x1000)))
         assert sdo.receive() == BASELINE
     assert server.requests == [READ]
-    assert 0 < sdo.latency < 10
-    assert sdo.waited == 0
+    assert 0 < sdo.wire.timing.latency < 10
+    assert sdo.wire.timing.waited == 0
 
 
 def test_bytes_go_out_as_they_are() -> None:
@@ -66,8 +67,8 @@ def test_silence_is_a_violation_and_the_wait_is_counted() -> None:
     assert raised.value.rule is ANSWERED
     assert raised.value.expected == "an answer to: upload initiate 1000h:00"
     assert raised.value.actual == "nothing within 50 ms"
-    assert HASTY <= sdo.waited < 10
-    assert sdo.latency == 0
+    assert HASTY <= sdo.wire.timing.waited < 10
+    assert sdo.wire.timing.latency == 0
 
 
 def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -> None:
@@ -88,7 +89,7 @@ def test_a_response_of_another_length_is_noted_and_taken_as_if_filled_up() -> No
         sdo = bench.dialogue()
         sdo.send(READ)
         assert sdo.receive() == BASELINE[:7] + b"\0"
-    (found,) = sdo.minor
+    (found,) = sdo.record.minor
     assert found.rule is FRAME_SHAPE
     assert "DLC 7" in found.actual
 
@@ -148,7 +149,7 @@ def test_nothing_is_sent_that_would_write_elsewhere(request_: Message | bytes) -
                 sdo.send_frame(frame)
         assert sdo.fence() == []
     assert server.requests == [READ]
-    assert sdo.written == set()
+    assert sdo.record.written == set()
 
 
 def test_what_others_say_is_kept_apart() -> None:
@@ -158,10 +159,10 @@ def test_what_others_say_is_kept_apart() -> None:
             CanFrame(0x609, READ), CanFrame(0x709, b"\x05"), CanFrame(0x605, READ, extended=True)
         )
         assert sdo.fence() == []
-        assert sdo.overheard_of_others() == {9}
+        assert asked_by_others(sdo.channel.overheard) == {9}
         overheard = [str(frame) for frame in sdo.channel.overheard]
         assert overheard == ["609#4000100000000000", "709#05", "00000605#4000100000000000"]
-        assert bench.dialogue().overheard_of_others() == set()
+        assert asked_by_others(bench.dialogue().channel.overheard) == set()
 
 
 def test_a_second_client_breaks_the_bench() -> None:
@@ -179,12 +180,12 @@ def test_drain_takes_what_is_there_and_does_not_wait() -> None:
         bench.send_from_elsewhere(*late)
         assert sdo.drain() == late
         assert sdo.drain() == []
-    assert sdo.waited == 0
+    assert sdo.wire.timing.waited == 0
 
 
 def test_a_lost_device_is_described() -> None:
     with undiscovered(recording()) as bench:
-        error = bench.dialogue().lost()
+        error = bench.session().loss()
     assert str(error).startswith("Node 5 answered before and does not any more")
     assert "power-cycle" in str(error)
 
@@ -211,7 +212,9 @@ def test_the_answer_to_an_abort_is_taken_away_before_the_next_request(
     with undiscovered(node) as bench:
         sdo = bench.dialogue()
         answered = Violation(ABORT_NOT_ANSWERED, expected="no answer", actual="an answer")
-        sdo.causes.add(Cause(ABORT_NOT_ANSWERED.id, "an answer"), "before", answered, aside=True)
+        sdo.record.causes.add(
+            Cause(ABORT_NOT_ANSWERED.id, "an answer"), "before", answered, aside=True
+        )
         sdo.send(first)
         sdo.send(second)
         while sdo.channel.receive(HASTY) is not None:
@@ -228,5 +231,5 @@ def test_segments_on_their_way_are_no_answer_to_an_abort() -> None:
         sdo.send(BlockUploadStart())
         sdo.receive()
         sdo.end_transfer()
-        sdo.calm()
-    assert sdo.minor == []
+        sdo.silence.calm()
+    assert sdo.record.minor == []

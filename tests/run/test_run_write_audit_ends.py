@@ -10,7 +10,7 @@ from run_audit import WRITABLE, asked_to_write, run
 from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
-from conformance.dialogue.transfers import shown
+from conformance.dialogue.values import shown
 from conformance.faults.device import reference_entries
 from conformance.running import ExitCode
 from conformance.sdo.can_frame import CanFrame

@@ -13,6 +13,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
 from conformance.dialogue.room import NO_ROOM
 from conformance.run.conversations.transfers import Transfer
@@ -124,9 +125,9 @@ def survey(sdo: Dialogue) -> Ground:
     targets = Targets(
         device.node_id,
         next(iter(rooms)),
-        sdo.missing_object(),
+        missing_object(sdo),
         # Of a simple object many servers serve any sub-index: other cases say so.
-        sdo.missing_sub_index(IDENTITY_COUNT.index),
+        missing_sub_index(sdo, IDENTITY_COUNT.index),
     )
     first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
     return Ground(device, targets, rooms, first, dict(device.values))

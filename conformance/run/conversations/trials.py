@@ -7,7 +7,7 @@ from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
-from conformance.run.afterwards import leave
+from conformance.run.afterwards import leave, shift
 from conformance.run.conversations.ground import Ground
 from conformance.run.conversations.perform import converse
 from conformance.run.conversations.transfers import Conversation
@@ -57,7 +57,7 @@ class Trials:
             ways.append(self._left)
             if len(ways) == MOST_TRIES:
                 break
-            self._sdo.shift(len(ways) ** 2)
+            shift(self._sdo, len(ways) ** 2)
         by_chance = len(ways) == MOST_TRIES and not is_systematic(ways)
         if failure is None or by_chance:
             return None
@@ -70,21 +70,21 @@ class Trials:
         try:
             self._ground.restore(self._sdo)
             self._session.show(())
-            self._sdo.early.forget()
+            self._sdo.record.early.forget()
             converse(conversation, self._ground, self._sdo)
         except Violation as violation:
-            violation.request = violation.request or self._sdo.last_sent
+            violation.request = violation.request or self._sdo.wire.last_sent
             failure = Failure(conversation, violation, self._session.frames)
-            excused = self._sdo.pauses.excuse
-            if not self._sdo.is_known(violation):
-                self._left = self._sdo.early.way(violation, self._sdo.last_sent)
+            excused = self._sdo.wire.pauses.excuse
+            if not self._sdo.record.is_known(violation, self._sdo.wire.last_sent):
+                self._left = self._sdo.record.early.way(violation, self._sdo.wire.last_sent)
             self._recover()
             return None if excused else failure
         except BenchError as error:
             self.bench_error, self.ended = error, True
         finally:
-            self._sdo.pauses.forget()
-            self._sdo.early.forget()
+            self._sdo.wire.pauses.forget()
+            self._sdo.record.early.forget()
             self._keep_one_of_each()
         return None
 
@@ -96,5 +96,5 @@ class Trials:
 
     def _keep_one_of_each(self) -> None:
         """Keep one breach of each rule that does not fail a device: there are many examples."""
-        one_each = {found.rule: found for found in reversed(self._sdo.minor)}
-        self._sdo.minor[:] = one_each.values()
+        one_each = {found.rule: found for found in reversed(self._sdo.record.minor)}
+        self._sdo.record.minor[:] = one_each.values()

@@ -4,6 +4,8 @@ from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.room import Room
 from conformance.run.lockstep import Lockstep, knowledge_of
 from conformance.run.matrix.states import BETWEEN, LEAST, SIZE, STATES
 from conformance.run.matrix.stimuli import Stimulus, Targets
@@ -25,14 +27,14 @@ def perform(
     takes its place. The oracle follows from the first frame on. Raises Violation, NotTestable and
     Unimplemented.
     """
-    missing = sdo.missing_object()
+    missing = missing_object(sdo)
     try:
-        missing_sub_index = sdo.missing_sub_index(DEVICE_TYPE.index)
+        missing_entry = missing_sub_index(sdo, DEVICE_TYPE.index)
     except Violation:
         # That this device serves any sub-index is for other cases to say.
-        missing_sub_index = Multiplexer(missing.index, 1)
+        missing_entry = Multiplexer(missing.index, 1)
     known, size = _suited(sdo, known, state)
-    targets = Targets(device.node_id, known.mux, missing, missing_sub_index)
+    targets = Targets(device.node_id, known.mux, missing, missing_entry)
     surely = device.lengths[known.mux].surely
     capacity = {} if surely is None else {known.mux: surely}
     knowledge = knowledge_of(device, capacity, targets.there)
@@ -46,7 +48,7 @@ def perform(
         try:
             lockstep.settle(sdo.tracker.open or known.mux)
         except Violation as behind:
-            sdo.own.add(behind)  # the frame was answered; what follows comes of it
+            sdo.record.own.add(behind)  # the frame was answered; what follows comes of it
             raise
         sdo.upload(known)
         lockstep.check()
@@ -69,16 +71,17 @@ def _suited(sdo: Dialogue, known: KnownObject, state: str) -> tuple[KnownObject,
 
 
 def _size(sdo: Dialogue, known: KnownObject, state: str) -> int:
+    room = Room(sdo)
     if state == BETWEEN:
-        sdo.need_room(known, LONGEST)
+        room.need(known, LONGEST)
         return SIZE
     if known.filled:
         return known.filled
     try:
-        sdo.need_room(known, SIZE)
+        room.need(known, SIZE)
     except NotTestable:
-        size = sdo.fit(known, SIZE, LEAST.get(state, 1))
-        if known.mux in sdo.written:
-            sdo.restore_own(known)
+        size = room.fit(known, SIZE, LEAST.get(state, 1))
+        if known.mux in sdo.record.written:
+            room.restore_own(known)
         return size
     return SIZE

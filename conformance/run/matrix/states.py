@@ -10,8 +10,10 @@ from collections.abc import Callable
 from conformance.device.device import THREE_SEGMENTS
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
-from conformance.dialogue.blocks import segments_of
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import segments_of
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.frames import BlockAck
 
@@ -24,7 +26,7 @@ Reach = Callable[[Dialogue, KnownObject, int], None]
 
 def idle(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Store a value: the state is idle, and what was before is known."""
-    sdo.store(known, sdo.payload(size), segmented=True)
+    Room(sdo).store(known, sdo.payload(size), segmented=True)
 
 
 def segmented_download(segments: int) -> Reach:
@@ -62,33 +64,36 @@ def block_download(segments: int | None) -> Reach:
     """
 
     def reach(sdo: Dialogue, known: KnownObject, size: int) -> None:
-        block_size = sdo.initiate_block_download(known, size).block_size
+        blocks = Blocks(sdo)
+        block_size = blocks.initiate_download(known, size).block_size
         chunks = segments_of(sdo.payload(size))
         pending = 0
         for number, chunk in enumerate(chunks[:segments]):
             last = number == len(chunks) - 1
-            sdo.send_segments([chunk], first=pending + 1, last=last)
+            blocks.send_segments([chunk], first=pending + 1, last=last)
             pending += 1
             if pending == block_size or last:
-                block_size, pending = sdo.acknowledged(known, pending).block_size, 0
+                block_size, pending = blocks.acknowledged(known, pending).block_size, 0
 
     return reach
 
 
 def block_download_between(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the first sub-block of a block download is acknowledged, and one is to come."""
+    room = Room(sdo)
+    blocks = Blocks(sdo)
     del size
-    block_size = sdo.initiate_block_download(known, None).block_size
-    if not sdo.has_room(known, 7 * block_size):
+    block_size = blocks.initiate_download(known, None).block_size
+    if not room.has(known, 7 * block_size):
         # What follows its abort would be requests to the server, which might do anything.
         sdo.end_transfer()
-        sdo.need_room(known, 7 * block_size)
-        following = sdo.initiate_block_download(known, None).block_size
+        room.need(known, 7 * block_size)
+        following = blocks.initiate_download(known, None).block_size
         if following > block_size:
             raise NotTestable(f"the block size grows from {block_size} to {following}, {known} not")
         block_size = following
-    sdo.send_segments(segments_of(sdo.payload(7 * block_size)))
-    sdo.acknowledged(known, block_size)
+    blocks.send_segments(segments_of(sdo.payload(7 * block_size)))
+    blocks.acknowledged(known, block_size)
 
 
 def blocks_of(size: int) -> int:
@@ -99,13 +104,13 @@ def blocks_of(size: int) -> int:
 def block_upload_initiated(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where a block upload waits for its start."""
     idle(sdo, known, size)
-    sdo.initiate_block_upload(known, block_size=blocks_of(size))
+    Blocks(sdo).initiate_upload(known, block_size=blocks_of(size))
 
 
 def block_upload_between(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the first of two sub-blocks or more waits for its acknowledgement."""
     block_upload_initiated(sdo, known, size)
-    sdo.start_block_upload(known, blocks_of(size))
+    Blocks(sdo).start_upload(known, blocks_of(size))
 
 
 def block_upload_sent(sdo: Dialogue, known: KnownObject, size: int) -> None:
@@ -115,7 +120,7 @@ def block_upload_sent(sdo: Dialogue, known: KnownObject, size: int) -> None:
 
 def block_upload_end(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Go to where the end of a block upload waits for its confirmation."""
-    sdo.end_of_block_upload(known, _last_sub_block(sdo, known, size))
+    Blocks(sdo).end_of_upload(known, _last_sub_block(sdo, known, size))
 
 
 def _last_sub_block(sdo: Dialogue, known: KnownObject, size: int) -> BlockAck:
@@ -123,14 +128,15 @@ def _last_sub_block(sdo: Dialogue, known: KnownObject, size: int) -> BlockAck:
 
     Of a server that sends more segments than it is asked for, all are taken at once.
     """
+    blocks = Blocks(sdo)
     count, block_size = len(segments_of(bytes(size))), blocks_of(size)
-    if sdo.causes.sub_blocks_are_exceeded and count <= LARGEST_BLOCK:
+    if sdo.record.causes.sub_blocks_are_exceeded and count <= LARGEST_BLOCK:
         block_size = LARGEST_BLOCK
     idle(sdo, known, size)
-    sdo.initiate_block_upload(known, block_size=block_size)
-    sdo.start_block_upload(known, block_size)
+    blocks.initiate_upload(known, block_size=block_size)
+    blocks.start_upload(known, block_size)
     for _ in range(block_size, count, block_size):
-        sdo.sub_block(known, BlockAck(block_size, block_size), block_size)
+        blocks.sub_block(known, BlockAck(block_size, block_size), block_size)
     return BlockAck((count - 1) % block_size + 1, block_size)
 
 

@@ -1,0 +1,60 @@
+"""What is found and done in one case, on however many channels it talks to the device."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from conformance.dialogue.causes import Cause, Causes, cause_of
+from conformance.dialogue.early import EarlyAborts
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.frames import Request
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Rule, Violation
+
+MOST_NOTED = 100
+
+
+@dataclass(slots=True, eq=False)
+class CaseRecord:
+    """One case: the ``rule`` that it is about, what it has met, and what it has changed.
+
+    ``causes`` is what is known to be wrong with the device. ``minor`` are breaches that stop
+    nothing; ``own`` has breaches that are what the case is about, whatever their rules. ``notes``
+    are for whoever reads the result. ``written`` are the objects that may have changed, and
+    ``early`` the aborts by which the server left a transfer. ``channels`` are those on which the
+    case has talked.
+    """
+
+    rule: Rule
+    causes: Causes = field(default_factory=Causes)
+    minor: list[Violation] = field(default_factory=list)
+    own: set[BaseException | None] = field(default_factory=set)
+    notes: list[str] = field(default_factory=list)
+    written: set[Multiplexer] = field(default_factory=set)
+    early: EarlyAborts = field(default_factory=EarlyAborts)
+    channels: list[ChannelIds] = field(default_factory=list)
+    _noted: Counter[str] = field(default_factory=Counter)
+
+    def note(self, violation: Violation, asked: Request) -> None:
+        """Keep a breach that does not stop a transfer; of very many of a rule the first ones.
+
+        ``asked`` is what was sent last: it was broken behind that, unless it says otherwise.
+        """
+        self._noted[violation.rule.id] += 1
+        if self._noted[violation.rule.id] <= MOST_NOTED:
+            violation.request = violation.request or asked
+            self.minor.append(violation)
+
+    def breach(self, expected: str, actual: str) -> Violation:
+        """Build a breach of the case's rule."""
+        return Violation(self.rule, expected=expected, actual=actual)
+
+    def cause_of(self, violation: Violation, asked: Request) -> Cause:
+        """Return the cause of a breach: what was sent last counts, if nobody took note of more."""
+        return cause_of(violation, violation.rule, violation.request or asked)
+
+    def is_known(self, error: BaseException | None, asked: Request) -> bool:
+        """Say whether a breach has a cause that was met before."""
+        return (
+            isinstance(error, Violation)
+            and self.causes.get(self.cause_of(error, asked)) is not None
+        )

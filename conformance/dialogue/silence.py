@@ -1,0 +1,246 @@
+"""Proof that nothing was answered, and what leaves a server idle.
+
+That a frame must *not* be answered is proven by a fence, never by waiting: the read of 1000h that
+the run began with is sent behind it, and only its answer may come.
+"""
+
+from conformance.device.device import DEVICE_TYPE
+from conformance.dialogue.early import INITIATES
+from conformance.dialogue.odd_frames import unasked, unsolicited
+from conformance.dialogue.wire import ABORTS, Wire
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.describe import hex_bytes
+from conformance.sdo.errors import ERROR_REGISTER
+from conformance.sdo.frames import Abort, BlockSegment, UploadInitiate
+from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
+
+# Three sub-blocks that a server sends though nobody wants them are taken to their end.
+MOST_STRAY = 400
+# What comes faster than it is taken has no end.
+MOST_DRAINED = 10_000
+
+
+class Silence:
+    """The silence of a server on a channel: proven, and brought about where it has to be.
+
+    It ``calms_down`` a noisy device only where that is sure to answer: of one that sends what
+    nobody asked for, that is taken away before the next transfer begins.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        """Take the frames of the channel."""
+        self.calms_down = True
+        self._wire = wire
+        self._device = wire.device
+        self._causes = wire.record.causes
+
+    # Before a request
+
+    def before(self, data: bytes) -> None:
+        """Take what the server may still send before it gets its next request.
+
+        Raises Violation where it has ended the transfer.
+        """
+        wire = self._wire
+        if wire.crossed:
+            self._let_pass()
+        wire.look_for_abort(data)
+        if self._causes.noisy and wire.tracker.open is None and not wire.owed:
+            self._calm_before(data)
+
+    def _let_pass(self) -> None:
+        """Wait for the answers to segments that were on their way when the server aborted.
+
+        It was idle then, and may refuse each of them as a request.
+        """
+        stray = self.fence()
+        if stray:
+            raise unsolicited(stray, read=self._wire.read_as)
+
+    def _calm_before(self, data: bytes) -> None:
+        begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
+        # What comes right behind an abort would be answered second. (81h to 9Fh may be a segment.)
+        aborted = self._wire.data[:1] == ABORTS and self._wire.has_aborted
+        behind_abort = aborted and data[:1] != ABORTS and self._causes.aborts_are_answered
+        if (begins or behind_abort) and self.calms_down:
+            self.calm()
+
+    # The fence
+
+    def fence(self, most: int = MOST_STRAY) -> list[bytes]:
+        """Read 1000h and return what came before its answer: so many frames at the most.
+
+        Not the refusals of segments that crossed with an abort of the server.
+        """
+        with self._wire.aside():
+            return self._fence(most)
+
+    def _fence(self, most: int) -> list[bytes]:
+        wire = self._wire
+        stray: list[bytes] = []
+        crossed, wire.crossed = wire.crossed, 0
+        at_rest = wire.channel.at_rest and wire.tracker.open is None
+        self._send_baseline()
+        retried = False
+        while True:
+            frame = wire.next_frame()
+            if frame is None:
+                # One request right behind another may get lost in a small device (a read is
+                # harmless to repeat); one that follows silence may not.
+                if retried:
+                    raise self._no_answer(stray)
+                retried = True
+                wire.unanswered()
+                self._send_baseline()
+                continue
+            data = wire.take(frame)
+            if data == self._device.baseline[0][1]:
+                if at_rest:
+                    wire.channel.pace.read(answered=not retried)
+                break
+            if crossed and isinstance(wire.read_as(data), Abort):
+                crossed -= 1
+                continue
+            if wire.pauses.excuses(data):
+                continue
+            stray.append(data)
+            wire.timing.came_late()
+            if len(stray) > most:
+                raise unsolicited(stray, read=wire.read_as)
+        if retried:
+            self._take_second_answer()
+        self._read_the_rest()
+        return stray
+
+    def _no_answer(self, stray: list[bytes]) -> Violation:
+        heard = self._wire.heard_elsewhere()
+        return Violation(
+            SPECIFIER if stray else ANSWERED,
+            expected="an answer to the read of 1000h that follows",
+            actual="; ".join(["no answer", *map(self._wire.words, stray)]) + heard,
+        )
+
+    def _read_the_rest(self) -> None:
+        """Read the segments of 1000h, where it takes any."""
+        for request, due in self._device.baseline[1:]:
+            self._wire.transmit(request)
+            data = self._wire.receive()
+            if data != due:
+                actual = self._wire.words(data)
+                raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=actual)
+
+    def _take_second_answer(self) -> None:
+        """Take the answer to the other of two reads, lest it be taken for that to what comes next.
+
+        Whichever was answered, the other may be still: a server that was busy has both to answer.
+        Another read behind them, of what each device has (7.5.2.2), tells without waiting.
+        """
+        wire = self._wire
+        baseline = self._device.baseline[0][1]
+        wire.transmit(UploadInitiate(ERROR_REGISTER).encode())
+        while (frame := wire.next_frame()) is not None and wire.take(frame) == baseline:
+            pass
+        if len(self._device.baseline) > 1:
+            self._send_baseline()
+            wire.receive()
+
+    def _send_baseline(self) -> None:
+        self._wire.transmit(self._device.baseline[0][0])
+
+    def reaction(self) -> bytes | None:
+        """Return the answer to what was sent last, or None when there was none.
+
+        Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
+        Raises Violation when more than one answer came.
+        """
+        own = None if self._wire.tracker.open is None else self._wire.abort_open()
+        stray = self.fence()
+        if own is not None:
+            self._take_answer_to_abort(own, stray)
+        if len(stray) > 1:
+            raise unsolicited(stray, "one answer at most", read=self._wire.read_as)
+        return stray[0] if stray else None
+
+    def _take_answer_to_abort(self, own: Abort, stray: list[bytes]) -> None:
+        """Take away what answers the suite's own abort, which came behind the point of a case.
+
+        One abort may be the answer to what the case has sent, unless the device is known to answer
+        aborts.
+        """
+        least = 0 if self._causes.aborts_are_answered else 1
+        while len(stray) > least and isinstance(self._wire.read_as(stray[-1]), Abort):
+            violation = unasked(stray.pop(), aborted=True, read=self._wire.read_as)
+            violation.request = own
+            self._wire.note(violation)
+
+    # An idle server
+
+    def end_transfer(self) -> None:
+        """Abort the open transfer from the client's side; a server never answers that."""
+        wire = self._wire
+        if wire.leaves_unasked():
+            wire.receive()  # it has ended the transfer itself
+        if wire.tracker.open is None:
+            return
+        # What answers a request before the abort is no noise: the case will look at it.
+        segment = isinstance(wire.last_sent, BlockSegment) and not wire.last_sent.last
+        owed = wire.owed and not segment
+        wire.sent_before, wire.last_sent = wire.last_sent, wire.abort_open()
+        if self._causes.noisy and self.calms_down and not owed:
+            self._calm_afterwards()
+
+    def _calm_afterwards(self) -> None:
+        """Calm the device down where a transfer was ended; whoever asks next will meet its silence.
+
+        It is ended in the middle of tidying as well, where nothing may be raised.
+        """
+        try:
+            self.calm()
+        except Violation:
+            self.drain()
+
+    def calm(self) -> None:
+        """Take what the device sends though nobody asked, and note it.
+
+        Not the segments of a sub-block that were on their way when the client ended the transfer.
+        """
+        aborted, read = self._wire.has_aborted, self._wire.read_as
+        for frame in self.fence():
+            if not (aborted and isinstance(read(frame), BlockSegment)):
+                self._wire.note(unasked(frame, aborted=aborted, read=read))
+
+    def recover(self) -> bool:
+        """Leave the server idle after a breach, whatever it may still send.
+
+        Say whether it answers at all: a device that is lost has nothing to recover.
+        """
+        self.end_transfer()
+        try:
+            self.calm()
+        except Violation as breach:
+            self.drain()
+            return breach.rule is not ANSWERED or not self._is_gone()
+        return True
+
+    def _is_gone(self) -> bool:
+        """Say whether not even a read of 1000h is answered behind an abort of what may run."""
+        wire = self._wire
+        wire.channel.abort(wire.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        try:
+            self.fence()
+        except Violation as breach:
+            return breach.rule is ANSWERED
+        return False
+
+    def drain(self) -> list[CanFrame]:
+        """Return the responses that are there though nothing was asked."""
+        found: list[CanFrame] = []
+        while len(found) < MOST_DRAINED:
+            frame = self._wire.channel.receive(0)
+            if frame is None:
+                break
+            found.append(frame)
+        return found

@@ -1,0 +1,36 @@
+"""Values of objects: how they are compared, shown, and cut into segments."""
+
+from conformance.device.objects import KnownObject
+from conformance.sdo.describe import hex_bytes
+from conformance.sdo.objects import same_data
+from conformance.sdo.rules import Violation
+from conformance.sdo.rules.sizes import VARIABLE_LENGTH
+
+
+def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
+    """Compare values: the 00h that ends a string is optional.
+
+    So is that with which the device is known to fill up values: it is told so elsewhere.
+    """
+    return same_data(known.data_type, found, due, known.filled)
+
+
+def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
+    """Build the breach that a value was filled up with 00h."""
+    return Violation(
+        VARIABLE_LENGTH,
+        expected=f"{known} to take values of {len(due)} bytes",
+        actual=f"shorter values are filled up with 00h, {len(found)} bytes in all",
+    )
+
+
+def shown(data: bytes) -> str:
+    """Write a value with its length; of a long one the beginning and the end."""
+    if len(data) <= 32:
+        return f"{len(data)} bytes: {hex_bytes(data)}"
+    return f"{len(data)} bytes: {hex_bytes(data[:16])} … {hex_bytes(data[-8:])}"
+
+
+def segments_of(data: bytes) -> list[bytes]:
+    """Return the data in pieces of 7 bytes; of no data one empty piece."""
+    return [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
