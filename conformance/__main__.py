@@ -13,7 +13,6 @@ from types import FrameType
 import can
 
 from conformance import __version__
-from conformance.arguments import named_value
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
 from conformance.bus.host import NodeHost
@@ -22,12 +21,13 @@ from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.log_listing import Judged, decoded
+from conformance.plugin.arguments import named_value
 from conformance.recorded_logs import RecordedLog
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_report
+from conformance.reporting.rule_listing import rule_lines
 from conformance.reporting.summary import verdict_counts
-from conformance.rule_listing import rule_lines
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
 from conformance.sdo.inert import inert
 from conformance.sdo.rules import UnknownRule

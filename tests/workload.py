@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from conformance.plugin.state import STATE
 from conformance.reporting.workload import family_of, service_of
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT
-from conformance.state import STATE
 
 # A family stands alone that has so much of all answers, silences or time.
 PART = 0.002

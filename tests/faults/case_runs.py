@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from conformance.collection import CaseFunction
+from conformance.plugin.items import CaseFunction
 from conformance.run.verdict import CaseResult, Verdict
 
 # What is judged at the end of a run belongs to each.

@@ -18,7 +18,7 @@ import can
 from case_runs import Run, run_cases
 
 from conformance.faults import hosting
-from conformance.running import ExitCode
+from conformance.plugin.running import ExitCode
 
 MISHAPS = ("lost", "repeated", "swapped")
 
@@ -88,7 +88,7 @@ def lossy_adapter(each: int, seed: int) -> Iterator[list[str]]:
         bus.mishaps = mishaps
         return bus
 
-    with patch("conformance.running.simulated_bus", opened):
+    with patch("conformance.plugin.running.simulated_bus", opened):
         yield mishaps
 
 

@@ -26,8 +26,8 @@ from dataclasses import dataclass, field
 from case_runs import Choice, Run, run_cases
 from detection import files_of
 
-from conformance.collection import CASES
 from conformance.faults.catalogue import find_deviation
+from conformance.plugin.items import CASES
 
 PERVASIVE = (
     "every-abort-answered",

@@ -3,8 +3,8 @@
 import pytest
 from lossy import run_lossy
 
+from conformance.plugin.running import ExitCode
 from conformance.run.verdict import Verdict
-from conformance.running import ExitCode
 
 SOME = ("-k", "segmented_upload and size and not foreign")
 

@@ -7,7 +7,7 @@ import pytest
 
 from conformance.faults.catalogue import faults
 from conformance.faults.registry import Deviation
-from conformance.rule_listing import scripted_cases
+from conformance.reporting.rule_listing import scripted_cases
 
 # They need what the self-test does not have; each has a test that shows it fail.
 SHOWN_ELSEWHERE = {

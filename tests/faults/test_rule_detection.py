@@ -7,7 +7,7 @@ import pytest
 
 from conformance.faults.catalogue import faults
 from conformance.faults.registry import Deviation
-from conformance.rule_listing import scripted_cases
+from conformance.reporting.rule_listing import scripted_cases
 from conformance.run.case import CaseInfo
 from conformance.sdo.rules import RULES, Level, Rule, rule_of
 

@@ -14,8 +14,8 @@ from durand_server import durand_device
 from findings import CANOPEN, DURAND, Finding
 from foreign_objects import NODE_ID, ForeignDevice, named_objects, readable
 
-from conformance.collection import case_files
 from conformance.device.objects import KnownObject
+from conformance.plugin.items import case_files
 from conformance.run.verdict import Verdict
 
 pytest_plugins = ["pytester"]

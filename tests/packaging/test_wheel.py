@@ -115,7 +115,7 @@ def test_what_the_wheel_says_of_itself(wheel: Path, names: list[str]) -> None:
         project["dependencies"]
     )
     assert f"Requires-Python: {project['requires-python']}" in metadata
-    assert "conformance = conformance.plugin" in read("entry_points.txt")
+    assert "conformance = conformance.plugin.hooks" in read("entry_points.txt")
     assert read("licenses/LICENSE") == (ROOT / "LICENSE").read_text(encoding="utf-8")
 
 

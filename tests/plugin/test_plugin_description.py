@@ -7,7 +7,7 @@ from plugin_runs import NODE_ID, case_ids, hosted, reference, reports, run, self
 
 from conformance.faults.catalogue import build_node
 from conformance.faults.listing import eds_of
-from conformance.run.official_steps import OFFICIAL_STEPS, table
+from conformance.reporting.official_steps import OFFICIAL_STEPS, table
 
 pytest_plugins = ["pytester"]
 

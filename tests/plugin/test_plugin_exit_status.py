@@ -8,10 +8,10 @@ import pytest
 from plugin_runs import NODE_ID, hosted, parsed, reference, reports, run, self_test, the_report
 
 from conformance.bus.host import HostedNode
-from conformance.collection import CASES
 from conformance.faults.catalogue import build_node
 from conformance.faults.simulated import SimulatedBus
-from conformance.running import MOST_FULL, ExitCode
+from conformance.plugin.items import CASES
+from conformance.plugin.running import MOST_FULL, ExitCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.node import Node
 

@@ -8,7 +8,7 @@ from weakref import ref
 import pytest
 from plugin_runs import QUICK, reports
 
-from conformance.collection import Variation
+from conformance.plugin.items import Variation
 
 pytest_plugins = ["pytester"]
 

@@ -5,7 +5,7 @@ from plugin_runs import NODE_ID, case_ids, hosted, parsed, reports, run, self_te
 
 from conformance.faults.catalogue import build_node
 from conformance.faults.device import reference_entries
-from conformance.running import ExitCode
+from conformance.plugin.running import ExitCode
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary

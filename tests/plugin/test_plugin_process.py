@@ -11,7 +11,7 @@ from plugin_runs import NODE_ID, hosted, run, the_report
 from socketcand_bus import socketcand
 
 from conformance.faults.catalogue import build_node
-from conformance.running import ExitCode
+from conformance.plugin.running import ExitCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.node import Node
 

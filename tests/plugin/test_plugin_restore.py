@@ -11,8 +11,8 @@ from socketcand_bus import socketcand
 
 from conformance.__main__ import BROKEN_BENCH, DONE, main
 from conformance.faults.dictionary import reference_device
+from conformance.plugin.running import ExitCode
 from conformance.reporting.journal import journals, read_journal
-from conformance.running import ExitCode
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate, Response
 from conformance.sdo.layout import Multiplexer

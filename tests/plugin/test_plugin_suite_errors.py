@@ -6,8 +6,8 @@ from plugin_runs import case_ids, parsed, self_test, the_report
 from conformance.device.device import Device
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.pauses import Pauses
+from conformance.plugin.running import ExitCode
 from conformance.run import session
-from conformance.running import ExitCode
 
 pytest_plugins = ["pytester"]
 

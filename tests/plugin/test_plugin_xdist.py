@@ -6,8 +6,8 @@ from collections import defaultdict
 import pytest
 from plugin_runs import QUICK, other_files, parsed, reports, self_test, the_report
 
-from conformance.running import ExitCode
-from conformance.workers import shares_of
+from conformance.plugin.running import ExitCode
+from conformance.plugin.workers import shares_of
 
 pytest_plugins = ["pytester"]
 

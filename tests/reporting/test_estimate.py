@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from conformance.collection import case_files
+from conformance.plugin.items import case_files
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.reporting.workload import UNKNOWN, counted, work_of
 

@@ -23,7 +23,7 @@ from conformance.device.objects import KnownObject
 from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.block_download_errors import DeafWhenAborted
-from conformance.findings import Findings
+from conformance.plugin.findings import Findings
 from conformance.run.habits import FIRST_SEEN, survey
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict

@@ -6,8 +6,8 @@ from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
 from conformance.faults.device import reference_entries
+from conformance.plugin.running import ExitCode
 from conformance.run.matrix.states import STATES
-from conformance.running import ExitCode
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE

@@ -12,7 +12,7 @@ from run_bench import NODE_ID, Recording
 from conformance.device.safety import IDENTITY
 from conformance.dialogue.values import shown
 from conformance.faults.device import reference_entries
-from conformance.running import ExitCode
+from conformance.plugin.running import ExitCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.node import Node

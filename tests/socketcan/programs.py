@@ -28,7 +28,7 @@ RESPONSE_TIMEOUT = 2
 PYTEST_REPORT = "pytest.xml"
 # Importing other plugins would take longer there than many a run.
 ENVIRONMENT = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
-SUITE = ("-m", "pytest", "-p", "conformance.plugin", "-p", "no:cacheprovider", "-v")
+SUITE = ("-m", "pytest", "-p", "conformance.plugin.hooks", "-p", "no:cacheprovider", "-v")
 
 
 def start(*arguments: str, errors: IO[str] | int = subprocess.STDOUT) -> subprocess.Popen[str]:

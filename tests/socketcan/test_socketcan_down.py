@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from conformance.collection import CASES
 from conformance.faults.device import REFERENCE_OBJECTS
-from conformance.running import ExitCode
+from conformance.plugin.items import CASES
+from conformance.plugin.running import ExitCode
 
 from .programs import (
     QUIET,

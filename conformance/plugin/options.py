@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from conformance.arguments import DEFAULT_EXAMPLES
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
 from conformance.device.client_channel import ClientRecord, read_client_channel
@@ -21,9 +20,10 @@ from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
 from conformance.faults.listing import listing_of, permits_for
+from conformance.plugin.arguments import DEFAULT_EXAMPLES
+from conformance.plugin.workers import Share, share_of
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
 from conformance.sdo.cob_id import ChannelIds
-from conformance.workers import Share, share_of
 
 SELF_TEST_NODE = 5
 

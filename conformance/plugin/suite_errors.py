@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import BenchError, SuiteError
-from conformance.collection import CASES, CaseFunction
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.pauses import NOT_JUDGED
+from conformance.plugin.items import CASES, CaseFunction
 from conformance.run.session import CaseRun
 from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
@@ -24,7 +24,7 @@ OUTCOMES = (
     pytest.skip.Exception,
     pytest.xfail.Exception,
 )
-_PACKAGE = Path(__file__).parent
+_PACKAGE = Path(__file__).parents[1]
 
 
 def is_own_case(item: pytest.Item) -> bool:

@@ -7,7 +7,8 @@ from typing import Any, cast
 import pytest
 from plugin_runs import self_test
 
-from conformance.outlook import Outlook, in_words
+from conformance.plugin import time_left
+from conformance.plugin.time_left import TimeLeft, in_words
 
 pytest_plugins = ["pytester"]
 LINE = re.compile(
@@ -19,7 +20,7 @@ LINE = re.compile(
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the first word come behind three cases, and each that may."""
     for name, value in (("FIRST_CASES", 3), ("FIRST_PART", 0.0), ("OFTEN", 0.0), ("SHORT", -1.0)):
-        monkeypatch.setattr(f"conformance.outlook.{name}", value)
+        monkeypatch.setattr(f"conformance.plugin.time_left.{name}", value)
 
 
 @pytest.mark.parametrize("verbosity", [("-q",), (), ("-v",)], ids=["quiet", "plain", "verbose"])
@@ -51,15 +52,15 @@ def report(name: str, worker: Process) -> pytest.TestReport:
 def test_workers_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     config = cast("pytest.Config", None)
-    monkeypatch.setattr("conformance.outlook.say", lambda _, line, **how: said.append(line))
-    outlook = Outlook(config, 0.0)
+    monkeypatch.setattr(time_left, "say", lambda _, line, **how: said.append(line))
+    told = TimeLeft(config, 0.0)
     workers = [Process({"workerid": worker}) for worker in ("gw0", "gw1")]
     names = [f"cases/test_abort.py::abort.repeated[{number}]" for number in range(6)]
     for worker in workers:
-        outlook.pytest_xdist_node_collection_finished(worker, names)
+        told.pytest_xdist_node_collection_finished(worker, names)
     for name in names[:3]:
         for worker in workers:
-            outlook.pytest_runtest_logreport(report(name, worker))
+            told.pytest_runtest_logreport(report(name, worker))
     assert said[0].startswith("3 of 12 cases in")
 
 
@@ -71,7 +72,7 @@ def test_nothing_is_said_where_nothing_is_wanted(pytester: pytest.Pytester) -> N
 def test_a_long_discovery_says_what_it_is_at(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conformance.outlook.LOOK", 0.0)
+    monkeypatch.setattr("conformance.plugin.time_left.LOOK", 0.0)
     result = self_test(pytester, "--sdo-simulated", "-k", "abort.not-answered")
     result.stdout.fnmatch_lines(
         ["conformance: node 5: reading 2001h:00, object 1 of *", "*, object 2 of *, about 0 s left"]

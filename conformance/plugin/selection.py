@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from conformance.collection import CASE_FILES, CASES, CaseFunction, case_files
+from conformance.plugin.items import CASE_FILES, CASES, CaseFunction, case_files
 
 FOLDER = CASES.name
 # The files of which cases are named, and their ids, or what they begin with; else all are meant.

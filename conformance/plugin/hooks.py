@@ -6,22 +6,22 @@ from pathlib import Path
 import pytest
 
 from conformance import __version__
-from conformance.arguments import add_options
-from conformance.case_fixtures import CaseFixtures
-from conformance.closing import Closing
-from conformance.collection import CASES, SLOW, CaseFunction, make_items, make_module, ordered
 from conformance.device.listing import Listing
-from conformance.fixtures import Fixtures
-from conformance.options import Options, read_options
-from conformance.outlook import Outlook
-from conformance.parcels import Receiver, Sender
+from conformance.plugin.arguments import add_options
+from conformance.plugin.case_fixtures import CaseFixtures
+from conformance.plugin.final_report import FinalReport
+from conformance.plugin.fixtures import Fixtures
+from conformance.plugin.items import CASES, SLOW, CaseFunction, make_items, make_module, ordered
+from conformance.plugin.options import Options, read_options
+from conformance.plugin.running import Running
+from conformance.plugin.selection import NAMED, is_beside, read_arguments
+from conformance.plugin.state import STATE, RunState, is_left_to
+from conformance.plugin.stopping import Stopping
+from conformance.plugin.time_left import TimeLeft
+from conformance.plugin.unrestored import left_lines
+from conformance.plugin.worker_reports import Receiver, Sender
+from conformance.plugin.workers import Controller, is_controller
 from conformance.run.bench import RunSettings
-from conformance.running import Running
-from conformance.selection import NAMED, is_beside, read_arguments
-from conformance.state import STATE, RunState, is_left_to
-from conformance.stopping import Stopping
-from conformance.values import left_lines
-from conformance.workers import Controller, is_controller
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -56,10 +56,10 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(Sender(config), "conformance-sender")
     if not options.share.worker:
         config.pluginmanager.register(
-            Closing(state, controller, shows_all=config.getoption("verbose") > 0),
-            "conformance-closing",
+            FinalReport(state, controller, shows_all=config.getoption("verbose") > 0),
+            "conformance-final-report",
         )
-        config.pluginmanager.register(_outlook(config, options), "conformance-outlook")
+        config.pluginmanager.register(_time_left(config, options), "conformance-time-left")
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")
     # The last one is the innermost: what it raises is met by those before.
@@ -70,10 +70,10 @@ def pytest_configure(config: pytest.Config) -> None:
         config.args, config.stash[NAMED] = read_arguments(config.args, config.invocation_params.dir)
 
 
-def _outlook(config: pytest.Config, options: Options) -> Outlook:
+def _time_left(config: pytest.Config, options: Options) -> TimeLeft:
     """Return what estimates the rest of a run; on a simulated bus a silence takes no time."""
     free = options.simulated and not options.answer_delay
-    return Outlook(config, 0.0 if free else options.run.response_timeout)
+    return TimeLeft(config, 0.0 if free else options.run.response_timeout)
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

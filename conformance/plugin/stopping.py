@@ -17,8 +17,8 @@ from types import FrameType
 import pytest
 
 from conformance.bus.stop import Stop
-from conformance.collection import CaseFunction
-from conformance.workers import TELLS_WORKER, Share, leave_number
+from conformance.plugin.items import CaseFunction
+from conformance.plugin.workers import TELLS_WORKER, Share, leave_number
 
 # The request at which nothing is waited for any more.
 LAST = 3

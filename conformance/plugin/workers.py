@@ -23,7 +23,7 @@ import pytest
 from conformance.bus.errors import WorkerLost
 from conformance.bus.link import Captured, Direction
 from conformance.bus.stop import Stop
-from conformance.findings import Findings
+from conformance.plugin.findings import Findings
 
 KEY = "conformance"
 # What ends a worker in good order. Some systems have no such signal.

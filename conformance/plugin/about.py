@@ -11,8 +11,8 @@ import pytest
 
 from conformance import __version__
 from conformance.device.device import TEXTS, Device
+from conformance.plugin.state import RunState
 from conformance.reporting.summary import device_properties, run_properties
-from conformance.state import RunState
 
 _PACKAGES = ("pytest", "python-can", "canopen", "hypothesis")
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import pytest
 
 from conformance.device.objects import KnownObject
-from conformance.outcome import SummaryTerminal
+from conformance.plugin.outcome import SummaryTerminal
+from conformance.plugin.workers import Worker, is_controller
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.run.verdict import CaseResult, Verdict
-from conformance.workers import Worker, is_controller
 
 # The first cases tell how fast the device is: so many, or so much of the work, whichever is later.
 FIRST_CASES, FIRST_PART = 20, 0.05
@@ -75,7 +75,7 @@ class DiscoveryProgress:
         say(self._config, f"node {node_id}: reading {entry}, object {number + 1} of {count}{more}")
 
 
-class Outlook:
+class TimeLeft:
     """The hooks of the process that reports: it estimates how long the run will take yet."""
 
     def __init__(self, config: pytest.Config, silence: float) -> None:

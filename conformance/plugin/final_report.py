@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from conformance.about import about_run
 from conformance.bus.errors import (
     BenchError,
     DeviceLost,
@@ -16,8 +15,13 @@ from conformance.bus.errors import (
     SuiteError,
 )
 from conformance.device.known_deviations import Deviation, write_deviations
-from conformance.outcome import Evidence, SummaryTerminal
-from conformance.recorder import Recorder, as_place
+from conformance.plugin.about import about_run
+from conformance.plugin.outcome import Evidence, SummaryTerminal
+from conformance.plugin.recorder import Recorder, as_place
+from conformance.plugin.running import ExitCode
+from conformance.plugin.selection import FOLDER
+from conformance.plugin.state import RunState, uses_device
+from conformance.plugin.workers import Controller
 from conformance.reporting.causes import cause_lines, counted_causes
 from conformance.reporting.summary import (
     device_lines,
@@ -28,16 +32,12 @@ from conformance.reporting.summary import (
 from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
-from conformance.running import ExitCode
-from conformance.selection import FOLDER
-from conformance.state import RunState, uses_device
-from conformance.workers import Controller
 
 # How a run has ended that was not ended before.
 COMPLETE = "complete"
 
 
-class Closing:
+class FinalReport:
     """The hooks of the process that reports: the only one, or the controller of workers."""
 
     def __init__(

@@ -3,7 +3,7 @@
 import pytest
 from plugin_runs import QUICK, reports
 
-from conformance.parcels import PARCEL
+from conformance.plugin.worker_reports import PARCEL
 
 pytest_plugins = ["pytester"]
 

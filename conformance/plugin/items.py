@@ -9,13 +9,13 @@ from typing import Any
 import pytest
 
 from conformance.device.listing import Listing
-from conformance.outcome import CaseFailed
-from conformance.parcels import BUNDLED, Bundle
+from conformance.plugin.outcome import CaseFailed
+from conformance.plugin.worker_reports import BUNDLED, Bundle
 from conformance.run.case import CaseInfo, case_info
 from conformance.run.risks import Risk
 
-_BESIDE = Path(__file__).parent / "cases"
-CASES = _BESIDE if _BESIDE.is_dir() else Path(__file__).parent.parent / "cases"
+_WITHIN = Path(__file__).parents[1] / "cases"
+CASES = _WITHIN if _WITHIN.is_dir() else Path(__file__).parents[2] / "cases"
 CASE_FILES = "test_*.py"
 # What stands before the names of the fixtures that the suite's own cases get.
 OWN = "_conformance_"

@@ -1,4 +1,4 @@
-"""A run within pytest: the bench is opened, each case judged; ``closing`` reports on it."""
+"""A run within pytest: the bench is opened, each case judged; ``final_report`` reports on it."""
 
 from collections import defaultdict
 from collections.abc import Callable, Generator, Sequence
@@ -10,8 +10,6 @@ from typing import Any, NoReturn
 import can
 import pytest
 
-from conformance.about import about_device
-from conformance.attempts import begin, conclude_tries, is_told
 from conformance.bus.errors import (
     BenchError,
     BusOff,
@@ -24,18 +22,37 @@ from conformance.bus.errors import (
 from conformance.bus.link import Captured, Direction
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.bus.stop import RunStopped
-from conformance.collection import CaseFunction
 from conformance.device.known_deviations import unknown_case
 from conformance.faults.hosting import simulated_bus, virtual_host
-from conformance.outcome import (
+from conformance.plugin.about import about_device
+from conformance.plugin.attempts import begin, conclude_tries, is_told
+from conformance.plugin.items import CaseFunction
+from conformance.plugin.outcome import (
     CaseFailed,
     Evidence,
     attach,
     attach_not_run,
     end_with,
 )
-from conformance.outlook import DiscoveryProgress
-from conformance.recorder import as_values
+from conformance.plugin.recorder import as_values
+from conformance.plugin.state import (
+    CASE_RUN,
+    REACHED,
+    RESULT,
+    RunState,
+    case_of,
+    left_out,
+    uses_device,
+)
+from conformance.plugin.suite_errors import (
+    comes_from_here,
+    is_own_case,
+    suite_error,
+    traceback_of,
+)
+from conformance.plugin.time_left import DiscoveryProgress
+from conformance.plugin.unrestored import Values
+from conformance.plugin.workers import belongs_here, hand_back
 from conformance.reporting.bus_log import BusLog
 from conformance.run.accounting import Scope, account
 from conformance.run.bench import Bench
@@ -43,15 +60,6 @@ from conformance.run.losses import MOST_IN_A_ROW, Losses
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.rules import RULES
-from conformance.state import CASE_RUN, REACHED, RESULT, RunState, case_of, left_out, uses_device
-from conformance.suite_errors import (
-    comes_from_here,
-    is_own_case,
-    suite_error,
-    traceback_of,
-)
-from conformance.values import Values
-from conformance.workers import belongs_here, hand_back
 
 # The case that judges what came too late; where it was not selected, the run itself does.
 LATE_ANSWERS = "run.no-late-response"

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
-from conformance.collection import case_files
+from conformance.plugin.items import case_files
+from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.run.case import CaseInfo, case_info
-from conformance.run.official_steps import OFFICIAL_STEPS
 from conformance.sdo.abort_codes import describe_code
 from conformance.sdo.rules import CHAPTERS, RULES, Rule, rule_of
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conformance.packing import pack, unpack
+from conformance.plugin.plain_values import pack, unpack
 
 KEYS = st.one_of(st.text(), st.integers(), st.sampled_from(["()", "{}"]))
 PLAIN = st.recursive(

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from conformance.packing import pack, unpack
+from conformance.plugin.plain_values import pack, unpack
 
 PARCEL = "conformance-parcel"
 AROUND = "conformance_around"

@@ -7,8 +7,8 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import NotWritten
 from conformance.device.changes import LeftBehind
 from conformance.device.device import Device
-from conformance.findings import Findings
-from conformance.options import Options
+from conformance.plugin.findings import Findings
+from conformance.plugin.options import Options
 from conformance.reporting.journal import Journal, left_behind, put_back_left
 from conformance.sdo.cob_id import ChannelIds, CobId
 

@@ -9,9 +9,9 @@ import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.bus.stop import Stop
-from conformance.collection import DEVICE_SESSION, CaseFunction
-from conformance.findings import Findings
-from conformance.options import Options
+from conformance.plugin.findings import Findings
+from conformance.plugin.items import DEVICE_SESSION, CaseFunction
+from conformance.plugin.options import Options
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.journal import NAME
 from conformance.run.bench import Bench

@@ -10,7 +10,6 @@ from typing import TypeVar
 
 import pytest
 
-from conformance.attempts import begin
 from conformance.bus.stop import RunStopped
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
@@ -23,11 +22,12 @@ from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.room import Room
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.tools import CaseTools
+from conformance.plugin.attempts import begin
+from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
 from conformance.run.conversations.search import Plan, Search
 from conformance.run.conversations.store import FailingStore
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
-from conformance.state import CASE_RUN, RESULT, STATE, case_of
 
 Role = TypeVar("Role")
 
