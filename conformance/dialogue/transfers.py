@@ -93,9 +93,7 @@ class Transfers:
 
     def beside(self, channel: Channel) -> Self:
         """Return the same case on another channel of the device."""
-        other = type(self)(channel, self.device, self.record, 0)
-        other.checks, other.client = self.checks, self.client
-        return other
+        return type(self)(channel, self.device, self.record, 0)
 
     @property
     def on_default_channel(self) -> bool:

@@ -3,9 +3,10 @@
 from collections.abc import Generator
 
 import pytest
-from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
+from run_bench import BASELINE, NODE_ID, NUMBER, TEXT, Workbench, discovered
 
 from conformance.device.deny import PERMISSIONS
+from conformance.device.device import DEVICE_TYPE
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
@@ -216,6 +217,17 @@ def test_silence_on_a_disabled_channel_is_proven(node: Node) -> None:
         Channels(sdo).configure(0x1201, FIRST)
         with pytest.raises(Violation, match="no answer on 681h and 6A1h"):
             Channels(sdo).expect_no_server(FIRST)
+
+
+def test_what_is_odd_on_another_channel_came_of_what_was_sent_there(node: Node) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        sdo = bench.dialogue()
+        with Channels(sdo).further() as other:
+            other.send(UploadInitiate(DEVICE_TYPE))
+            reserved_bit_set = bytes((other.receive()[0] | 0x10, *BASELINE[1:]))
+            other.checks.upload_initiate(reserved_bit_set, DEVICE_TYPE)
+    assert [found.request for found in sdo.record.minor] == [UploadInitiate(DEVICE_TYPE)]
 
 
 def test_a_state_is_seen_in_heartbeats(node: Node) -> None:
