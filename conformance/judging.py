@@ -26,12 +26,12 @@ EXPEDITED = frozenset((0x23, 0x27, 0x2B, 0x2F, 0x43, 0x47, 0x4B, 0x4F))
 ASKING = frozenset((0x40, 0x23, 0x27, 0x2B, 0x2F))
 ANSWERING = frozenset((0x43, 0x47, 0x4B, 0x4F, 0x60, 0x80))
 MOST_EXCHANGES = 50_000
-# Where a client does not wait for answers, the ways in which a server may have gone on multiply.
-# So many frames' worth of them are followed, on one channel and on all; what goes beyond the usual
+# The more requests a client sends ahead of the answers, the more ways there are in which a server
+# may have gone on. So many are followed, on one channel and on all; what goes beyond the usual
 # number counts.
-USUAL_EFFORT = 8
+USUAL_EFFORT = 5
 MOST_EFFORT = 4_000
-MOST_EFFORT_OF_ALL = 50_000
+MOST_EFFORT_OF_ALL = 20_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +71,7 @@ class Channel:
     responses: int = 0
     asked: Seen | None = None
     effort: int = 0
+    before: int = 0
     out: bool = False
     not_judged: int = 0
 
@@ -86,6 +87,7 @@ class Channel:
             self.oracle.lose()
             self.oracle.settled()
             self.oracle.given_up = self.out = False
+            self.effort = 0
         return not self.out
 
 
@@ -232,7 +234,8 @@ class LogJudge:
 
     def _effort_of(self, node_id: int, channel: Channel, seen: Seen) -> Iterator[NotFollowed]:
         """Count what following a frame took; yield that a channel is no longer followed."""
-        beyond = channel.oracle.effort - USUAL_EFFORT
+        beyond = channel.oracle.effort - channel.before - USUAL_EFFORT
+        channel.before = channel.oracle.effort
         channel.effort = max(0, channel.effort + beyond)
         self._effort = max(0, self._effort + beyond)
         too_much = channel.effort > MOST_EFFORT and self._effort > MOST_EFFORT_OF_ALL

@@ -239,6 +239,26 @@ def impatient(requests: int, behind: int) -> list[str]:
     return lines
 
 
+@pytest.mark.parametrize("behind", [1, 2, 10])
+def test_answers_that_come_requests_late_are_judged(
+    behind: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = impatient(100, behind)
+    assert judged(written(tmp_path, *lines), capsys)[1].endswith("all responses allowed\n")
+    at = next(at for at in range(100, 200) if "585#" in lines[at])
+    lines[at] = lines[at].replace("20000000", "30000000")
+    status, text = judged(written(tmp_path, *lines), capsys)
+    assert status == NOT_ALLOWED
+    assert text.startswith(f"line {at + 1}, ")
+
+
+@pytest.fixture
+def _little_effort(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(judging, "MOST_EFFORT", 100)
+    monkeypatch.setattr(judging, "MOST_EFFORT_OF_ALL", 100)
+
+
+@pytest.mark.usefixtures("_little_effort")
 def test_where_a_client_does_not_wait_too_long_nothing_is_judged_until_it_is_quiet(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -255,13 +275,11 @@ def test_where_a_client_does_not_wait_too_long_nothing_is_judged_until_it_is_qui
     assert text.splitlines()[-1].startswith("all responses but the ")
 
 
-@pytest.mark.parametrize("behind", [1, 2, 10])
+@pytest.mark.usefixtures("_little_effort")
 def test_following_a_client_that_does_not_wait_is_bounded(
-    behind: int, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(judging, "MOST_EFFORT", 100)
-    monkeypatch.setattr(judging, "MOST_EFFORT_OF_ALL", 100)
-    _, text = judged(written(tmp_path, *impatient(400, behind)), capsys)
+    _, text = judged(written(tmp_path, *impatient(400, 10)), capsys)
     assert text.count("not judged from here") == 1
 
 

@@ -1,6 +1,6 @@
 """Answers as they may be due: aborts of all sorts, and what every other response is held to."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TypeVar
@@ -60,17 +60,16 @@ class Refusal:
 
     def branch(self, before: State, after: State, memory: Memory, *freedoms: Freedom) -> Branch:
         """Build the branch of a server that refuses, and is in ``after`` then."""
+        due = refusing((self,), before, after, memory, *freedoms)
+        return Branch(before, memory, self.rule, due)
 
-        def take(frame: bytes) -> Iterable[Branch]:
-            if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
-                found = Violation(must(self.rule), expected=self.words(), actual=segment)
-                raise Misfit(lambda: found)
-            abort = self.read(frame)
-            chosen = frozenset((*freedoms, *self._choices(abort)))
-            rest = Branch(after, memory, self.rule, freedoms=chosen)
-            return [rest.noting(*self.breaches(abort, frame), *self.findings)]
-
-        return Branch(before, memory, self.rule, Due(self.rule, self.words(), take))
+    def taken(
+        self, abort: Abort, frame: bytes, after: State, memory: Memory, freedoms: Iterable[Freedom]
+    ) -> Branch:
+        """Return where a server is that has sent this abort for this reason."""
+        chosen = frozenset((*freedoms, *self._choices(abort)))
+        rest = Branch(after, memory, self.rule, freedoms=chosen)
+        return rest.noting(*self.breaches(abort, frame), *self.findings)
 
     def read(self, frame: bytes) -> Abort:
         """Read an abort, or say that the frame is none."""
@@ -102,6 +101,28 @@ class Refusal:
     def named(self, *muxes: Multiplexer) -> "Refusal":
         """Say which object the abort has to name."""
         return replace(self, muxes=muxes)
+
+
+def refusing(
+    refusals: Sequence[Refusal], before: State, after: State, memory: Memory, *freedoms: Freedom
+) -> Due:
+    """Build the answer of a server that refuses for one of these reasons, and is in ``after`` then.
+
+    It is one answer to look at: of most requests it is soon clear that they are not refused.
+    """
+    rule = refusals[0].rule
+    words = " or ".join(dict.fromkeys(refusal.words() for refusal in refusals))
+
+    def take(frame: bytes) -> Iterable[Branch]:
+        if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
+            found = Violation(must(rule), expected=words, actual=segment)
+            raise Misfit(lambda: found)
+        abort = decode_response(frame)
+        if not isinstance(abort, Abort):
+            raise Misfit(partial(breach, rule, words, frame))
+        return [refusal.taken(abort, frame, after, memory, freedoms) for refusal in refusals]
+
+    return Due(rule, words, take)
 
 
 @cache

@@ -10,28 +10,33 @@ What happens on other channels it is not told: a server that refuses an object b
 client is at it must not be followed on one channel alone.
 """
 
-from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from enum import Enum, auto
-from itertools import chain
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import (
-    Abort,
-)
+from conformance.sdo.frames import Abort
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.oracle.answers import NOT_VALID, Refusal, violation
+from conformance.sdo.oracle.answers import violation
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.oracle.branch import Branch, Freedom, Misfit, State, quiet
+from conformance.sdo.oracle.branch import Branch, Misfit, quiet
 from conformance.sdo.oracle.endings import Ended, ending
 from conformance.sdo.oracle.going_on import AT_THE_END, goes_on, waits_for_the_end
+from conformance.sdo.oracle.hearing import (
+    ABORT_COMMAND,
+    MOST_BRANCHES,
+    Hearing,
+    answers_due,
+    given_up,
+    waiting,
+)
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
 from conformance.sdo.oracle.levels import must
+from conformance.sdo.oracle.merging import merged
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
 from conformance.sdo.oracle.reasons import LARGEST_BLOCK
-from conformance.sdo.oracle.states import IDLE, LOST, Lost, most_answers
+from conformance.sdo.oracle.states import IDLE, LOST, Lost
 from conformance.sdo.rules import (
     ANSWERED,
     FRAME_SHAPE,
@@ -39,7 +44,6 @@ from conformance.sdo.rules import (
     UNSOLICITED,
     Violation,
     channels,
-    freedoms,
     idle,
 )
 from conformance.sdo.rules import block_upload as block_uploads
@@ -47,10 +51,6 @@ from conformance.sdo.rules import block_upload as block_uploads
 REQUEST_BASE = 0x600
 RESPONSE_BASE = 0x580
 NODE_IDS = range(1, 128)
-ABORT_COMMAND = 0x80
-# So many ways to go on at once mean that nothing can be said any more.
-MOST_BRANCHES = 1000
-SECOND = "a second request before the answer"
 
 
 class Awaited(Enum):
@@ -75,6 +75,7 @@ class Oracle:
         self.profile = Profile()
         self._node_id = node_id
         self._branches = [quiet(IDLE, Memory(knowledge or Knowledge()), NOT_REFUSED)]
+        self._hearing = Hearing()
         self._asked = False
         self._other_asked = False
         # Requests since the last response: an abort of the server may have crossed with them.
@@ -114,8 +115,8 @@ class Oracle:
 
     @property
     def effort(self) -> int:
-        """How much there is to follow: each way to go on, with the requests that wait in it."""
-        return sum(1 + len(branch.backlog) for branch in self._branches)
+        """How many ways to go on have been looked at so far, for all that was said."""
+        return self._hearing.effort
 
     @property
     def idle(self) -> bool:
@@ -151,16 +152,17 @@ class Oracle:
             frame = frame.data
         self._asked = True
         self._sent.append(frame)
-        self._go_to([after for branch in self._branches for after in _hear(branch, frame)])
+        hear = self._hearing.hear
+        self._go_to([after for branch in self._branches for after in hear(branch, frame)])
 
     def response(self, frame: bytes | CanFrame) -> list[Violation]:
         """Take what the server sent; return what was wrong with it."""
         data, findings = self._shaped(frame)
         fits: list[Branch] = []
         misfits: list[Misfit] = []
-        for branch in self._branches:
+        for branch, due in answers_due(self._branches, data):
             try:
-                fits += _take(branch, data)
+                fits += self._hearing.take(branch, due, data)
             except Misfit as misfit:
                 misfits.append(misfit)
         near = any(misfit.near for misfit in misfits)
@@ -296,13 +298,13 @@ class Oracle:
     def _recover(self, data: bytes) -> None:
         """Think where a server may be that broke the protocol."""
         memory = self._branches[0].memory.in_doubt()
-        waiting = self._most_waiting()
-        aborted = isinstance(decode_response(data), Abort) and not waiting
-        self._go_to([quiet(IDLE if aborted else Lost(waiting), memory, idle.ABORT_NOT_ANSWERED)])
+        owed = self._most_waiting()
+        aborted = isinstance(decode_response(data), Abort) and not owed
+        self._go_to([quiet(IDLE if aborted else Lost(owed), memory, idle.ABORT_NOT_ANSWERED)])
 
     def _most_waiting(self) -> int:
         """Return how many responses the requests may bring that wait for the answer before."""
-        return max(_waiting(branch) for branch in self._branches)
+        return max(waiting(branch) for branch in self._branches)
 
     def _keep_best(self, branches: list[Branch]) -> list[Violation]:
         """Go on with those that break the fewest rules, and return what the best of them breaks."""
@@ -321,49 +323,15 @@ class Oracle:
             self._branches = branches
             self.given_up |= _is_given_up(branches[0])
             return
-        merged = _merged(branches) if len(branches) > 1 else branches
-        common = frozenset.intersection(*(branch.freedoms for branch in merged))
+        alone = merged(branches) if len(branches) > 1 else branches
+        if len(alone) > MOST_BRANCHES:
+            alone = [given_up(alone)]
+        common = frozenset.intersection(*(branch.freedoms for branch in alone))
         self.profile.add(common)
-        self.given_up |= any(map(_is_given_up, merged))
+        self.given_up |= any(map(_is_given_up, alone))
         self._branches = [
-            branch.having(branch.freedoms - common) if common else branch for branch in merged
+            branch.having(branch.freedoms - common) if common else branch for branch in alone
         ]
-
-
-def _merged(branches: list[Branch]) -> list[Branch]:
-    """Merge branches that are the same.
-
-    Of two reasons that lead to the same, the one that comes first is kept; of two choices in one
-    matter neither is.
-    """
-    by_due: dict[int, list[Branch]] = {}
-    # Where in the list of its answer each is: those with a state of one kind and the same backlog.
-    places: dict[tuple[int, type[State], tuple[bytes, ...]], list[int]] = {}
-    for branch in branches:
-        kept = by_due.setdefault(id(branch.due), [])
-        alike = places.setdefault((id(branch.due), type(branch.state), branch.backlog), [])
-        for position in alike:
-            other = kept[position]
-            if _same(branch, other):
-                kept[position] = other.having(_undisputed(other, branch))
-                break
-        else:
-            alike.append(len(kept))
-            kept.append(branch)
-    merged = list(chain.from_iterable(by_due.values()))
-    return [_given_up(merged)] if len(merged) > MOST_BRANCHES else merged
-
-
-def _waiting(branch: Branch) -> int:
-    return sum(most_answers(request) for request in branch.backlog)
-
-
-def _given_up(branches: list[Branch]) -> Branch:
-    """Follow no longer: there are too many ways to go on."""
-    # What is due may be a segment of a sub-block, with all others behind it.
-    owed = LARGEST_BLOCK + max(_waiting(branch) for branch in branches)
-    lost = Lost(owed, given_up=True)
-    return quiet(lost, branches[0].memory.in_doubt(), branches[0].rule)
 
 
 def _is_given_up(branch: Branch) -> bool:
@@ -391,64 +359,3 @@ def _bearing(branch: Branch) -> Branch:
 def _rested(branch: Branch) -> Branch:
     """Return what a branch at rest is when nothing is on its way any more."""
     return replace(branch, state=LOST) if isinstance(branch.state, Lost) else branch
-
-
-def _same(one: Branch, other: Branch) -> bool:
-    """Say whether two branches with the same answer due differ at most in how they came about."""
-    return (
-        one.state == other.state
-        and one.memory == other.memory
-        and one.findings == other.findings
-        and one.backlog == other.backlog
-    )
-
-
-def _undisputed(one: Branch, other: Branch) -> frozenset[Freedom]:
-    """Return the choices of one branch of which another does not say otherwise."""
-    disputed = {freedom.topic for freedom in one.freedoms ^ other.freedoms}
-    disputed &= {freedom.topic for freedom in other.freedoms}
-    return frozenset(
-        freedom
-        for freedom in one.freedoms
-        if freedom in other.freedoms or freedom.topic not in disputed
-    )
-
-
-def _hear(branch: Branch, frame: bytes) -> Iterator[Branch]:
-    """Yield how a branch may go on with a request."""
-    if branch.due is None:
-        for after in branch.state.receive(frame, branch.memory):
-            yield after.choosing(*branch.freedoms)
-        return
-    # A request before the answer: it waits, or gets lost, or is too much for the server.
-    yield branch.waiting(frame)
-    if len(frame) == FRAME_LENGTH and frame[0] == ABORT_COMMAND:
-        yield replace(branch, state=IDLE, due=None, backlog=(), rule=idle.ABORT_NOT_ANSWERED)
-    elif not isinstance(branch.state, SubBlock):
-        yield branch.choosing(Freedom(SECOND, "dropped"))
-        yield Refusal(freedoms.BEHIND_ANOTHER, NOT_VALID).branch(
-            IDLE, IDLE, branch.memory, *branch.freedoms, Freedom(SECOND, "refused")
-        )
-
-
-def _take(branch: Branch, frame: bytes) -> Iterable[Branch]:
-    """Return how a branch may go on with a response; raises Misfit where it cannot."""
-    if branch.due is None:
-        return []
-    branches = [
-        after.choosing(*branch.freedoms).noting(*branch.findings)
-        for after in branch.due.take(frame)
-    ]
-    for request in branch.backlog:
-        branches = [later for after in branches for later in _catch_up(after, request)]
-        if len(branches) > MOST_BRANCHES:
-            return [_given_up([branch])]
-    return branches
-
-
-def _catch_up(branch: Branch, request: bytes) -> Iterator[Branch]:
-    """Yield how a branch may go on with a request that has waited for the answer before."""
-    for after in _hear(branch, request):
-        yield after.noting(*branch.findings)
-    if branch.due is None and not isinstance(branch.state, SubBlock):
-        yield branch.choosing(Freedom(SECOND, "dropped"))

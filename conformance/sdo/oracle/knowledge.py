@@ -126,7 +126,12 @@ class Memory:
         return None if self.doubtful else self.facts(mux).value
 
     def learned(self, mux: Multiplexer, value: bytes | None) -> "Memory":
-        """Remember a value that was written or read; None for one that is not certain."""
+        """Remember a value that was written or read; None for one that is not certain.
+
+        Of an object of which nothing is known no value is compared, so none is remembered.
+        """
+        if self.facts(mux).presence is Presence.OPEN:
+            return self
         if self.values.get(mux, b"") == value and mux in self.values:
             return self
         return replace(self, values={**self.values, mux: value})
@@ -137,6 +142,8 @@ class Memory:
 
     def serving(self, service: type, mux: Multiplexer) -> "Memory":
         """Remember that the server has a service for an object."""
+        if (service, mux) in self.served:
+            return self
         return replace(self, served=self.served | {(service, mux)})
 
     def in_doubt(self) -> "Memory":

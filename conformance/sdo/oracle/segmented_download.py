@@ -16,8 +16,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import TEXT_TYPES
-from conformance.sdo.oracle.answers import Refusal, answered
-from conformance.sdo.oracle.branch import Branch, Freedom, State, quiet
+from conformance.sdo.oracle.answers import Refusal, answered, refusing
+from conformance.sdo.oracle.branch import Branch, Freedom, State, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import (
     ANY_LENGTH,
@@ -102,9 +102,12 @@ def _confirmed(mux: Multiplexer, state: State, memory: Memory) -> Branch:
 
 
 def refused(before: State, mux: Multiplexer, reasons: Reasons, memory: Memory) -> list[Branch]:
-    """Return the branches of a server that refuses for one of the reasons, binding ones first."""
+    """Return the branch of a server that refuses for one of the reasons, binding ones first."""
+    if not reasons:
+        return []
     binding_first = sorted(reasons, key=lambda reason: not reason.binding)
-    return [reason.refusal(mux).branch(before, IDLE, memory) for reason in binding_first]
+    refusals = [reason.refusal(mux) for reason in binding_first]
+    return [owing(before, memory, refusing(refusals, before, IDLE, memory))]
 
 
 @dataclass(frozen=True, slots=True)
