@@ -15,7 +15,7 @@ from conformance.dialogue.values import shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
-from conformance.sdo.errors import ERROR_LIST, ERROR_REGISTER, GENERIC
+from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 

@@ -31,7 +31,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
     Abort,
     BlockUploadInitiate,

@@ -15,7 +15,6 @@ import can
 from conformance import __version__
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
-from conformance.bus.host import NodeHost
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
@@ -23,6 +22,7 @@ from conformance.faults.catalogue import UnknownServer, build_node, faults, unus
 from conformance.log_listing import Judged, decoded
 from conformance.plugin.arguments import named_value
 from conformance.recorded_logs import RecordedLog
+from conformance.reference.host import NodeHost
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_report

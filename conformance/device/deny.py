@@ -9,7 +9,7 @@ import difflib
 from dataclasses import dataclass
 from functools import cache
 
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 
 NMT = "nmt"
 SDO_PARAMETERS = "sdo-parameters"

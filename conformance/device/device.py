@@ -14,7 +14,7 @@ from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.storage import COMMANDS

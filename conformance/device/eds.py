@@ -22,7 +22,7 @@ from conformance.device.files import FileError, did_you_mean, shortened
 from conformance.device.listing import ListedObject, Listing, ObjectType
 from conformance.device.objects import KnownObject
 from conformance.device.values import Number, decode_number, encode_number, is_number
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

@@ -12,7 +12,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import hex_bytes
-from conformance.sdo.errors import ERROR_REGISTER
+from conformance.sdo.emergency import ERROR_REGISTER
 from conformance.sdo.frames import Abort, BlockSegment, UploadInitiate
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation

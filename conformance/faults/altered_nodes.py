@@ -1,7 +1,7 @@
 """Nodes that are altered when they have been built."""
 
-from conformance.sdo.node import Node
-from conformance.sdo.segmented_server import SegmentedServer
+from conformance.reference.node import Node
+from conformance.reference.segmented_server import SegmentedServer
 
 
 class AlteredNode(Node):

@@ -1,5 +1,6 @@
 """What servers that deviate in block transfers have in common: they look where others do not."""
 
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import (
     BlockAck,
@@ -10,7 +11,6 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.objects import Entry
-from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 
 class StoresOtherwise(Server):

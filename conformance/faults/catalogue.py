@@ -9,11 +9,11 @@ from types import ModuleType
 from conformance.device.listing import Listing
 from conformance.faults import faulty as faulty_servers
 from conformance.faults import unusual as unusual_servers
-from conformance.faults.described import described_device
-from conformance.faults.dictionary import reference_device
 from conformance.faults.registry import NOTHING, Deviation, assemble, combine, deviations_in
-from conformance.sdo.node import Node
-from conformance.sdo.server import Server
+from conformance.reference.described import described_device
+from conformance.reference.dictionary import reference_device
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 
 
 class UnknownServer(LookupError):

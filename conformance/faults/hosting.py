@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import can
 
-from conformance.bus.host import NodeHost
 from conformance.faults.catalogue import build_node
-from conformance.faults.simulated import RealClock, SimulatedBus
+from conformance.reference.host import NodeHost
+from conformance.reference.simulated_bus import RealClock, SimulatedBus
 
 
 def virtual_host(

@@ -2,10 +2,10 @@
 
 from collections import deque
 
+from conformance.reference.node import Node
+from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.nmt import NMT_ID
-from conformance.sdo.node import Node
-from conformance.sdo.segmented_server import SegmentedServer
 
 
 class OwnClock(Node):

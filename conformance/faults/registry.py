@@ -6,11 +6,11 @@ from enum import StrEnum
 from types import ModuleType
 from typing import TypeVar
 
+from conformance.reference.node import Node
+from conformance.reference.segmented_server import SegmentedServer
+from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.segmented_server import SegmentedServer
-from conformance.sdo.server import Server
 
 Kind = type[SegmentedServer] | type[Node]
 Base = TypeVar("Base", SegmentedServer, Node)

@@ -19,9 +19,9 @@ from conformance.device.listing import Listing
 from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
-from conformance.faults.listing import listing_of, permits_for
 from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.workers import Share, share_of
+from conformance.reference.listing import listing_of, permits_for
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
 from conformance.sdo.cob_id import ChannelIds
 

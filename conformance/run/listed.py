@@ -12,7 +12,7 @@ from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject, Listin
 from conformance.device.objects import KnownObject
 from conformance.device.values import beyond as beyond_limit
 from conformance.device.values import is_number
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 from conformance.sdo.storage import COMMANDS

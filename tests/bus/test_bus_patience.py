@@ -8,8 +8,8 @@ import pytest
 from bus_fakes import ANSWER, Bench, message
 
 from conformance.bus.channel import MOST_WAITS
-from conformance.bus.host import NodeClock
 from conformance.bus.patience import LOOK, MOST_LATE
+from conformance.reference.host import NodeClock
 from conformance.sdo.can_frame import CanFrame
 
 RESPONSE = CanFrame(0x585, ANSWER)

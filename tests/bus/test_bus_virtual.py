@@ -9,14 +9,14 @@ import can
 import pytest
 
 from conformance.bus.channel import Channel
-from conformance.bus.host import NodeHost
 from conformance.bus.link import Captured, Direction, Link
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.reference.host import NodeHost
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
-from conformance.sdo.server import Server
 
 READ = bytes.fromhex("4000100000000000")
 ANSWER = bytes.fromhex("4300100091010F00")

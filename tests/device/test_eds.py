@@ -8,7 +8,7 @@ from conformance.device.eds import read_eds
 from conformance.device.listing import Listing, ObjectType
 from conformance.device.objects import KnownObject
 from conformance.faults.catalogue import build_node
-from conformance.faults.listing import listing_of
+from conformance.reference.listing import listing_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

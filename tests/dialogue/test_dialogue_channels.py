@@ -13,6 +13,7 @@ from conformance.device.safety import WritePolicy
 from conformance.dialogue.channels import TEST_CHANNELS, Channels, interleave
 from conformance.dialogue.network import Network
 from conformance.faults.catalogue import build_node
+from conformance.reference.node import Node
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
@@ -21,7 +22,6 @@ from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand, NmtState
-from conformance.sdo.node import Node
 from conformance.sdo.rules import Level, Rule, Violation
 
 RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")

@@ -8,7 +8,6 @@ import pytest
 from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
 
 from conformance.bus.channel import Channel
-from conformance.bus.host import NodeHost
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.deny import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
@@ -21,15 +20,16 @@ from conformance.dialogue.network import Network
 from conformance.dialogue.storage import Storage, write_signature
 from conformance.dialogue.tools import CaseTools
 from conformance.faults.catalogue import build_node
-from conformance.faults.listing import listing_of, permits_for
 from conformance.faults.unusual.object_dictionary_storage import STORED
+from conformance.reference.host import NodeHost
+from conformance.reference.listing import listing_of, permits_for
+from conformance.reference.node import Node
 from conformance.run.bench import private_channel
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards, Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry
 from conformance.sdo.rules import Violation
 from conformance.sdo.storage import LOAD_ALL, SAVE_ALL

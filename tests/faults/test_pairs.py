@@ -6,10 +6,10 @@ from pairs import HIDDEN, MOST_CASES, PERVASIVE, SPECIFIC, Pair, Table, problem_
 
 from conformance.faults.catalogue import UnknownServer, build_node, find_deviation
 from conformance.faults.registry import Defect, Deviation
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
-from conformance.sdo.server import Server
 
 NODE_ID = 5
 ABORT = "80 18 10 01 00 00 00 08"

@@ -8,7 +8,7 @@ import pytest
 from conformance.bus.messages import to_message
 from conformance.faults.catalogue import build_node
 from conformance.faults.hosting import simulated_bus
-from conformance.faults.simulated import SimulatedBus, SimulatedClock
+from conformance.reference.simulated_bus import SimulatedBus, SimulatedClock
 from conformance.sdo.can_frame import CanFrame
 
 NODE_ID = 5

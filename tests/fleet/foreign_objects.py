@@ -4,7 +4,7 @@ import random
 from typing import Protocol
 
 from conformance.device.objects import KnownObject
-from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
+from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry
 

@@ -21,15 +21,15 @@ from foreign_objects import (
     payload,
 )
 
-from conformance.bus.host import NodeHost
-from conformance.faults.device import reference_entries
-from conformance.faults.dictionary import reference_device
+from conformance.reference.device import reference_entries
+from conformance.reference.dictionary import reference_device
+from conformance.reference.host import NodeHost
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Entry
 from conformance.sdo.objects import ObjectDictionary as ReferenceObjects
-from conformance.sdo.server import Server
 
 
 @pytest.fixture(scope="module")

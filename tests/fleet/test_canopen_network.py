@@ -17,14 +17,14 @@ from canopen.objectdictionary.eds import import_eds
 from canopen.sdo.client import SdoClient
 from foreign_objects import DOMAIN, NODE_ID, NUMBER, TEXT, payload
 
-from conformance.bus.host import NodeHost
 from conformance.faults.catalogue import build_node
-from conformance.faults.dictionary import ERROR_CODE
-from conformance.faults.listing import eds_of
+from conformance.reference.dictionary import ERROR_CODE
+from conformance.reference.host import NodeHost
+from conformance.reference.listing import eds_of
+from conformance.reference.node import HEARTBEAT_TIME
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.cob_id import ChannelIds
-from conformance.sdo.errors import ERROR_LIST, ERROR_REGISTER
-from conformance.sdo.node import HEARTBEAT_TIME
+from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 
 LIMIT = 10.0
 COMMUNICATION, CURRENT = 0x8110, 0x2310

@@ -24,12 +24,12 @@ from canopen.sdo.client import SdoClient
 from foreign_objects import DOMAIN, NODE_ID, payload
 from lossy_bus import Relay, relayed
 
-from conformance.bus.host import NodeHost
-from conformance.faults.dictionary import reference_device
 from conformance.faults.unusual.block_download import BlocksOf21
+from conformance.reference.dictionary import reference_device
+from conformance.reference.host import NodeHost
+from conformance.reference.node import Node
 from conformance.run.bench import private_channel
 from conformance.sdo.frames import BlockAck, BlockSegment, Request, Response
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary as ReferenceObjects
 
 SIZES = (500, 889, 2000, 5000)

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from plugin_runs import settings_of
 
-from conformance.bus.host import NodeHost
 from conformance.bus.opening import open_bus
-from conformance.faults.dictionary import reference_device
+from conformance.reference.dictionary import reference_device
+from conformance.reference.host import NodeHost
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
-from conformance.sdo.server import Server
 
 DEADLY = bytes.fromhex("2B022000ADDE0000")
 KEPT = Multiplexer(0x2004)

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from conformance.bus.host import HostedNode, NodeHost
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node
 from conformance.plugin.items import case_files
+from conformance.reference.host import HostedNode, NodeHost
 from conformance.run.bench import private_channel
 
 NO_HYPOTHESIS = ("-p", "no:hypothesispytest")

@@ -6,10 +6,10 @@ import pytest
 from plugin_runs import NODE_ID, hosted, run
 
 from conformance.faults.catalogue import build_node
-from conformance.faults.listing import eds_of
+from conformance.reference.listing import eds_of
+from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 
 pytest_plugins = ["pytester"]
 

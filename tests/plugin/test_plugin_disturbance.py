@@ -7,8 +7,8 @@ from itertools import cycle
 import pytest
 from plugin_runs import NODE_ID, hosted, parsed, run
 
-from conformance.bus.host import HostedNode
 from conformance.faults.catalogue import build_node
+from conformance.reference.host import HostedNode
 from conformance.sdo.can_frame import CanFrame
 
 pytest_plugins = ["pytester"]

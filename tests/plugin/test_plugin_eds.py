@@ -7,11 +7,11 @@ from plugin_runs import NODE_ID, hosted, run
 
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import build_node
-from conformance.faults.described import described_device
+from conformance.reference.described import described_device
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Entry, ObjectDictionary
-from conformance.sdo.server import Server
 
 pytest_plugins = ["pytester"]
 

@@ -7,13 +7,13 @@ import can
 import pytest
 from plugin_runs import NODE_ID, hosted, parsed, reference, reports, run, self_test, the_report
 
-from conformance.bus.host import HostedNode
 from conformance.faults.catalogue import build_node
-from conformance.faults.simulated import SimulatedBus
 from conformance.plugin.items import CASES
 from conformance.plugin.running import MOST_FULL, ExitCode
+from conformance.reference.host import HostedNode
+from conformance.reference.node import Node
+from conformance.reference.simulated_bus import SimulatedBus
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 
 pytest_plugins = ["pytester"]
 
@@ -244,7 +244,7 @@ def test_a_stranger_with_the_number_of_the_device_is_told_once(pytester: pytest.
 
 CABLE_OUT = """
     import pytest
-    from conformance.faults.simulated import SimulatedBus
+    from conformance.reference.simulated_bus import SimulatedBus
 
     @pytest.mark.parametrize("number", range(6))
     def test_sends(sdo, number):

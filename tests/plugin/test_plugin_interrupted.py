@@ -11,13 +11,13 @@ import pytest
 from plugin_runs import QUICK, hosted_on, self_test, the_report
 from socketcand_bus import socketcand
 
-from conformance.faults.dictionary import reference_device
+from conformance.reference.dictionary import reference_device
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.reporting.recorded import read_run
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
-from conformance.sdo.server import Server
 
 pytest_plugins = ["pytester"]
 

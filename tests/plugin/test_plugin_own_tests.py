@@ -4,12 +4,12 @@ import pytest
 from plugin_runs import NODE_ID, case_ids, hosted, parsed, reports, run, self_test, the_report
 
 from conformance.faults.catalogue import build_node
-from conformance.faults.device import reference_entries
 from conformance.plugin.running import ExitCode
+from conformance.reference.device import reference_entries
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.server import Server
 
 pytest_plugins = ["pytester"]
 

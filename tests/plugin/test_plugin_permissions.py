@@ -7,8 +7,8 @@ import pytest
 from plugin_runs import NODE_ID, hosted, run, the_report
 
 from conformance.faults.catalogue import build_node
+from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 
 pytest_plugins = ["pytester"]
 

@@ -12,8 +12,8 @@ from socketcand_bus import socketcand
 
 from conformance.faults.catalogue import build_node
 from conformance.plugin.running import ExitCode
+from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 
 pytest_plugins = ["pytester"]
 

@@ -10,15 +10,15 @@ from plugin_runs import NODE_ID, QUICK, hosted_on, reports, run
 from socketcand_bus import socketcand
 
 from conformance.__main__ import BROKEN_BENCH, DONE, main
-from conformance.faults.dictionary import reference_device
 from conformance.plugin.running import ExitCode
+from conformance.reference.dictionary import reference_device
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.reporting.journal import journals, read_journal
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate, Response
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary, Refusal
-from conformance.sdo.server import Server
 
 pytest_plugins = ["pytester"]
 

@@ -8,19 +8,19 @@ from collections.abc import Sequence
 import pytest
 from run_bench import NODE_ID, Recording
 
-from conformance.bus.host import HostedNode, NodeHost
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import LAST_DATA_TYPE
 from conformance.device.safety import written_by
 from conformance.faults.catalogue import all_deviations
-from conformance.faults.device import reference_entries
+from conformance.reference.device import reference_entries
+from conformance.reference.host import HostedNode, NodeHost
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.run.bench import private_channel
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, DataType, Entry
-from conformance.sdo.server import Server
 
 NAMED = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string")
 WRITABLE = {Multiplexer(0x2001), Multiplexer(0x2004), Multiplexer(0x2010)}

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import can
 
 from conformance.bus.channel import Channel
-from conformance.bus.host import HostedNode, NodeHost
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
@@ -17,16 +16,17 @@ from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord
-from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
+from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
+from conformance.reference.host import HostedNode, NodeHost
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.run.bench import private_channel
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Entry, ObjectDictionary
 from conformance.sdo.rules import Level, Rule
-from conformance.sdo.server import Server
 
 NODE_ID = 5
 # What comes, comes at once; what does not come is waited for.

@@ -12,8 +12,8 @@ from conformance.bus.link import Captured, Direction, Link
 from conformance.device.device import Device
 from conformance.device.objects import by_multiplexer
 from conformance.device.safety import WritePolicy, written_by
-from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.faults.hosting import simulated_bus
+from conformance.reference.device import REFERENCE_OBJECTS
 from conformance.run.conversations import strategies
 from conformance.run.conversations.ground import harmless
 from conformance.run.conversations.search import Draw, Plan, Search

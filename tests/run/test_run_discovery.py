@@ -20,7 +20,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
-from conformance.faults.device import REFERENCE_OBJECTS, reference_entries
+from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request

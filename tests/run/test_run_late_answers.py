@@ -7,16 +7,16 @@ from pathlib import Path
 import pytest
 from run_bench import PATIENT, RULE, VENDOR_ID
 
-from conformance.bus.host import NodeHost
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node
+from conformance.reference.host import NodeHost
+from conformance.reference.node import Node
 from conformance.run.bench import Bench, RunSettings, private_channel
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.rules import Violation
 
 FIRST, SECOND = 5, 9

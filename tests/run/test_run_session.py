@@ -20,7 +20,8 @@ from run_bench import (
 from conformance.bus.errors import BenchError, InterfaceLost, SecondClient, WriteNotPermitted
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
-from conformance.faults.device import reference_entries
+from conformance.reference.device import reference_entries
+from conformance.reference.node import Node
 from conformance.run.evidence import ASIDE, DECISIVE
 from conformance.run.session import MOST_INCIDENTS, CaseRun, DeviceSession
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
@@ -29,7 +30,6 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.rules import ANSWERED, FILLER, RESERVED, Level, Rule, Violation
 
 SOFT = Rule("soft.rule", "7.2.4", Level.SHOULD, "What should be.")

@@ -8,18 +8,18 @@ from run_bench import NODE_ID, Workbench
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import TwoDevices
-from conformance.bus.host import HostedNode
 from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.faults.catalogue import build_node
-from conformance.faults.device import reference_entries
-from conformance.faults.simulated import SimulatedBus
+from conformance.reference.device import reference_entries
+from conformance.reference.host import HostedNode
+from conformance.reference.node import Node
+from conformance.reference.server import Server
+from conformance.reference.simulated_bus import SimulatedBus
 from conformance.run.discovery import discover
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.server import Server
 
 SERIAL = Multiplexer(0x1018, 4)
 

@@ -8,15 +8,15 @@ from run_bench import NODE_ID
 from conformance.bus.errors import DeviceLost
 from conformance.bus.opening import BusSettings
 from conformance.faults.catalogue import build_node
-from conformance.faults.device import reference_entries
-from conformance.faults.simulated import SimulatedBus
+from conformance.reference.device import reference_entries
+from conformance.reference.node import Node
+from conformance.reference.server import Server
+from conformance.reference.simulated_bus import SimulatedBus
 from conformance.run.bench import Bench, RunSettings
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
 from conformance.sdo.rules import ANSWERED
-from conformance.sdo.server import Server
 
 BOOT_UP = CanFrame(0x700 + NODE_ID, b"\0")
 

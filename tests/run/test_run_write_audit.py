@@ -5,8 +5,10 @@ from run_audit import ALSO_WRITABLE, WRITABLE, asked_to_write, node_like, run, s
 from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
-from conformance.faults.device import reference_entries
 from conformance.plugin.running import ExitCode
+from conformance.reference.device import reference_entries
+from conformance.reference.node import Node
+from conformance.reference.server import BlockDownload, Server
 from conformance.run.matrix.states import STATES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -14,9 +16,7 @@ from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import BlockDownloadInitiate, BlockSegment, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, Refusal
-from conformance.sdo.server import BlockDownload, Server
 
 pytest_plugins = ["pytester"]
 

@@ -11,11 +11,11 @@ from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
 from conformance.dialogue.values import shown
-from conformance.faults.device import reference_entries
 from conformance.plugin.running import ExitCode
+from conformance.reference.device import reference_entries
+from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Entry
 
 pytest_plugins = ["pytester"]

@@ -2,9 +2,9 @@
 
 from sdo_vectors import mux
 
+from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
-from conformance.sdo.server import Server
 
 READ_1000 = "40 00 10 00 00 00 00 00"
 ANSWER_1000 = "43 00 10 00 91 01 0F 00"

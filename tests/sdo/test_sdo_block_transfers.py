@@ -11,6 +11,7 @@ from sdo_vectors import Step as Frame
 from sdo_vectors import Vector, load, mux
 from test_sdo_vectors import BLOCK_TRANSFERS, answered
 
+from conformance.reference.server import Server
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
@@ -28,7 +29,6 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 from conformance.sdo.rules import Violation
-from conformance.sdo.server import Server
 from conformance.sdo.stepping import Ended, Result, advance
 
 VECTORS = load()

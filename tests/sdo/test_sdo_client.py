@@ -10,11 +10,11 @@ from sdo_conversation import Ended, drive, frames, served
 from sdo_strategies import UNHURRIED
 from sdo_vectors import mux
 
+from conformance.reference.server import Server
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.client import Client, Uploaded
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 from conformance.sdo.rules import Violation
-from conformance.sdo.server import Server
 
 MUX = mux("1008")
 INITIATED = "41 08 10 00 09 00 00 00"

@@ -3,12 +3,12 @@
 import pytest
 from sdo_server_bench import objects
 
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.errors import ErrorCode, error_list, register_of
+from conformance.sdo.emergency import ErrorCode, error_list, register_of
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.server import Server
 
 ERROR_CODE = Multiplexer(0x2140)
 CONFIRMED = CanFrame(0x585, bytes.fromhex("6040210000000000"))

@@ -3,12 +3,12 @@
 import pytest
 
 from conformance.faults.catalogue import build_node
+from conformance.reference.node import Node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, DownloadInitiateResponse
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.node import Node
 from conformance.sdo.storage import LOAD, LOAD_ALL, ON_COMMAND, SAVE, SAVE_ALL
 
 NUMBER = Multiplexer(0x2004)

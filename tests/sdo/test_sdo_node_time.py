@@ -3,10 +3,10 @@
 import pytest
 from sdo_server_bench import objects
 
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.server import Server
 
 UPLOAD = CanFrame(0x605, bytes.fromhex("4008100000000000"))
 TIMED_OUT = CanFrame(0x585, bytes.fromhex("8008100000000405"))

@@ -8,6 +8,7 @@ from sdo_conversation import Transfer, drive
 from sdo_vector_objects import OBJECTS, WRITTEN, entries
 from sdo_vectors import Step, Vector, load
 
+from conformance.reference.server import Server
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.client import Client
 from conformance.sdo.decoding import decode_request
@@ -18,7 +19,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.objects import ObjectDictionary
 from conformance.sdo.rules import Violation
-from conformance.sdo.server import Server
 
 VECTORS = load()
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.plugin.items import case_files
 from conformance.plugin.running import ExitCode
+from conformance.reference.device import REFERENCE_OBJECTS
 from conformance.sdo.objects import DataType
 
 from .programs import (

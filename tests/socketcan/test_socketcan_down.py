@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from conformance.faults.device import REFERENCE_OBJECTS
 from conformance.plugin.items import CASES
 from conformance.plugin.running import ExitCode
+from conformance.reference.device import REFERENCE_OBJECTS
 
 from .programs import (
     QUIET,

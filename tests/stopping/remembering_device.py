@@ -8,13 +8,13 @@ import os
 import sys
 from pathlib import Path
 
-from conformance.bus.host import NodeHost
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.faults.device import reference_entries
+from conformance.reference.device import reference_entries
+from conformance.reference.host import NodeHost
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.server import Server
 
 NODE_ID = 5
 

@@ -1,6 +1,8 @@
 """Servers that are wrong in aborts: those that they send, and those that they get."""
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import NO_MULTIPLEXER, Upload
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -12,8 +14,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Refusal
-from conformance.sdo.segmented_server import NO_MULTIPLEXER, Upload
-from conformance.sdo.server import Server
 
 
 @fault("refusals-run-out", Defect.ROBUSTNESS, "abort.many")

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import StoresOtherwise
 from conformance.faults.registry import About, Defect, fault
+from conformance.reference.segmented_server import NO_MULTIPLEXER, SEGMENT_LENGTH
+from conformance.reference.server import LARGEST_BLOCK, BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_request
@@ -22,8 +24,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.segmented_server import NO_MULTIPLEXER, SEGMENT_LENGTH
-from conformance.sdo.server import LARGEST_BLOCK, BlockDownload, Server
 
 FULL_BLOCK = LARGEST_BLOCK * SEGMENT_LENGTH
 # The segment of a sub-block for which a server has no room.

@@ -2,6 +2,7 @@
 
 from conformance.faults.block_servers import HearsLastRepeated, StoresOtherwise
 from conformance.faults.registry import Defect, fault
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     BlockAck,
@@ -16,7 +17,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import BlockDownload, Server
 
 LARGEST_SIZE = 0xFFFF_FFFF
 

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import StoresOtherwise
 from conformance.faults.registry import Defect, fault
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
@@ -17,7 +18,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import BlockDownload, Server
 
 INSIDE = "block-download.too-many-inside"
 

@@ -2,6 +2,8 @@
 
 from conformance.faults.block_servers import KnowsBlockUploads, StoresOtherwise
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import Upload
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
@@ -15,8 +17,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.segmented_server import Upload
-from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 
 @fault("block-upload-buffer-in-block-download", Defect.LEAK, "block-sequence.pairs")

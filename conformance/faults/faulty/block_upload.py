@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import About, Defect, fault
+from conformance.reference.segmented_server import SEGMENT_LENGTH
+from conformance.reference.server import LARGEST_BLOCK, BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
@@ -20,8 +22,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.segmented_server import SEGMENT_LENGTH
-from conformance.sdo.server import LARGEST_BLOCK, BlockDownload, BlockUpload, Server
 
 FULL_BLOCK = LARGEST_BLOCK * SEGMENT_LENGTH
 

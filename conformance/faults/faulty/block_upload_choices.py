@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -17,7 +18,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.objects import Refusal
-from conformance.sdo.server import BlockUpload, Server
 
 INITIATES = UploadInitiate | DownloadInitiate | BlockUploadInitiate | BlockDownloadInitiate
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import SEGMENT_LENGTH
+from conformance.reference.server import LARGEST_BLOCK, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -23,8 +25,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Refusal
-from conformance.sdo.segmented_server import SEGMENT_LENGTH
-from conformance.sdo.server import LARGEST_BLOCK, BlockUpload, Server
 
 _INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import SEGMENT_LENGTH
+from conformance.reference.server import LARGEST_BLOCK, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
@@ -15,8 +17,6 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.objects import ObjectDictionary, Refusal
-from conformance.sdo.segmented_server import SEGMENT_LENGTH
-from conformance.sdo.server import LARGEST_BLOCK, BlockUpload, Server
 
 
 class _Marks(Server):

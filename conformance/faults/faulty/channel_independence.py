@@ -6,12 +6,12 @@ from conformance.faults import registry
 from conformance.faults.initiates import initiated
 from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import About, Defect
+from conformance.reference.node import Node, ServerChannel
+from conformance.reference.segmented_server import Download, SegmentedServer, Upload
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node, ServerChannel
-from conformance.sdo.segmented_server import Download, SegmentedServer, Upload
 
 fault = partial(registry.fault, about=About.CHANNELS)
 _SEGMENTS = tuple(bytes((command,)) for command in (*range(0x20), 0x60, 0x70))

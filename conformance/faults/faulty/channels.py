@@ -5,15 +5,15 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.registry import About, Defect
+from conformance.reference.node import Node, ServerChannel
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node, ServerChannel
 from conformance.sdo.objects import Access, Entry, Refusal
 from conformance.sdo.parameters import COUNT, FIRST_RECORD, REQUEST, RESPONSE, ServerParameter
-from conformance.sdo.server import Server
 
 fault = partial(registry.fault, about=About.CHANNELS)
 

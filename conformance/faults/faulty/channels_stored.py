@@ -3,14 +3,14 @@
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.dictionary import CLIENT
 from conformance.faults.registry import About, Defect
+from conformance.reference.dictionary import CLIENT
+from conformance.reference.node import Node, ServerChannel
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.node import Node, ServerChannel
 
 fault = partial(registry.fault, about=About.CHANNELS)
 

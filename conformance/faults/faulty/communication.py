@@ -7,9 +7,7 @@ from conformance.faults import registry
 from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import About, Defect
-from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.cob_id import CobId
-from conformance.sdo.communication import (
+from conformance.reference.communication import (
     EMERGENCY,
     MAPPING_OF,
     RECEIVED,
@@ -19,7 +17,9 @@ from conformance.sdo.communication import (
     Mapping,
     cob_id_check,
 )
-from conformance.sdo.errors import ERROR_LIST, ERROR_REGISTER
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.cob_id import CobId
+from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
 from conformance.sdo.parameters import CheckedEntry

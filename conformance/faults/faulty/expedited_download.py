@@ -4,6 +4,9 @@ from dataclasses import replace
 
 from conformance.faults.faulty.expedited_upload import Twice
 from conformance.faults.registry import Defect, fault
+from conformance.reference.node import Node
+from conformance.reference.segmented_server import EXPEDITED_LENGTH
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
@@ -13,10 +16,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.segmented_server import EXPEDITED_LENGTH
-from conformance.sdo.server import Server
 
 FIRST_OF_DEVICE = 0x2000
 # Bytes of every string and domain of a server that knows no other length; text fills its segments.

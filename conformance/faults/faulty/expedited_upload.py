@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
@@ -14,9 +16,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Refusal
-from conformance.sdo.server import Server
 
 DROPPED = 3
 # Requests that are answered before the device is gone: it dies while it is got to know.

@@ -1,11 +1,11 @@
 """Nodes that are wrong in their frames: identifiers, formats, lengths, and who is answered."""
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.node import Node
+from conformance.reference.segmented_server import SEGMENT_LENGTH, Upload
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import FRAME_LENGTH
-from conformance.sdo.node import Node
-from conformance.sdo.segmented_server import SEGMENT_LENGTH, Upload
-from conformance.sdo.server import BlockDownload, Server
 
 
 @fault("response-copied-to-other-id", Defect.FRAME_SHAPE, "frame.one-identifier")

@@ -7,12 +7,12 @@ from conformance.faults import registry
 from conformance.faults.initiates import DOWNLOADS, initiated
 from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import About, Defect
+from conformance.reference.node import Node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand, NmtState, error_control
-from conformance.sdo.node import Node
 
 fault = partial(registry.fault, about=About.NMT)
 # In seconds.

@@ -5,10 +5,11 @@ from functools import partial
 from conformance.device.values import encode_number
 from conformance.faults import registry
 from conformance.faults.block_servers import KnowsBlockUploads
-from conformance.faults.dictionary import GAPPY
 from conformance.faults.registry import About, Defect
+from conformance.reference.dictionary import GAPPY
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
     BlockUploadInitiate,
     Request,
@@ -18,7 +19,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.server import Server
 
 fault = partial(registry.fault, about=About.OBJECTS)
 DEVICE_TYPE = Multiplexer(0x1000)

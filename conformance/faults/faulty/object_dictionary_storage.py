@@ -9,12 +9,12 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.registry import About, Defect
 from conformance.faults.unusual.object_dictionary_storage import ParametersStored
+from conformance.reference.node import Node, ServerChannel
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node, ServerChannel
 from conformance.sdo.storage import LOAD, LOAD_ALL, SAVE, SAVE_ALL, SIGNATURES
 
 fault = partial(registry.fault, about=About.OBJECTS)

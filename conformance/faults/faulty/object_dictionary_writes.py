@@ -4,13 +4,13 @@ from functools import partial
 
 from conformance.device.values import encode_number
 from conformance.faults import registry
-from conformance.faults.dictionary import MEASURED
 from conformance.faults.faulty.expedited_download import SameValueRefused
 from conformance.faults.registry import About, Defect
+from conformance.reference.dictionary import MEASURED
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request, Response
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.server import Server
 
 fault = partial(registry.fault, about=About.OBJECTS)
 SHORT = 4

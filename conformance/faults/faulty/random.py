@@ -8,6 +8,8 @@ from functools import partial
 
 from conformance.faults import registry
 from conformance.faults.registry import About, Defect
+from conformance.reference.segmented_server import SEGMENT_LENGTH, Download, Upload
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -22,8 +24,6 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.segmented_server import SEGMENT_LENGTH, Download, Upload
-from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 fault = partial(registry.fault, about=About.HISTORY)
 

@@ -2,6 +2,8 @@
 
 from conformance.faults.faulty.expedited_download import ReadOnlyWritten
 from conformance.faults.registry import About, Defect, fault
+from conformance.reference.segmented_server import Download
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
@@ -14,8 +16,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.segmented_server import Download
-from conformance.sdo.server import Server
 
 
 @fault(

@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import EXPEDITED_LENGTH, Download, Transfer, Upload
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -25,8 +27,6 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.objects import Entry
-from conformance.sdo.segmented_server import EXPEDITED_LENGTH, Download, Transfer, Upload
-from conformance.sdo.server import BlockDownload, Server
 
 BLOCK_FRAMES = BlockAck | BlockEnd | BlockEndResponse | BlockUploadStart
 _OF_DOWNLOADS = (DownloadInitiate, DownloadSegment, BlockDownloadInitiate, BlockEnd)

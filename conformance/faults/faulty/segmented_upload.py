@@ -1,6 +1,13 @@
 """Servers that are wrong in the segments of an upload: sizes, data, counts, flags, toggle bits."""
 
 from conformance.faults.registry import About, Defect, fault
+from conformance.reference.segmented_server import (
+    EXPEDITED_LENGTH,
+    SEGMENT_LENGTH,
+    Download,
+    Upload,
+)
+from conformance.reference.server import Server
 from conformance.sdo.frames import (
     Request,
     Response,
@@ -11,8 +18,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry
-from conformance.sdo.segmented_server import EXPEDITED_LENGTH, SEGMENT_LENGTH, Download, Upload
-from conformance.sdo.server import Server
 
 ENDLESS_AT = 4097
 LARGEST_SIZE = 0xFFFF_FFFF

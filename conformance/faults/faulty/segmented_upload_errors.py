@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.faulty.segmented_download_errors import BLOCK_FRAMES, ForeignIgnored
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import NO_MULTIPLEXER, Upload
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -19,8 +21,6 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.segmented_server import NO_MULTIPLEXER, Upload
-from conformance.sdo.server import Server
 
 
 @fault("unknown-specifier-goes-on", Defect.STATE, "segmented-upload.foreign")

@@ -1,6 +1,8 @@
 """Servers in which something of one transfer shows in the next, or that run out of something."""
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import Download, Upload
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -12,8 +14,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.segmented_server import Download, Upload
-from conformance.sdo.server import Server
 
 
 @fault("second-read-of-short-text-zero", Defect.LEAK, "sequence.uploads")

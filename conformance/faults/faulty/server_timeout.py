@@ -8,11 +8,11 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import About, Defect
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 fault = partial(registry.fault, about=About.TIME, timed=True)
 

@@ -1,6 +1,8 @@
 """Servers that are wrong about commands that they do not know, or that do not belong there."""
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import NO_MULTIPLEXER, SegmentedServer
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -14,8 +16,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Refusal
-from conformance.sdo.segmented_server import NO_MULTIPLEXER, SegmentedServer
-from conformance.sdo.server import Server
 
 
 @fault(

@@ -1,6 +1,7 @@
 """Servers that do not get over a client that vanishes in the middle of a transfer."""
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
@@ -11,7 +12,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.objects import Refusal
-from conformance.sdo.server import Server
 
 
 @fault("busy-after-vanished-client", Defect.TIMING, "vanished-client.next-transfer")

@@ -1,8 +1,8 @@
 """Nodes whose fault only the end of a run can tell."""
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 
 
 @fault("answers-late", Defect.TIMING, "run.no-late-response")

@@ -1,10 +1,10 @@
 """Servers that abort with other codes or in the name of other objects, as they may."""
 
 from conformance.faults.registry import unusual
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, Request, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.server import Server
 
 
 class OtherCodes(Server):

@@ -2,6 +2,7 @@
 
 from conformance.faults.block_servers import HearsLastRepeated
 from conformance.faults.registry import unusual
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     BlockAck,
@@ -13,7 +14,6 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.objects import DEFAULT_CAPACITY, DataType, Entry, Refusal
-from conformance.sdo.server import BlockDownload, Server
 
 
 @unusual("blocks-of-1-segment")

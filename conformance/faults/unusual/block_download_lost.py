@@ -2,11 +2,11 @@
 
 from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import unusual
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import BlockDownloadInitiate, BlockSegment, Response
 from conformance.sdo.objects import Refusal
-from conformance.sdo.server import BlockDownload, Server
 
 # Of its time-out, here 3 s where none is declared, a server waits so much for a lost first segment.
 OWN_TIMEOUT = 3.0

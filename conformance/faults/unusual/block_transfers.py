@@ -1,6 +1,8 @@
 """Servers without block transfers or CRC, or that refuse block requests in their own way."""
 
 from conformance.faults.registry import unusual
+from conformance.reference.segmented_server import SegmentedServer
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -16,8 +18,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.objects import Refusal
-from conformance.sdo.segmented_server import SegmentedServer
-from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 
 @unusual("no-block-crc")

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import unusual
+from conformance.reference.segmented_server import SEGMENT_LENGTH
+from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     BlockAck,
@@ -12,8 +14,6 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.objects import Refusal
-from conformance.sdo.segmented_server import SEGMENT_LENGTH
-from conformance.sdo.server import BlockUpload, Server
 
 
 @unusual("block-upload-size-not-indicated")

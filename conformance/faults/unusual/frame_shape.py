@@ -1,6 +1,8 @@
 """Servers that are strict or lenient about bits, bytes and lengths, as they may be."""
 
 from conformance.faults.registry import unusual
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
@@ -12,9 +14,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Refusal
-from conformance.sdo.server import Server
 
 
 @unusual("strict-about-reserved-bits")

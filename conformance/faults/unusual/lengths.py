@@ -3,14 +3,14 @@
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.dictionary import all_entries
 from conformance.faults.registry import About
 from conformance.faults.unusual.abort import OtherCodes
+from conformance.reference.dictionary import all_entries
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request, Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.server import Server
 
 unusual = partial(registry.unusual, about=About.LENGTHS)
 STRING, DOMAIN = Multiplexer(0x2010), Multiplexer(0x2011)

@@ -6,12 +6,12 @@ from conformance.faults import registry
 from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.initiates import DOWNLOADS, initiated
 from conformance.faults.registry import About
+from conformance.reference.node import HEARTBEAT_TIME, Node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.errors import register_of
+from conformance.sdo.emergency import register_of
 from conformance.sdo.frames import Abort
 from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
-from conformance.sdo.node import HEARTBEAT_TIME, Node
 from conformance.sdo.objects import Access, DataType, Refusal
 from conformance.sdo.parameters import CheckedEntry
 

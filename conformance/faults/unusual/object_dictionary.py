@@ -3,11 +3,12 @@
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.dictionary import GAPPY, IDENTITY, all_entries
 from conformance.faults.registry import About
 from conformance.faults.unusual.abort import OtherCodes
+from conformance.reference.dictionary import GAPPY, IDENTITY, all_entries
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
     BlockUploadInitiate,
     DownloadInitiate,
@@ -17,7 +18,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.server import Server
 
 unusual = partial(registry.unusual, about=About.OBJECTS)
 STRUCTURE = 0xFF

@@ -3,13 +3,13 @@
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.dictionary import CLIENT
 from conformance.faults.registry import About
+from conformance.reference.dictionary import CLIENT
+from conformance.reference.node import Node
+from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, DataType, Entry
-from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.storage import LOAD_ALL, SAVE_ALL
 
 unusual = partial(registry.unusual, about=About.OBJECTS)

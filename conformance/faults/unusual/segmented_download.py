@@ -1,11 +1,11 @@
 """Servers that are right in downloads in their own way: when they check, and when they write."""
 
 from conformance.faults.registry import unusual
+from conformance.reference.segmented_server import Download
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockSegment, DownloadInitiate, DownloadSegment, Response
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.segmented_server import Download
-from conformance.sdo.server import BlockDownload, Server
 
 
 @unusual("download-toggle-error-ignored")

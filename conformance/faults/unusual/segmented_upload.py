@@ -1,6 +1,8 @@
 """Servers that are right in uploads in their own way: segments, sizes, counts."""
 
 from conformance.faults.registry import unusual
+from conformance.reference.segmented_server import Upload
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Response,
@@ -10,8 +12,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.segmented_server import Upload
-from conformance.sdo.server import Server
 
 
 @unusual("short-uploads-in-segments")

@@ -1,6 +1,8 @@
 """Servers that refuse, ignore or abort in the middle of transfers, as they may at any time."""
 
 from conformance.faults.registry import unusual
+from conformance.reference.segmented_server import Transfer
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -16,8 +18,6 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.segmented_server import Transfer
-from conformance.sdo.server import BlockDownload, BlockUpload, Server
 
 PERIOD = 7
 NOT_WITHIN = (

@@ -5,9 +5,9 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.own_clock import AnswersLater, OwnClock
 from conformance.faults.registry import About
+from conformance.reference.segmented_server import SegmentedServer
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.segmented_server import SegmentedServer
-from conformance.sdo.server import BlockDownload, Server
 
 unusual = partial(registry.unusual, about=About.TIME, timed=True)
 

@@ -2,14 +2,14 @@
 
 from dataclasses import dataclass, field
 
-from conformance.faults.device import reference_entries
 from conformance.faults.registry import About, Deviation, assemble
+from conformance.reference.device import reference_entries
+from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.node import Node
 from conformance.sdo.objects import Access, Entry, ObjectDictionary
 from conformance.sdo.oracle import Facts, Knowledge, Oracle, Presence
 from conformance.sdo.rules import Violation
-from conformance.sdo.server import Server
 
 NODE_ID = 5
 

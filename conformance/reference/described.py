@@ -3,7 +3,7 @@
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.values import encode_number, is_number
-from conformance.sdo.errors import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 from conformance.sdo.storage import SIGNATURES, command_entry

@@ -4,11 +4,12 @@ Without I/O and without a clock: ``advance`` is told what time it is, in seconds
 ``wake_at`` says when that has to happen next although no frame came.
 """
 
+from conformance.reference.communication import MAPPING_OF, RECEIVED, SENT, Mapping
+from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds, CobId
-from conformance.sdo.communication import MAPPING_OF, RECEIVED, SENT, Mapping
-from conformance.sdo.errors import Errors, register_of
+from conformance.sdo.emergency import Errors, register_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import (
     ALL_NODES,
@@ -23,7 +24,6 @@ from conformance.sdo.nmt import (
 )
 from conformance.sdo.objects import DataType, Entry, Refusal
 from conformance.sdo.parameters import ServerParameter
-from conformance.sdo.segmented_server import SegmentedServer
 from conformance.sdo.storage import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
 
 HEARTBEAT_TIME = Multiplexer(0x1017)

@@ -4,10 +4,10 @@ one, so that cases on the object dictionary have something to look at."""
 from collections.abc import Container
 
 from conformance.device.values import encode_number
-from conformance.faults.device import UNSIGNED, reference_entries
+from conformance.reference.communication import communication_entries
+from conformance.reference.device import UNSIGNED, reference_entries
 from conformance.sdo.cob_id import CobId
-from conformance.sdo.communication import communication_entries
-from conformance.sdo.errors import ErrorCode, error_list
+from conformance.sdo.emergency import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
 from conformance.sdo.storage import SIGNATURES, command_entry

@@ -10,12 +10,12 @@ from conformance.device.eds import parse_eds
 from conformance.device.listing import Listing, ObjectType
 from conformance.device.permits import Permits
 from conformance.device.values import decode_number, is_number
-from conformance.faults.device import REFERENCE_OBJECTS
-from conformance.faults.dictionary import GAPPY
-from conformance.sdo.communication import EMERGENCY, RECEIVED, SENT
-from conformance.sdo.errors import ERROR_LIST
+from conformance.reference.communication import EMERGENCY, RECEIVED, SENT
+from conformance.reference.device import REFERENCE_OBJECTS
+from conformance.reference.dictionary import GAPPY
+from conformance.reference.node import Node
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.node import Node
 from conformance.sdo.objects import DataType, Entry
 
 # COB-IDs, which every node has others of.

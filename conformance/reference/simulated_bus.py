@@ -8,8 +8,8 @@ from typing import Protocol
 import can
 
 from conformance.bus.alarm import Alarm
-from conformance.bus.host import HostedNode
 from conformance.bus.messages import to_frame, to_message
+from conformance.reference.host import HostedNode
 from conformance.sdo.can_frame import CanFrame
 
 

@@ -8,6 +8,7 @@ It can compute the CRC, and says so whether or not the client can. Where the cli
 
 from dataclasses import dataclass, field
 
+from conformance.reference.segmented_server import SEGMENT_LENGTH, SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_segment
@@ -26,7 +27,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, Refusal
-from conformance.sdo.segmented_server import SEGMENT_LENGTH, SegmentedServer
 
 LARGEST_BLOCK = 127
 
