@@ -28,23 +28,13 @@ from conformance.sdo.frames import (
     BlockEnd,
     BlockSegment,
 )
+from conformance.sdo.rules.block_download import END_RESERVED_BIT, TOO_FEW
+from conformance.sdo.rules.download_initiates import HUGE_SIZE
 
 INITIATE = "7.2.4.3.9"
 SUB_BLOCK = "7.2.4.3.10"
 CRC = "7.2.4.3.16"
 SERVICE = "7.2.4.2.10"
-NO_ROOM = (
-    AbortCode.OUT_OF_MEMORY,
-    AbortCode.LENGTH_TOO_HIGH,
-    AbortCode.LENGTH_MISMATCH,
-    AbortCode.NOT_TRANSFERABLE,
-)
-GENERIC = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
-WRONG_END = (
-    AbortCode.CRC_ERROR,
-    AbortCode.LENGTH_TOO_LOW,
-    AbortCode.LENGTH_MISMATCH,
-)
 
 
 def expect_end_or_abort(sdo: Dialogue, known: KnownObject, due: bytes, *codes: AbortCode) -> None:
@@ -64,7 +54,7 @@ def test_largest_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: Known
     sdo.send(BlockDownloadInitiate.with_size(variable.mux, 0xFFFF_FFFF))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, NO_ROOM, variable)
+        sdo.take_abort(frame, HUGE_SIZE.codes, variable)
     else:
         sdo.checks.block_download_initiate(frame, variable.mux)
         sdo.end_transfer()
@@ -168,7 +158,7 @@ def test_crc_and_size_wrong(sdo: Dialogue, room: Room, text: KnownObject) -> Non
         right = unused_in(data)
         wrong = min(right + 3, 7)
         sdo.send(BlockEnd(wrong, crc16(data[: size + right - wrong]) ^ 0x0101))
-        sdo.expect_abort(*WRONG_END, of=text, tolerated=GENERIC)
+        sdo.expect_abort(*TOO_FEW.codes, of=text, tolerated=TOO_FEW.tolerated)
 
 
 @may(
@@ -225,7 +215,7 @@ def test_end_reserved_bit(sdo: Dialogue, room: Room, blocks: Blocks, text: Known
     has_crc = blocks.offers_crc(text, size)
     data = begin_block_download(sdo, text, None, size)
     sdo.send(BlockEnd(unused_in(data), crc16(data) if has_crc else 0, reserved_bits=1))
-    expect_end_or_abort(sdo, text, data, AbortCode.COMMAND_NOT_VALID)
+    expect_end_or_abort(sdo, text, data, *END_RESERVED_BIT.codes)
 
 
 @must(

@@ -22,11 +22,12 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import MISSING_REFUSED
+from conformance.sdo.rules.block_download import FOREIGN_AT_END as FOREIGN
+from conformance.sdo.rules.block_download import TOO_FEW, TOO_MANY, WRONG_CRC
+from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
 
 CRC = "7.2.4.3.16"
-TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH, AbortCode.CRC_ERROR)
-TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH, AbortCode.CRC_ERROR)
-READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 FOREIGN_AT_END = {
     "download-segment-00h": DownloadSegment.with_data(b"ABCDEFG", toggle=0).encode(),
     "upload-segment-60h": UploadSegment(0).encode(),
@@ -34,8 +35,6 @@ FOREIGN_AT_END = {
     "block-start-A3h": BlockUploadStart().encode(),
     "unknown-E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
-# The better codes for a bad end frame are a SHOULD.
-GENERIC = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": None}
 
 
@@ -51,7 +50,7 @@ def test_crc(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject, flipp
             return
         data = begin_block_download(sdo, text, None, size)
         sdo.send(BlockEnd(unused_in(data), crc16(data) ^ flipped))
-        sdo.expect_abort(AbortCode.CRC_ERROR, of=text, tolerated=GENERIC)
+        sdo.expect_abort(*WRONG_CRC.codes, of=text, tolerated=WRONG_CRC.tolerated)
 
 
 @must("block-download.unused-too-many", unused=[1, 7])
@@ -63,7 +62,7 @@ def test_unused_too_many(sdo: Dialogue, room: Room, text: KnownObject, unused: i
         right = unused_in(data)
         wrong = min(right + unused, 7)
         sdo.send(BlockEnd(wrong, crc16(data[: size + right - wrong])))
-        sdo.expect_abort(*TOO_SHORT, of=text, tolerated=GENERIC)
+        sdo.expect_abort(*TOO_FEW.codes, of=text, tolerated=TOO_FEW.tolerated)
 
 
 @must("block-download.too-few", "download.size-error-moment")
@@ -72,7 +71,7 @@ def test_too_few(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -
     size = len(room.prepare(text, 20, least=2))
     with sdo.unchanged(text):
         data = sdo.payload(max(size - 7, 1))
-        blocks.expect_download_refused(text, data, *TOO_SHORT, size=size)
+        blocks.expect_download_refused(text, data, *TOO_FEW.codes, size=size)
 
 
 @must("block-download.too-many", "download.size-error-moment")
@@ -82,7 +81,7 @@ def test_too_many(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) 
     room.prepare(text, 21)
     with sdo.unchanged(text):
         data = sdo.payload(announced + 11)
-        blocks.expect_download_refused(text, data, *TOO_LONG, size=announced)
+        blocks.expect_download_refused(text, data, *TOO_MANY.codes, size=announced)
 
 
 @must("block-download.too-many-inside", "block-download.too-many", "download.size-error-moment")
@@ -90,7 +89,7 @@ def test_too_many_inside(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownO
     """Inside a sub-block, too, a refusal names the download and has a code of CiA 301."""
     room.store(text, sdo.payload(21))
     with sdo.unchanged(text):
-        blocks.expect_download_refused(text, sdo.payload(84), *TOO_LONG, size=14)
+        blocks.expect_download_refused(text, sdo.payload(84), *TOO_MANY.codes, size=14)
         sdo.expect_refusals()
 
 
@@ -104,7 +103,7 @@ def test_number_too_long(sdo: Dialogue, blocks: Blocks, device: Device, length: 
     """More bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        blocks.expect_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
+        blocks.expect_download_refused(known, value + b"\0", *TOO_MANY.codes, size=length + 1)
 
 
 @must(
@@ -117,7 +116,7 @@ def test_number_too_short(sdo: Dialogue, blocks: Blocks, device: Device, length:
     """Fewer bytes than a number has are refused, at the end at the latest."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        blocks.expect_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
+        blocks.expect_download_refused(known, value[:-1], *TOO_FEW.codes, size=length - 1)
 
 
 @must(
@@ -129,7 +128,7 @@ def test_read_only(sdo: Dialogue, blocks: Blocks, target: tuple[int, int]) -> No
     """A read-only object refuses a block download, at the end at the latest."""
     mux = Multiplexer(*target)
     value = sdo.upload(mux)
-    blocks.expect_download_refused(mux, value, *READ_ONLY, size=len(value))
+    blocks.expect_download_refused(mux, value, *READ_ONLY.codes, size=len(value))
     if sdo.upload(mux) != value:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
@@ -138,14 +137,14 @@ def test_read_only(sdo: Dialogue, blocks: Blocks, target: tuple[int, int]) -> No
 def test_object_missing(sdo: Dialogue, blocks: Blocks) -> None:
     """A block download to an object that does not exist is aborted as such."""
     missing = missing_object(sdo)
-    blocks.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
+    blocks.expect_download_refused(missing, bytes(8), *MISSING_REFUSED.codes, size=8)
 
 
 @must("block-download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, blocks: Blocks, number: KnownObject) -> None:
     """A block download to a sub-index that does not exist is aborted as such."""
     missing = missing_sub_index(sdo, number.mux.index)
-    blocks.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
+    blocks.expect_download_refused(missing, bytes(8), *SUB_INDEX_MISSING.codes, size=8)
 
 
 @must("block-download.foreign-at-end", risk=risk_of_request, request=FOREIGN_AT_END)
@@ -155,7 +154,7 @@ def test_foreign_at_end(sdo: Dialogue, room: Room, text: KnownObject, request: b
     with sdo.unchanged(text):
         data = begin_block_download(sdo, text, None, size)
         sdo.send(request)
-        sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=text)
+        sdo.expect_abort(*FOREIGN.codes, of=text)
         sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))
 
 
@@ -191,7 +190,7 @@ def test_number_kept(sdo: Dialogue, device: Device, ending: bool) -> None:
             sdo.info("the server computes no CRC")
         elif ending:
             sdo.send(BlockEnd(unused_in(data), crc16(data) ^ 1))
-            sdo.expect_abort(AbortCode.CRC_ERROR, of=known, tolerated=GENERIC)
+            sdo.expect_abort(*WRONG_CRC.codes, of=known, tolerated=WRONG_CRC.tolerated)
         else:
             sdo.end_transfer()
 

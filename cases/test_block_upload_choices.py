@@ -27,6 +27,8 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.oracle.going_on import AT_THE_END
 from conformance.sdo.rules import ANSWERED, SPECIFIER, Violation
+from conformance.sdo.rules.block_upload import ACKNOWLEDGEMENT_RESERVED_BITS
+from conformance.sdo.rules.upload_initiates import THRESHOLD_WITHOUT_BLOCK_SIZE
 
 INITIATE = "7.2.4.3.13"
 SERVED = ("block-upload.foreign", "served")
@@ -48,7 +50,7 @@ def test_threshold_without_block_size(
     sdo.send(BlockUploadInitiate(variable.mux, 0, threshold=255))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, (AbortCode.INVALID_BLOCK_SIZE,), variable)
+        sdo.take_abort(frame, THRESHOLD_WITHOUT_BLOCK_SIZE.codes, variable)
         return
     found = sdo.finish_upload(variable, sdo.checks.upload_initiate(frame, variable.mux))
     if not same_value(variable, found, data):
@@ -63,7 +65,7 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     frame = sdo.receive()
     response = decode_segment(frame)
     if isinstance(response, Abort):
-        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), known)
+        sdo.take_abort(frame, ACKNOWLEDGEMENT_RESERVED_BITS.codes, known)
         sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
         return
     segment = sdo.checks.block_segment(frame, known.mux, 1)

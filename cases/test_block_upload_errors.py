@@ -24,6 +24,10 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import MISSING_REFUSED, accepted
+from conformance.sdo.rules.block_upload import ACKNOWLEDGES_BLOCK_SIZE, ACKNOWLEDGES_TOO_MANY
+from conformance.sdo.rules.idle import SUB_INDEX_MISSING, WRITE_ONLY
+from conformance.sdo.rules.upload_initiates import INVALID_BLOCK_SIZE
 
 NOT_STARTED = {
     "A1h": BlockEndResponse().encode(),
@@ -39,8 +43,6 @@ FOREIGN = {
     "70h": UploadSegment(1).encode(),
     "E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
-# The better codes are a SHOULD.
-GENERIC = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
 BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
 
 
@@ -51,7 +53,7 @@ def test_invalid_block_size(sdo: Dialogue, room: Room, blocks: Blocks, block_siz
     blocks.initiate_upload(known)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(known.mux, block_size))
-    sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known, tolerated=GENERIC)
+    sdo.expect_abort(*INVALID_BLOCK_SIZE.codes, of=known, tolerated=INVALID_BLOCK_SIZE.tolerated)
 
 
 @must("block-upload.not-started", "block-upload.foreign-before-start", request=NOT_STARTED)
@@ -59,7 +61,7 @@ def test_not_started(sdo: Dialogue, request: bytes) -> None:
     """Anything but the start where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 0)
     sdo.send(request)
-    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_abort(*accepted.NOT_VALID, of=known)
     sdo.expect_dead(BlockUploadStart())
 
 
@@ -68,7 +70,7 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
     known = begin_block_upload(sdo, 1)
     sdo.send(request)
-    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_abort(*accepted.NOT_VALID, of=known)
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
@@ -80,7 +82,7 @@ def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
     """An acknowledgement of more segments than were sent ends the upload."""
     known = begin_block_upload(sdo, 1)
     sdo.send(BlockAck(sequence, BLOCK_SIZE))
-    sdo.expect_abort(AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_abort(*ACKNOWLEDGES_TOO_MANY.codes, of=known)
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
@@ -89,7 +91,9 @@ def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     """An acknowledgement with a block size of 0 or beyond 127 ends the upload."""
     known = begin_block_upload(sdo, 1)
     sdo.send(BlockAck(BLOCK_SIZE, block_size))
-    sdo.expect_abort(AbortCode.INVALID_BLOCK_SIZE, of=known, tolerated=GENERIC)
+    sdo.expect_abort(
+        *ACKNOWLEDGES_BLOCK_SIZE.codes, of=known, tolerated=ACKNOWLEDGES_BLOCK_SIZE.tolerated
+    )
     sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
 
 
@@ -129,19 +133,17 @@ def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> 
 @must("block-upload.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue) -> None:
     """The block upload of an object that does not exist is aborted as such."""
-    refused_block_upload(sdo, missing_object(sdo), AbortCode.OBJECT_MISSING)
+    refused_block_upload(sdo, missing_object(sdo), *MISSING_REFUSED.codes)
 
 
 @must("block-upload.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue) -> None:
     """The block upload of a sub-index that does not exist is aborted as such."""
     missing = missing_sub_index(sdo, IDENTITY_COUNT.index)
-    refused_block_upload(sdo, missing, AbortCode.SUB_INDEX_MISSING)
+    refused_block_upload(sdo, missing, *SUB_INDEX_MISSING.codes)
 
 
 @must("block-upload.write-only", "object.write-only")
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """The block upload of a write-only object is aborted as such."""
-    refused_block_upload(
-        sdo, write_only.mux, AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS
-    )
+    refused_block_upload(sdo, write_only.mux, *WRITE_ONLY.codes)

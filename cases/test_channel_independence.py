@@ -11,7 +11,6 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
 from conformance.sdo.describe import describe_response
@@ -21,16 +20,13 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
+from conformance.sdo.rules.idle import BUSY
+from conformance.sdo.rules.segmented_upload import TOGGLE
 
 INDEPENDENT = "7.2.4.2"
 SIZE = 19
 KINDS = ("upload", "download", "block-upload", "block-download")
 PAIRS = {f"{one}-and-{other}": (one, other) for one in KINDS for other in KINDS}
-BUSY = (
-    AbortCode.LOCAL_CONTROL,
-    AbortCode.DEVICE_STATE,
-    AbortCode.CONNECTION_NOT_AVAILABLE,
-)
 Transfer = Generator[Step, bytes, object]
 
 
@@ -206,7 +202,7 @@ def test_refusal(
             another.download_segment(data[:7], toggle=0)
             one.start_segmented_upload(known)
             one.send(UploadSegment(1))
-            one.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known)
+            one.expect_abort(*TOGGLE.codes, of=known)
             another.download_segments(data, first=1)
             sdo.expect_value(text, data)
 
@@ -271,7 +267,7 @@ def test_same_object(
         )
         aborts = [result for result in results if isinstance(result, Abort)]
         for abort in aborts:
-            if abort.code not in BUSY or len(aborts) > 1:
+            if abort.code not in BUSY.codes or len(aborts) > 1:
                 raise sdo.breach(
                     "both served, or one refused as busy", describe_response(abort.encode())
                 )

@@ -20,25 +20,26 @@ from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import RESTRICTED, ChannelIds, CobId
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.rules.channels import (
+    CLIENT_NODE_ID,
+    DEFAULT_READ_ONLY,
+    ENTRY_COUNT,
+    EXTENDED_IDENTIFIER,
+    IDENTIFIER_BITS,
+    MISSING,
+    RESTRICTED_IDENTIFIER,
+    SAME_IDENTIFIER,
+    VALID_KEEPS_IDENTIFIER,
+)
 
 RECORD = "7.5.2.33"
 HALVES = {"request": REQUEST, "response": RESPONSE}
-READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
-NOT_NOW = (
-    AbortCode.VALUE_INVALID,
-    AbortCode.PARAMETER_INCOMPATIBLE,
-    AbortCode.DEVICE_STATE,
-    AbortCode.LOCAL_CONTROL,
-    AbortCode.GENERAL_ERROR,
-)
-OUT_OF_RANGE = (AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW)
 EDGES = {f"{can_id:03X}h": can_id for edges in RESTRICTED for can_id in edges}
 FIRST, SECOND = TEST_CHANNELS
 
@@ -107,7 +108,7 @@ def test_default_constant(
     others = (bytes([before[0] ^ 1]) + before[1:], before[:-1] + bytes([before[-1] | 0x80]))
     for value in (before, *others):
         write(sdo, parameters, DEFAULT_RECORD, sub_index, value)
-        sdo.expect_abort(*READ_ONLY, of=Multiplexer(DEFAULT_RECORD, sub_index))
+        sdo.expect_abort(*DEFAULT_READ_ONLY.codes, of=Multiplexer(DEFAULT_RECORD, sub_index))
         if default_value(sdo, sub_index) != before:
             raise sdo.breach(f"1200h:{sub_index:02X} reads {before.hex(' ')} as before", "it moved")
 
@@ -124,7 +125,7 @@ def test_missing_refused(sdo: Dialogue, channels: Channels) -> None:
         try:
             sdo.read(mux)
         except ServerAborted as aborted:
-            sdo.take_abort(aborted.abort.encode(), (AbortCode.OBJECT_MISSING,), mux)
+            sdo.take_abort(aborted.abort.encode(), MISSING.codes, mux)
 
 
 @must("channel.count", "channel.entry-count")
@@ -145,7 +146,7 @@ def test_count_constant(sdo: Dialogue, parameters: Parameters, channels: Channel
     mux = Multiplexer(index, COUNT)
     for value in (sdo.upload(mux)[:1], b"\0", b"\x01"):
         write(sdo, parameters, index, COUNT, value)
-        sdo.expect_abort(*READ_ONLY, of=mux)
+        sdo.expect_abort(*ENTRY_COUNT.codes, of=mux)
 
 
 # Configuring one
@@ -227,7 +228,7 @@ def test_moved_while_valid(
         wanted = SECOND.request if half == REQUEST else SECOND.response
         before = FIRST.request if half == REQUEST else FIRST.response
         write(sdo, parameters, index, half, bytes(wanted))
-        sdo.expect_abort(*NOT_NOW, of=Multiplexer(index, half))
+        sdo.expect_abort(*VALID_KEEPS_IDENTIFIER.codes, of=Multiplexer(index, half))
         expect_cob_id(sdo, index, half, before)
         other.fence()
 
@@ -238,7 +239,7 @@ def test_same_value_while_valid(sdo: Dialogue, channels: Channels) -> None:
     (index,) = channels.require()
     with channels.further() as other:
         abort = channels.try_cob_id(index, REQUEST, FIRST.request)
-        if abort is not None and abort.code not in NOT_NOW:
+        if abort is not None and abort.code not in SAME_IDENTIFIER.codes:
             raise sdo.breach("a confirmation or 06090030h", describe_response(abort.encode()))
         expect_cob_id(sdo, index, REQUEST, FIRST.request)
         other.fence()
@@ -253,10 +254,10 @@ def test_stray_bits(sdo: Dialogue, parameters: Parameters, channels: Channels, b
     write(
         sdo, parameters, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit, valid=False))
     )
-    sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, REQUEST))
+    sdo.expect_abort(*IDENTIFIER_BITS.codes, of=Multiplexer(index, REQUEST))
     expect_cob_id(sdo, index, REQUEST, before)
     write(sdo, parameters, index, REQUEST, bytes(CobId(FIRST.request.can_id | 1 << bit)))
-    sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, REQUEST))
+    sdo.expect_abort(*IDENTIFIER_BITS.codes, of=Multiplexer(index, REQUEST))
     expect_cob_id(sdo, index, REQUEST, before)
 
 
@@ -267,11 +268,11 @@ def test_restricted(sdo: Dialogue, parameters: Parameters, channels: Channels, c
     channels.disable_channel(index)
     for sub_index in (REQUEST, RESPONSE):
         write(sdo, parameters, index, sub_index, bytes(CobId(can_id)))
-        sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, sub_index))
+        sdo.expect_abort(*RESTRICTED_IDENTIFIER.codes, of=Multiplexer(index, sub_index))
         write(sdo, parameters, index, sub_index, bytes(CobId(can_id, valid=False)))
         if not channels.refused_value(index, sub_index):
             write(sdo, parameters, index, sub_index, bytes(CobId(can_id)))
-            sdo.expect_abort(AbortCode.VALUE_INVALID, of=Multiplexer(index, sub_index))
+            sdo.expect_abort(*RESTRICTED_IDENTIFIER.codes, of=Multiplexer(index, sub_index))
         if channels.cob_id(index, sub_index).valid:
             raise sdo.breach(f"{can_id:03X}h not in use", "bit 31 is 0 though it was refused")
 
@@ -300,7 +301,7 @@ def test_extended(sdo: Dialogue, parameters: Parameters, channels: Channels) -> 
     write(sdo, parameters, index, REQUEST, bytes(LONG_CHANNEL.request.disabled()))
     if (refused := channels.take_confirmation(index, REQUEST)) is not None:
         frame = refused.encode()
-        sdo.take_abort(frame, (AbortCode.VALUE_INVALID,), Multiplexer(index, REQUEST))
+        sdo.take_abort(frame, EXTENDED_IDENTIFIER.codes, Multiplexer(index, REQUEST))
         raise Unimplemented(describe_response(frame))
     channels.configure(index, LONG_CHANNEL)
     with channels.on(LONG_CHANNEL) as other:
@@ -333,7 +334,7 @@ def test_client_node_id(
     for good in (127, 1):
         sdo.download(mux, bytes((good,)))
     write(sdo, parameters, index, CLIENT, bytes((value,)))
-    sdo.expect_abort(*OUT_OF_RANGE, of=mux)
+    sdo.expect_abort(*CLIENT_NODE_ID.codes, of=mux)
     if (found := sdo.upload(mux)[:1]) != b"\1":
         raise sdo.breach(f"{mux} reads 01 as before", found.hex())
 

@@ -18,6 +18,7 @@ from conformance.sdo.describe import describe_response
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Rule, communication
 
 COUNT = Multiplexer(ERROR_LIST)
 STORED_EDS, STORED_FORMAT = Multiplexer(0x1021), Multiplexer(0x1022)
@@ -31,18 +32,6 @@ FREE_ID = 0x6A1
 STRAY_BIT = 1 << 11
 RESERVED_TYPE = 0xF1
 FRAME_BITS = 64
-IN_USE = (
-    AbortCode.VALUE_INVALID,
-    AbortCode.PARAMETER_INCOMPATIBLE,
-    AbortCode.DEVICE_STATE,
-    AbortCode.LOCAL_CONTROL,
-)
-NOT_MAPPED = (
-    AbortCode.NOT_MAPPABLE,
-    AbortCode.OBJECT_MISSING,
-    AbortCode.SUB_INDEX_MISSING,
-    AbortCode.MAPPING_TOO_LONG,
-)
 
 
 # What can be read
@@ -103,7 +92,7 @@ def test_reserved_entry(sdo: Dialogue, parameters: Parameters) -> None:
     parameters.present(Multiplexer(0x1800))
     mux = Multiplexer(0x1800, 4)
     sdo.send(UploadInitiate(mux))
-    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+    sdo.expect_abort(*communication.RESERVED_ENTRY.codes, of=mux)
 
 
 # The list of errors
@@ -125,7 +114,7 @@ def test_error_list_count(sdo: Dialogue, parameters: Parameters, value: int) -> 
     sdo.device.permits.require_write(ERROR_LIST)
     before = parameters.present(COUNT)
     sdo.send(DownloadInitiate.with_data(COUNT, bytes([value])))
-    sdo.expect_abort(AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, of=COUNT)
+    sdo.expect_abort(*communication.ERROR_LIST_COUNT.codes, of=COUNT)
     if (found := sdo.upload(COUNT)) != before:
         raise sdo.breach(f"{COUNT} reads {before.hex()} as before", found.hex())
 
@@ -138,14 +127,18 @@ def test_restricted_identifier(sdo: Dialogue, parameters: Parameters, entry: Cob
     """SYNC, TIME, EMCY and PDOs refuse CAN-IDs that are kept for other services."""
     with parameters.out_of_use(entry) as before:
         for can_id in KEPT_FOR_OTHERS:
-            refuse_cob_id(sdo, entry, entry.using(before, can_id))
+            refuse_cob_id(
+                sdo, entry, entry.using(before, can_id), communication.RESTRICTED_IDENTIFIER
+            )
 
 
 @must("communication.identifier-bits", entry=COB_ID_ENTRIES)
 def test_identifier_bits(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
     """A COB-ID of 11 bits with bits 28 to 11 set is refused."""
     with parameters.out_of_use(entry) as before:
-        refuse_cob_id(sdo, entry, entry.using(before, FREE_ID) | STRAY_BIT)
+        refuse_cob_id(
+            sdo, entry, entry.using(before, FREE_ID) | STRAY_BIT, communication.IDENTIFIER_BITS
+        )
 
 
 @must("communication.valid-keeps-identifier", entry=COB_ID_ENTRIES)
@@ -156,13 +149,13 @@ def test_valid_keeps_identifier(sdo: Dialogue, parameters: Parameters, entry: Co
             raise NotTestable(f"{entry.mux} is not in use: let the device use it")
         parameters.write_if_configurable(entry.mux, before.to_bytes(4, "little"))
         wanted = before & ~0x1FFF_FFFF | (FREE_ID if before & 0x7FF != FREE_ID else FREE_ID + 1)
-        refuse_cob_id(sdo, entry, wanted, *IN_USE)
+        refuse_cob_id(sdo, entry, wanted, communication.VALID_KEEPS_IDENTIFIER)
 
 
-def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, *codes: AbortCode) -> None:
+def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, rule: Rule) -> None:
     """Write a COB-ID that has to be refused, and see that it is not there."""
     sdo.send(DownloadInitiate.with_data(entry.mux, value.to_bytes(4, "little")))
-    sdo.expect_abort(*(codes or (AbortCode.VALUE_INVALID,)), of=entry.mux)
+    sdo.expect_abort(*rule.codes, of=entry.mux)
     if number_of(sdo.upload(entry.mux)) == value:
         raise sdo.breach(f"{entry.mux} as before", f"it reads {value:08X}h though it was refused")
 
@@ -178,7 +171,7 @@ def test_transmission_type(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntr
         before = parameters.present(mux)
         parameters.write_if_configurable(mux, before)
         sdo.send(DownloadInitiate.with_data(mux, bytes([RESERVED_TYPE])))
-        sdo.expect_abort(AbortCode.VALUE_INVALID, AbortCode.VALUE_TOO_HIGH, of=mux)
+        sdo.expect_abort(*communication.TRANSMISSION_TYPE.codes, of=mux)
         if (found := sdo.upload(mux)) != before:
             raise sdo.breach(f"{mux} reads {before.hex()} as before", found.hex())
 
@@ -210,6 +203,5 @@ def refuse_mapping(
         raise sdo.breach("abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped")
     if abort.code in (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS):
         raise Unimplemented(describe_response(abort.encode()))
-    sdo.take_abort(
-        abort.encode(), NOT_MAPPED, None, (AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID)
-    )
+    rule = communication.MAPPED_OBJECT
+    sdo.take_abort(abort.encode(), rule.codes, None, rule.tolerated)

@@ -7,7 +7,6 @@ from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
@@ -15,16 +14,18 @@ from conformance.sdo.frames import (
     DownloadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import RESERVED
+from conformance.sdo.rules import MISSING_REFUSED, RESERVED, accepted
+from conformance.sdo.rules.download_initiates import (
+    DOWNLOAD_RESERVED_BIT,
+    TOO_LONG,
+    TOO_SHORT,
+    UNUSED_WITHOUT_SIZE,
+)
+from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
 
 DOWNLOAD = "7.2.4.3.3"
 ABORT = "7.2.4.3.17"
-TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
-TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
-# Where it matters that a length is refused, not whether by the right one of these codes.
-LENGTHS = (*TOO_SHORT, AbortCode.LENGTH_TOO_HIGH)
 EXPEDITED = 4
-READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
 @must(
@@ -145,7 +146,7 @@ def test_too_long(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> No
     known = device.number(length)
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate.with_data(known.mux, value.ljust(sent, b"\0")))
-        sdo.expect_abort(*TOO_LONG, of=known)
+        sdo.expect_abort(*TOO_LONG.codes, of=known)
 
 
 @must(
@@ -166,7 +167,7 @@ def test_too_short(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> N
     known = device.number(length)
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate.with_data(known.mux, value[:sent]))
-        sdo.expect_abort(*TOO_SHORT, of=known)
+        sdo.expect_abort(*TOO_SHORT.codes, of=known)
 
 
 @must(
@@ -177,7 +178,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     mux = Multiplexer(*target)
     value = sdo.upload(mux)
     sdo.send(DownloadInitiate.with_data(mux, value[:4]))
-    sdo.expect_abort(*READ_ONLY, of=mux)
+    sdo.expect_abort(*READ_ONLY.codes, of=mux)
     if sdo.upload(mux) != value:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
@@ -187,7 +188,7 @@ def test_object_missing(sdo: Dialogue) -> None:
     """The download to an object that does not exist is aborted as such."""
     missing = missing_object(sdo)
     sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
-    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_abort(*MISSING_REFUSED.codes, of=missing)
 
 
 @must("download.sub-index-missing", "object.sub-index-missing")
@@ -195,7 +196,7 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """The download to a sub-index that a writable object does not have is aborted as such."""
     missing = missing_sub_index(sdo, number.mux.index)
     sdo.send(DownloadInitiate.with_data(missing, b"\0\0\0\0"))
-    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
+    sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=missing)
 
 
 @must("download.sub-index-of-variable", "object.sub-index-missing", sub_index=[0x01, 0x02, 0xFE])
@@ -215,7 +216,7 @@ def test_sub_index_of_variable(sdo: Dialogue, device: Device, sub_index: int) ->
             sdo.send(DownloadInitiate.with_data(mux, value))
         else:
             sdo.send(DownloadInitiate.with_size(mux, len(value)))
-        sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+        sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=mux)
 
 
 @must("download.write-only", "response.not-refused", clause=DOWNLOAD)
@@ -230,7 +231,7 @@ def test_refused_once(sdo: Dialogue) -> None:
     """A refused download is answered by one abort and nothing else."""
     value = sdo.upload(DEVICE_TYPE)
     sdo.send(DownloadInitiate.with_data(DEVICE_TYPE, value[:4]))
-    sdo.expect_abort(*READ_ONLY, of=DEVICE_TYPE)
+    sdo.expect_abort(*READ_ONLY.codes, of=DEVICE_TYPE)
     sdo.expect_nothing()
 
 
@@ -240,7 +241,7 @@ def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
     known = device.number(4)
     before = sdo.upload(known)
     sdo.send(DownloadInitiate.with_data(known.mux, before[:2]))
-    sdo.expect_abort(*LENGTHS, of=known)
+    sdo.expect_abort(*accepted.WRONG_LENGTH, of=known)
     sdo.expect_value(known, sdo.write_number(known))
 
 
@@ -252,7 +253,7 @@ def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> No
         unused = 4 - len(value)
         request = DownloadInitiate(known.mux, True, True, unused, value.ljust(4, b"\0"), 1)
         sdo.send(request)
-        sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID)
+        sdo.expect_download_or_abort(known, *DOWNLOAD_RESERVED_BIT.codes)
 
 
 @may("download.unused-without-size", unused=[1, 2, 3])
@@ -262,7 +263,9 @@ def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate(known.mux, True, False, unused, value))
         # A server that minds n finds too few bytes for the type.
-        sdo.expect_download_or_abort(known, AbortCode.COMMAND_NOT_VALID, tolerated=LENGTHS)
+        sdo.expect_download_or_abort(
+            known, *UNUSED_WITHOUT_SIZE.codes, tolerated=UNUSED_WITHOUT_SIZE.tolerated
+        )
 
 
 @must("download.reserved", "response.reserved", clause=DOWNLOAD)

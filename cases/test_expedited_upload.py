@@ -8,7 +8,6 @@ from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.run.case import may, must, should
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
@@ -19,7 +18,10 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
-from conformance.sdo.rules import FILLER, RESERVED
+from conformance.sdo.rules import FILLER, MISSING_REFUSED, RESERVED
+from conformance.sdo.rules.freedoms import RESERVED_BYTES
+from conformance.sdo.rules.idle import SUB_INDEX_MISSING, WRITE_ONLY
+from conformance.sdo.rules.upload_initiates import UPLOAD_RESERVED_BITS
 
 UPLOAD = "7.2.4.3.6"
 ABORT = "7.2.4.3.17"
@@ -99,7 +101,7 @@ def test_object_missing(sdo: Dialogue) -> None:
     """The upload of an object that does not exist is aborted as such."""
     missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
-    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_abort(*MISSING_REFUSED.codes, of=missing)
 
 
 @must("upload.sub-index-missing", "object.sub-index-missing", "abort.precise-code")
@@ -107,7 +109,7 @@ def test_sub_index_missing(sdo: Dialogue) -> None:
     """The upload of a sub-index that a record does not have is aborted as such."""
     missing = missing_sub_index(sdo, IDENTITY_COUNT.index)
     sdo.send(UploadInitiate(missing))
-    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=missing)
+    sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=missing)
 
 
 @must("upload.sub-index-of-variable", "object.sub-index-missing", sub_index=[1, 2, 0x80])
@@ -115,14 +117,14 @@ def test_sub_index_of_variable(sdo: Dialogue, sub_index: int) -> None:
     """A simple variable has sub-index 0 only."""
     mux = Multiplexer(DEVICE_TYPE.index, sub_index)
     sdo.send(UploadInitiate(mux))
-    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+    sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=mux)
 
 
 @must("upload.write-only", "object.write-only")
 def test_write_only(sdo: Dialogue, write_only: KnownObject) -> None:
     """The upload of a write-only object is aborted as such."""
     sdo.send(UploadInitiate(write_only.mux))
-    sdo.expect_abort(AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS, of=write_only)
+    sdo.expect_abort(*WRITE_ONLY.codes, of=write_only)
 
 
 @must("upload.refused-once", "response.answered", clause=ABORT)
@@ -130,7 +132,7 @@ def test_refused_once(sdo: Dialogue) -> None:
     """A refused upload is answered by one abort and nothing else."""
     missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
-    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_abort(*MISSING_REFUSED.codes, of=missing)
     sdo.expect_nothing()
 
 
@@ -140,7 +142,7 @@ def test_refused_is_over(sdo: Dialogue) -> None:
     before = sdo.upload(VENDOR_ID)
     missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
-    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_abort(*MISSING_REFUSED.codes, of=missing)
     sdo.expect_value(VENDOR_ID, before)
 
 
@@ -149,7 +151,7 @@ def test_request_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of the request may be ignored or refused; silence is neither."""
     due = sdo.upload(VENDOR_ID)
     sdo.send(UploadInitiate(VENDOR_ID.mux, reserved_bits=bits))
-    sdo.expect_upload_or_abort(VENDOR_ID, due, AbortCode.COMMAND_NOT_VALID)
+    sdo.expect_upload_or_abort(VENDOR_ID, due, *UPLOAD_RESERVED_BITS.codes)
 
 
 @may(
@@ -164,7 +166,7 @@ def test_request_reserved_bytes(sdo: Dialogue, fill: str) -> None:
     sdo.expect_upload_or_abort(
         VENDOR_ID,
         due,
-        warned=(AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE),
+        warned=RESERVED_BYTES.tolerated,
     )
 
 

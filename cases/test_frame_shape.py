@@ -23,7 +23,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.rules import FRAME_SHAPE
+from conformance.sdo.rules import FRAME_SHAPE, MISSING_REFUSED
 
 SHAPE = "7.2.4.3"
 CHANNEL = "7.3.3"
@@ -55,7 +55,7 @@ def test_abort_identifier(sdo: Dialogue) -> None:
     """A refusal is sent on the identifier of the responses, as any other answer."""
     missing = missing_object(sdo)
     sdo.send(UploadInitiate(missing))
-    sdo.expect_abort(AbortCode.OBJECT_MISSING, of=missing)
+    sdo.expect_abort(*MISSING_REFUSED.codes, of=missing)
     sdo.expect_clean(FRAME_SHAPE)
 
 

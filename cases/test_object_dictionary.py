@@ -39,15 +39,14 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
+from conformance.sdo.rules.download_initiates import TOO_LONG, TOO_SHORT
+from conformance.sdo.rules.idle import NO_DATA, READ_ONLY, SUB_INDEX_MISSING, WRITE_ONLY
+from conformance.sdo.rules.object_dictionary import STRUCTURE_ENTRY
 
 BLOCK_UPLOAD = "7.2.4.3.13"
 EDS = "CiA 306-1"
-TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
-TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
 TOO_HIGH = (AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_INVALID)
 TOO_LOW = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
-READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
-WRITE_ONLY = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
 # What is there
@@ -142,7 +141,7 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     if entry.mux.sub_index > count:
         # Which code says so is a NOTE; devices after earlier editions have no such sub-index.
         earlier = (AbortCode.SUB_INDEX_MISSING,)
-        sdo.expect_abort(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR, of=entry, tolerated=earlier)
+        sdo.expect_abort(*NO_DATA.codes, of=entry, tolerated=earlier)
         return
     response = sdo.checks.upload_initiate(sdo.receive(), entry.mux)
     data = sdo.finish_upload(entry, response)
@@ -185,7 +184,7 @@ def test_block_of_write_only(sdo: Dialogue, blocks: Blocks, entry: KnownObject) 
     """A block upload of a write-only entry is aborted as such."""
     blocks.require_upload()
     sdo.send(BlockUploadInitiate(entry.mux, 127))
-    sdo.expect_abort(*WRITE_ONLY, of=entry)
+    sdo.expect_abort(*WRITE_ONLY.codes, of=entry)
 
 
 # Writing
@@ -232,7 +231,7 @@ def test_too_short(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """One byte less than the type has is refused, and the value stays."""
     may_be_written(device, entry)
     with unchanged(sdo, entry) as value:
-        expect_write_refused(sdo, entry, value[:-1], *TOO_SHORT)
+        expect_write_refused(sdo, entry, value[:-1], *TOO_SHORT.codes)
 
 
 @must("od.too-long", "download.too-long", entry=choose.writable_numbers)
@@ -240,7 +239,7 @@ def test_too_long(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """One byte more than the type has is refused, and the value stays."""
     may_be_written(device, entry)
     with unchanged(sdo, entry) as value:
-        expect_write_refused(sdo, entry, value + b"\0", *TOO_LONG)
+        expect_write_refused(sdo, entry, value + b"\0", *TOO_LONG.codes)
 
 
 @must("od.low-limit", "dictionary.limits-included", entry=choose.with_low_limit)
@@ -283,7 +282,7 @@ def test_read_only(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """A read-only entry refuses even the value that it has."""
     may_be_probed(device, entry)
     value = sdo.upload(entry)
-    expect_write_refused(sdo, entry, value or b"\0", *READ_ONLY)
+    expect_write_refused(sdo, entry, value or b"\0", *READ_ONLY.codes)
     expect_kept(sdo, entry, value)
 
 
@@ -292,7 +291,7 @@ def test_read_only_in_segments(sdo: Dialogue, device: Device, entry: KnownObject
     """A read-only entry refuses the value that it has in segments, at the last at the latest."""
     may_be_probed(device, entry)
     value = sdo.upload(entry)
-    sdo.expect_download_refused(entry, value or b"\0", *READ_ONLY, size=len(value) or 1)
+    sdo.expect_download_refused(entry, value or b"\0", *READ_ONLY.codes, size=len(value) or 1)
     expect_kept(sdo, entry, value)
 
 
@@ -303,7 +302,7 @@ def test_read_only_in_blocks(
     """A read-only entry refuses the value that it has in blocks, at the end at the latest."""
     may_be_probed(device, entry)
     value = sdo.upload(entry)
-    blocks.expect_download_refused(entry, value or b"\0", *READ_ONLY, size=len(value) or 1)
+    blocks.expect_download_refused(entry, value or b"\0", *READ_ONLY.codes, size=len(value) or 1)
     expect_kept(sdo, entry, value)
 
 
@@ -311,7 +310,7 @@ def test_read_only_in_blocks(
 def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
     """The upload of a write-only entry is aborted as such."""
     sdo.send(UploadInitiate(entry.mux))
-    sdo.expect_abort(*WRITE_ONLY, of=entry)
+    sdo.expect_abort(*WRITE_ONLY.codes, of=entry)
 
 
 # What is not there
@@ -335,14 +334,14 @@ def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
 def test_sub_index_beyond(sdo: Dialogue, mux: Multiplexer) -> None:
     """The sub-index behind the last is aborted as missing; a variable has sub-index 0 only."""
     sdo.send(UploadInitiate(mux))
-    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+    sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=mux)
 
 
 @must("od.gap", "object.sub-index-missing", clause="7.4.2", mux=choose.gaps)
 def test_gap(sdo: Dialogue, mux: Multiplexer) -> None:
     """A sub-index that an array or record leaves out is aborted as missing."""
     sdo.send(UploadInitiate(mux))
-    sdo.expect_abort(AbortCode.SUB_INDEX_MISSING, of=mux)
+    sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=mux)
 
 
 @may("od.structure", "dictionary.structure", of=choose.listed_objects)
@@ -352,7 +351,7 @@ def test_structure(sdo: Dialogue, of: ListedObject) -> None:
     sdo.send(UploadInitiate(mux))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, (AbortCode.SUB_INDEX_MISSING,), mux)
+        sdo.take_abort(frame, STRUCTURE_ENTRY.codes, mux)
         return
     entry = KnownObject(mux, DataType.UNSIGNED32, Access.CONST)
     response = sdo.checks.upload_initiate(frame, mux)

@@ -6,20 +6,16 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.storage import Storage, require_command
 from conformance.run.case import must
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.rules import rule_of
+from conformance.sdo.rules.object_dictionary import SIGNATURE
 from conformance.sdo.storage import LOAD_ALL, SAVE_ALL, SIGNATURES
-
-TOLERATED = (AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID)
 
 
 def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multiplexer) -> None:
     """Expect 1010h:01 or 1011h:01 to refuse all that is not its signature."""
     signature = SIGNATURES[command]
-    codes = rule_of("storage.signature").codes
     for wrong in (
         bytes(4),
         b"\xff\xff\xff\xff",
@@ -28,7 +24,7 @@ def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multip
         SIGNATURES[other],
     ):
         sdo.send(DownloadInitiate.with_data(command, wrong))
-        sdo.expect_abort(*codes, of=command, tolerated=TOLERATED)
+        sdo.expect_abort(*SIGNATURE.codes, of=command, tolerated=SIGNATURE.tolerated)
 
 
 @must("od.save-signature", "storage.signature")

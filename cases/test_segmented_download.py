@@ -8,7 +8,6 @@ from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.run.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
@@ -16,17 +15,20 @@ from conformance.sdo.frames import (
     DownloadSegment,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import RESERVED, Violation, rule_of
+from conformance.sdo.rules import MISSING_REFUSED, RESERVED, Violation, accepted
+from conformance.sdo.rules.download_initiates import (
+    DOWNLOAD_RESERVED_BIT,
+    NUMBER_EMPTY,
+    NUMBER_TOO_LONG,
+    NUMBER_TOO_SHORT,
+    UNUSED_WITHOUT_SIZE,
+)
+from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
+from conformance.sdo.rules.segmented_download import TOO_FEW, TOO_MANY
 
 INITIATE = "7.2.4.3.3"
 SEGMENT = "7.2.4.3.4"
 ABORT = "7.2.4.3.17"
-TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
-TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
-# Where it matters that a length is refused, not whether by the right one of these codes.
-LENGTHS = (*TOO_SHORT, AbortCode.LENGTH_TOO_HIGH)
-TOO_FEW = rule_of("segmented-download.too-few")
-READ_ONLY = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
 
 
 @must("segmented-download.beyond-16-bits", "segmented-download.stored", size=[BEYOND_16_BITS])
@@ -195,7 +197,7 @@ def test_too_many(sdo: Dialogue, room: Room, text: KnownObject, lengths: tuple[i
         sent += 1  # a full last segment has n = 0, which may mean that nothing is stated
     with sdo.unchanged(text):
         data = sdo.payload(sent)
-        sdo.expect_download_refused(text, data, *TOO_LONG, size=announced)
+        sdo.expect_download_refused(text, data, *TOO_MANY.codes, size=announced)
 
 
 @must(
@@ -209,7 +211,7 @@ def test_too_few(sdo: Dialogue, room: Room, text: KnownObject, sizes: tuple[int,
     announced = len(room.prepare(text, wanted, least=2))
     with sdo.unchanged(text):
         data = sdo.payload(max(announced - wanted + sent, 1))
-        sdo.expect_download_refused(text, data, *TOO_SHORT, size=announced)
+        sdo.expect_download_refused(text, data, *TOO_FEW.codes, size=announced)
 
 
 @must("segmented-download.number-too-long", "abort.length-code", length=[1, 2, 4, 8])
@@ -217,7 +219,7 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     """A size that is too large for a number is refused, at the latest with the last segment."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=length + 1)
+        sdo.expect_download_refused(known, value + b"\0", *NUMBER_TOO_LONG.codes, size=length + 1)
 
 
 @must(
@@ -230,7 +232,7 @@ def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: in
     """More bytes than a number has are refused though no size was indicated."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value + b"\0", *TOO_LONG, size=None)
+        sdo.expect_download_refused(known, value + b"\0", *NUMBER_TOO_LONG.codes, size=None)
 
 
 @must("segmented-download.number-too-short", "abort.length-code", length=[2, 4, 8])
@@ -238,7 +240,7 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     """A size that is too small for a number is refused, at the latest with the last segment."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=length - 1)
+        sdo.expect_download_refused(known, value[:-1], *NUMBER_TOO_SHORT.codes, size=length - 1)
 
 
 @must(
@@ -251,7 +253,7 @@ def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: i
     """Fewer bytes than a number has are refused though no size was indicated."""
     known = device.number(length)
     with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value[:-1], *TOO_SHORT, size=None)
+        sdo.expect_download_refused(known, value[:-1], *NUMBER_TOO_SHORT.codes, size=None)
 
 
 @must("segmented-download.number-empty", "abort.length-code", length=[1, 4])
@@ -259,7 +261,7 @@ def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
     """No number has 0 bytes."""
     known = device.number(length)
     with sdo.unchanged(known):
-        sdo.expect_download_refused(known, b"", *TOO_SHORT, size=0)
+        sdo.expect_download_refused(known, b"", *NUMBER_EMPTY.codes, size=0)
 
 
 @may("segmented-download.huge-size", "download.huge-size", size=[0xFFFFFFFF, 0x80000000])
@@ -284,7 +286,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
     """A read-only object refuses a segmented download, at the latest with the last segment."""
     mux = Multiplexer(*target)
     value = sdo.upload(mux)
-    sdo.expect_download_refused(mux, value, *READ_ONLY, size=len(value))
+    sdo.expect_download_refused(mux, value, *READ_ONLY.codes, size=len(value))
     if sdo.upload(mux) != value:
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
@@ -293,7 +295,7 @@ def test_read_only(sdo: Dialogue, target: tuple[int, int]) -> None:
 def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     """A constant text refuses the value that it has."""
     value = sdo.upload(read_only_text)
-    sdo.expect_download_refused(read_only_text, value, *READ_ONLY, size=len(value))
+    sdo.expect_download_refused(read_only_text, value, *READ_ONLY.codes, size=len(value))
     sdo.expect_value(read_only_text, value)
 
 
@@ -301,14 +303,14 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
 def test_object_missing(sdo: Dialogue) -> None:
     """A segmented download to an object that does not exist is aborted as such."""
     missing = missing_object(sdo)
-    sdo.expect_download_refused(missing, bytes(8), AbortCode.OBJECT_MISSING, size=8)
+    sdo.expect_download_refused(missing, bytes(8), *MISSING_REFUSED.codes, size=8)
 
 
 @must("segmented-download.sub-index-missing", "object.sub-index-missing")
 def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
     """A segmented download to a sub-index that does not exist is aborted as such."""
     missing = missing_sub_index(sdo, number.mux.index)
-    sdo.expect_download_refused(missing, bytes(8), AbortCode.SUB_INDEX_MISSING, size=8)
+    sdo.expect_download_refused(missing, bytes(8), *SUB_INDEX_MISSING.codes, size=8)
 
 
 @must("segmented-download.reserved", "response.reserved", clause=SEGMENT)
@@ -327,7 +329,7 @@ def test_request_reserved_bit(sdo: Dialogue, room: Room, variable: KnownObject) 
     """Bit 4 of a segmented initiate may be ignored or refused; silence is neither."""
     size = room.fit(variable, 8).to_bytes(4, "little")
     sdo.send(DownloadInitiate(variable.mux, sized=True, payload=size, reserved_bits=1))
-    sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
+    sdo.expect_download_or_abort(variable, *DOWNLOAD_RESERVED_BIT.codes)
 
 
 @may("segmented-download.unused-without-data", "download.unused-without-size", unused=[1, 3])
@@ -335,7 +337,7 @@ def test_unused_without_data(sdo: Dialogue, room: Room, variable: KnownObject, u
     """n in a segmented initiate has no meaning: it is ignored or refused."""
     size = room.fit(variable, 8).to_bytes(4, "little")
     sdo.send(DownloadInitiate(variable.mux, sized=True, unused=unused, payload=size))
-    sdo.expect_download_or_abort(variable, AbortCode.COMMAND_NOT_VALID)
+    sdo.expect_download_or_abort(variable, *UNUSED_WITHOUT_SIZE.codes)
 
 
 @may(
@@ -368,7 +370,9 @@ def test_refused_is_over(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     data = sdo.payload(room.fit(text, 12))
     size = len(room.prepare(text, 14, least=2))
     try:
-        sdo.expect_download_refused(text, sdo.payload(max(size - 4, 1)), *LENGTHS, size=size)
+        sdo.expect_download_refused(
+            text, sdo.payload(max(size - 4, 1)), *accepted.WRONG_LENGTH, size=size
+        )
     except Violation as breach:
         if breach.rule is sdo.record.rule:
             breach.rule = TOO_FEW

@@ -17,7 +17,8 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
     UploadSegment,
 )
-from conformance.sdo.rules import FILLER, RESERVED
+from conformance.sdo.rules import FILLER, RESERVED, accepted
+from conformance.sdo.rules.segmented_upload import TOGGLE
 
 INITIATE = "7.2.4.3.6"
 SEGMENT = "7.2.4.3.7"
@@ -76,7 +77,7 @@ def test_toggle_first(sdo: Dialogue, room: Room) -> None:
     """The first segment request has t = 0; 70h ends the transfer and brings no data."""
     known = begin_upload(sdo, room, 0)
     sdo.send(UploadSegment(1))
-    sdo.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known, tolerated=())
+    sdo.expect_abort(*TOGGLE.codes, of=known, tolerated=TOGGLE.tolerated)
     sdo.expect_dead(UploadSegment(0))
 
 
@@ -85,7 +86,7 @@ def test_toggle_repeated(sdo: Dialogue, room: Room, segments: int) -> None:
     """A repeated toggle bit ends the transfer and brings no data."""
     known = begin_upload(sdo, room, segments)
     sdo.send(UploadSegment((segments - 1) % 2))
-    sdo.expect_abort(AbortCode.TOGGLE_NOT_ALTERNATED, of=known, tolerated=())
+    sdo.expect_abort(*TOGGLE.codes, of=known, tolerated=TOGGLE.tolerated)
     sdo.expect_dead(UploadSegment(segments % 2))
 
 
@@ -132,7 +133,7 @@ def test_foreign(sdo: Dialogue, room: Room, request: bytes) -> None:
     """A request of another service before the first segment ends the upload with 05040001h."""
     known = begin_upload(sdo, room, 0)
     sdo.send(request)
-    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_abort(*accepted.NOT_VALID, of=known)
     sdo.expect_dead(UploadSegment(0))
 
 
@@ -148,7 +149,7 @@ def test_foreign_later(sdo: Dialogue, room: Room, request: bytes) -> None:
     """A request of another service between segments ends the upload with 05040001h."""
     known = begin_upload(sdo, room, 1)
     sdo.send(request)
-    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=known)
+    sdo.expect_abort(*accepted.NOT_VALID, of=known)
     sdo.expect_dead(UploadSegment(1))
 
 

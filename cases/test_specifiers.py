@@ -10,7 +10,6 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
 from conformance.run.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (
@@ -21,13 +20,17 @@ from conformance.sdo.frames import (
     BlockUploadInitiateResponse,
 )
 from conformance.sdo.layout import Message
+from conformance.sdo.rules.download_initiates import BLOCK_DOWNLOAD_RESERVED_BITS
+from conformance.sdo.rules.idle import BLOCK_UNSUPPORTED
+from conformance.sdo.rules.idle import UNKNOWN_SPECIFIER as UNKNOWN
+from conformance.sdo.rules.upload_initiates import BLOCK_UPLOAD_RESERVED_BITS
 
 
 @must("specifier.unknown", risk=UNKNOWN_SPECIFIER, request=UNKNOWN_SPECIFIERS)
 def test_unknown(sdo: Dialogue, request: bytes) -> None:
     """A command specifier that is not defined is aborted with 05040001h."""
     sdo.send(request)
-    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
+    sdo.expect_abort(*UNKNOWN.codes, of=None)
 
 
 @must(
@@ -41,7 +44,7 @@ def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     """After an undefined command specifier the next request is served."""
     due = sdo.upload(VENDOR_ID)
     sdo.send(request)
-    sdo.expect_abort(AbortCode.COMMAND_NOT_VALID, of=None)
+    sdo.expect_abort(*UNKNOWN.codes, of=None)
     sdo.expect_value(VENDOR_ID, due)
 
 
@@ -87,7 +90,7 @@ def test_block_download_reserved_bits(
     sdo.send(replace(request, reserved_bits=bits))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), None)
+        sdo.take_abort(frame, BLOCK_DOWNLOAD_RESERVED_BITS.codes, None)
     else:
         sdo.checks.block_download_initiate(frame, variable.mux)
 
@@ -105,7 +108,7 @@ def test_block_upload_reserved_bits(sdo: Dialogue, blocks: Blocks, bits: int) ->
     sdo.send(BlockUploadInitiate(VENDOR_ID.mux, 127, reserved_bits=bits))
     frame = sdo.receive()
     if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), None)
+        sdo.take_abort(frame, BLOCK_UPLOAD_RESERVED_BITS.codes, None)
     else:
         sdo.checks.block_upload_initiate(frame, VENDOR_ID.mux)
 
@@ -149,7 +152,7 @@ def _served_or_unimplemented(
     frame = sdo.receive()
     response = decode_response(frame)
     if isinstance(response, Abort):
-        abort = sdo.take_abort(frame, (AbortCode.COMMAND_NOT_VALID,), response.mux)
+        abort = sdo.take_abort(frame, BLOCK_UNSUPPORTED.codes, response.mux)
         if abort.mux != mux:
             raise sdo.breach(f"an abort of {mux}", describe_response(frame))
         raise Unimplemented(describe_response(frame))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.dialogue.dialogue import NOT_PRECISE, Dialogue, named
+from conformance.dialogue.dialogue import Dialogue, named
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
@@ -25,7 +25,7 @@ from conformance.sdo.frames import (
     Request,
     UploadInitiateResponse,
 )
-from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation
+from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation, accepted
 from conformance.sdo.stepping import Result, advance
 
 # A server's timer may be coarse: its time-out takes up to half as long again as it is declared.
@@ -290,7 +290,7 @@ class Blocks:
             raise self._sdo.breach(
                 f"abort with {named(codes)}, at the end at the latest", "the end was confirmed"
             )
-        self._sdo.take_abort(abort.encode(), codes, target, NOT_PRECISE)
+        self._sdo.take_abort(abort.encode(), codes, target, accepted.IMPRECISE)
 
     def upload(
         self,

@@ -34,12 +34,12 @@ from conformance.sdo.rules import (
     UNSOLICITED,
     Rule,
     Violation,
+    accepted,
 )
+from conformance.sdo.rules.timing import SERVER_TIME_OUT
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
 OLD_GOES_ON = (RESTART.id, "the transfer that was running goes on")
-# A bad end of a block download may be called no valid command; what was wrong says more.
-NOT_PRECISE = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
 # How often a server may acknowledge a sub-block that does not go on, before it gives up.
 MOST_ACKNOWLEDGEMENTS = 4
 # The part of the declared time during which a server may certainly not give up.
@@ -66,7 +66,7 @@ class Dialogue(Transfers):
         self,
         *codes: AbortCode,
         of: Target | None,
-        tolerated: tuple[AbortCode, ...] = (AbortCode.GENERAL_ERROR,),
+        tolerated: tuple[AbortCode, ...] = accepted.GENERAL,
     ) -> Abort:
         """Expect an abort with one of the codes and the multiplexer of ``of`` (None: any).
 
@@ -79,7 +79,7 @@ class Dialogue(Transfers):
         frame: bytes,
         codes: tuple[AbortCode, ...],
         of: Target | None,
-        tolerated: tuple[AbortCode, ...] = (AbortCode.GENERAL_ERROR,),
+        tolerated: tuple[AbortCode, ...] = accepted.GENERAL,
     ) -> Abort:
         """Hold a frame that was received to what ``expect_abort`` expects."""
         due = f"abort with {named(codes)}"
@@ -137,7 +137,7 @@ class Dialogue(Transfers):
         """
         frame = self.receive()
         if isinstance(self.read_as(frame), Abort):
-            self.take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *warned))
+            self.take_abort(frame, codes, None, (*accepted.GENERAL, *warned))
             return
         response = self.checks.upload_initiate(frame, known.mux)
         found = self.finish_upload(known, response)
@@ -153,7 +153,7 @@ class Dialogue(Transfers):
         """
         frame = self.receive()
         if isinstance(self.read_as(frame), Abort):
-            self.take_abort(frame, codes, None, (AbortCode.GENERAL_ERROR, *tolerated))
+            self.take_abort(frame, codes, None, (*accepted.GENERAL, *tolerated))
         else:
             self.checks.download_initiate(frame, known.mux)
 
@@ -260,10 +260,10 @@ class Dialogue(Transfers):
             frame = self.wait(seconds + self.channel.response_timeout)
             if frame is None or not isinstance(self.read_as(frame), BlockAck):
                 break
-        due = f"abort with {named((AbortCode.TIMED_OUT,))} after {seconds:g} s of silence"
+        due = f"abort with {named(SERVER_TIME_OUT.codes)} after {seconds:g} s of silence"
         if frame is None:
             raise self.breach(due, f"nothing within {time.monotonic() - begin:.3g} s")
-        self.take_abort(frame, (AbortCode.TIMED_OUT,), target, tolerated=())
+        self.take_abort(frame, SERVER_TIME_OUT.codes, target, SERVER_TIME_OUT.tolerated)
         elapsed = self.channel.arrived - begin
         if elapsed < seconds * PROMPT:
             raise self.breach(due, f"it came after {elapsed:.3g} s")

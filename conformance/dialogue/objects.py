@@ -20,7 +20,8 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import Level, Rule, Violation
+from conformance.sdo.rules import MISSING_REFUSED, Level, Rule, Violation
+from conformance.sdo.rules.download_initiates import LIMITS
 
 EXPEDITED_LENGTH = 4
 MOST_SHOWN = 32
@@ -28,7 +29,6 @@ MOST_SHOWN = 32
 ATTEMPTS = 4
 # What a device may say of an object that it has, at a time when it cannot serve it.
 NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
-LIMITS = (AbortCode.VALUE_TOO_HIGH, AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 ALL_LISTED = Rule(
     "od.all-is-listed", "CiA 306-1", Level.SHOULD, "An EDS lists every object of the device."
 )
@@ -128,7 +128,7 @@ def expect_write_refused(sdo: Dialogue, entry: KnownObject, data: bytes, *codes:
     Data of another length may lie beyond a limit as well, and a server may look at that first.
     """
     if entry.is_limited and len(data) != entry.length:
-        codes = (*codes, *LIMITS)
+        codes = (*codes, *LIMITS.codes)
     if not 1 <= len(data) <= EXPEDITED_LENGTH:
         sdo.expect_download_refused(entry, data, *codes, size=len(data))
         return
@@ -155,7 +155,7 @@ def expect_unlisted(sdo: Dialogue, frame: bytes, mux: Multiplexer) -> None:
     """Expect what the EDS does not list to be missing; that it is there breaks a SHOULD only."""
     response = decode_response(frame)
     if isinstance(response, Abort) and response.code not in _THERE:
-        sdo.take_abort(frame, (AbortCode.OBJECT_MISSING,), mux)
+        sdo.take_abort(frame, MISSING_REFUSED.codes, mux)
         return
     if not isinstance(response, Abort):
         sdo.checks.upload_initiate(frame, mux)

@@ -7,8 +7,9 @@ from pathlib import Path
 from conformance.plugin.items import case_files
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.run.case import CaseInfo, case_info
-from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.rules import CHAPTERS, RULES, Rule, rule_of
+from conformance.sdo.rules.accepted import ANY, GENERAL
 
 
 def scripted_cases() -> list[CaseInfo]:
@@ -69,7 +70,9 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
     if rule.reaction:
         yield f"      accepted: {rule.reaction}"
     if rule.codes:
-        yield f"      abort codes: {', '.join(map(describe_code, rule.codes))}"
+        yield f"      abort codes: {_words(rule.codes)}"
+    if rule.codes not in ((), ANY) or rule.tolerated != GENERAL:
+        yield f"      tolerated: {_words(rule.tolerated)}"
     if rule.open:
         yield f"      open: {rule.open}"
     if cases:
@@ -79,6 +82,10 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
             yield f"      official test: {', '.join(steps)}"
     else:
         yield f"      not tested: {rule.untestable or 'there is no case yet'}"
+
+
+def _words(codes: Sequence[AbortCode]) -> str:
+    return "any" if codes == ANY else ", ".join(map(describe_code, codes)) or "none"
 
 
 def _totals(tested: Mapping[str, Sequence[str]]) -> str:

@@ -17,6 +17,7 @@ segmented download:
       The data of a segment whose toggle bit did not alternate is not stored.
       accepted: abort, or silence
       abort codes: 05030000h (toggle bit not alternated)
+      tolerated: none
       open: whether the transfer is aborted or the segment ignored
       tested by: segmented-download.toggle, segmented-download.toggle-ignored-data
 """
@@ -25,6 +26,7 @@ sizes:
   data.boolean  MAY  7.1.4.3
       A BOOLEAN is 00h or 01h; what another value does is left to the device.
       accepted: served, or abort
+      abort codes: any
       open: the effect of values above 1
       not tested: Any effect is right, and a value above 1 might set off one in the device.
 """
@@ -36,6 +38,7 @@ segmented upload:
       A toggle bit that did not alternate ends the upload and brings no data.
       accepted: abort, idle
       abort codes: 05030000h (toggle bit not alternated)
+      tolerated: none
       tested by: segmented-upload.toggle-first, segmented-upload.toggle-repeated
       official test: SDO 17
 """

@@ -34,25 +34,34 @@ Codes = tuple[AbortCode, ...]
 KNOWN_CODES = tuple(AbortCode)
 # The name of all states of a block upload.
 BLOCK_UPLOAD = "block upload"
-GENERAL: Codes = (AbortCode.GENERAL_ERROR,)
-NOT_VALID: Codes = (AbortCode.COMMAND_NOT_VALID,)
 
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """An abort that may be due: why, and with which codes.
+    """An abort that may be due: by which rule, which has the codes that are right.
 
-    ``tolerated`` codes are breaches of a SHOULD. ``muxes`` are those that the abort may name;
-    None stands for any. ``looks_like`` is what the request has in the place of a multiplexer, where
-    it need not be one. ``findings`` are noted when the server refuses: where it should not.
+    ``only`` are the codes that are right here, ``tolerate`` those that are tolerated here, where
+    the rule says otherwise. ``muxes`` are those that the abort may name; None stands for any.
+    ``looks_like`` is what the request has in the place of a multiplexer, where it need not be one.
+    ``findings`` are noted when the server refuses: where it should not.
     """
 
     rule: Rule
-    codes: Codes = NOT_VALID
     muxes: tuple[Multiplexer, ...] | None = None
-    tolerated: Codes = GENERAL
+    only: Codes | None = None
+    tolerate: Codes | None = None
     looks_like: Multiplexer | None = None
     findings: tuple[Violation, ...] = ()
+
+    @property
+    def codes(self) -> Codes:
+        """The codes that are right."""
+        return self.rule.codes if self.only is None else self.only
+
+    @property
+    def tolerated(self) -> Codes:
+        """The codes that are accepted as well, as breaches of a SHOULD."""
+        return self.rule.tolerated if self.tolerate is None else self.tolerate
 
     def words(self) -> str:
         """Say what is expected."""

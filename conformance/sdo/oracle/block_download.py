@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import (
@@ -18,8 +17,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle.answers import (
-    NOT_VALID,
-    Codes,
     Refusal,
     answered,
     expect,
@@ -31,7 +28,6 @@ from conformance.sdo.oracle.branch import Branch, Due, Freedom, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import (
     LARGEST_BLOCK,
-    TOO_SHORT,
     Reason,
     Reasons,
     announced_reasons,
@@ -44,17 +40,10 @@ from conformance.sdo.oracle.reasons import (
 )
 from conformance.sdo.oracle.segmented_download import refused
 from conformance.sdo.oracle.states import IDLE, Running, begin
-from conformance.sdo.rules import BLOCK_ACK, BLOCK_SIZE, NOT_REFUSED, Rule, idle
+from conformance.sdo.rules import BLOCK_ACK, BLOCK_SIZE, NOT_REFUSED, Rule, accepted, idle
 from conformance.sdo.rules import block_download as rules
 
 SEGMENT = 7
-# Both the size and the CRC of a block download may be wrong at once: either is named.
-WRONG_CRC: Codes = (AbortCode.CRC_ERROR,)
-IMPOSSIBLE: Codes = (
-    AbortCode.INVALID_SEQUENCE_NUMBER,
-    AbortCode.INVALID_BLOCK_SIZE,
-    AbortCode.COMMAND_NOT_VALID,
-)
 
 
 def unsupported(service: type, mux: Multiplexer, memory: Memory) -> Reasons:
@@ -63,7 +52,7 @@ def unsupported(service: type, mux: Multiplexer, memory: Memory) -> Reasons:
     A server that has served it for this object has it.
     """
     served = (service, mux) in memory.served
-    return () if served else (Reason(idle.BLOCK_UNSUPPORTED, NOT_VALID, binding=False),)
+    return () if served else (Reason(idle.BLOCK_UNSUPPORTED, binding=False),)
 
 
 @begin.register
@@ -156,7 +145,7 @@ class SubBlock(_BlockDownload):
         """Return the aborts that may come where no answer is due, best reasons first."""
         found = [reason.refusal(self.mux) for reason in self.reasons]
         if self.disorder:
-            found.append(Refusal(rules.SEQUENCE_ZERO, IMPOSSIBLE, (self.mux,)))
+            found.append(Refusal(rules.SEQUENCE_ZERO, (self.mux,)))
         return found
 
     def behind(self, frames: Iterable[bytes]) -> Self:
@@ -237,7 +226,11 @@ class SubBlock(_BlockDownload):
     def _shortfall(self, count: int, memory: Memory) -> Reasons:
         """Say why a transfer that ends after so many bytes, fillers included, has too few."""
         least = max(self.size or 0, memory.facts(self.mux).length or 0)
-        return (Reason(rules.TOO_FEW, TOO_SHORT, late=True),) if count < least else ()
+        return (
+            (Reason(rules.TOO_FEW, accepted.TOO_SHORT, accepted.GENERAL, late=True),)
+            if count < least
+            else ()
+        )
 
     def _break(self, request: BlockSegment, memory: Memory) -> list[Branch]:
         """Acknowledge what came in sequence before a gap: at once, at the end, or much later.
@@ -349,11 +342,10 @@ class BlockDownloadEnd(_BlockDownload):
         reasons += final_reasons(facts, self.size, data, rules.TOO_FEW, block=True)
         wrong_crc = self.crc and request.crc != crc16(data)
         if wrong_crc or (self.crc and must_refuse(reasons)):
-            reasons += (Reason(rules.WRONG_CRC, WRONG_CRC, binding=wrong_crc),)
+            # Both the size and the CRC may be wrong at once: either is named.
+            reasons += (Reason(rules.WRONG_CRC, binding=wrong_crc),)
         # A bad end frame may be called just that, though there are better codes.
-        reasons = tuple(
-            replace(reason, tolerated=(*reason.tolerated, *NOT_VALID)) for reason in reasons
-        )
+        reasons = tuple(replace(reason, tolerate=accepted.IMPRECISE) for reason in reasons)
         branches = refused(self, self.mux, distinct(reasons), memory)
         if must_refuse(reasons):
             return branches

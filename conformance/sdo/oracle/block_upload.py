@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.describe import describe, hex_bytes
@@ -21,8 +20,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.oracle.answers import (
     BLOCK_UPLOAD,
-    GENERAL,
-    NOT_VALID,
     Refusal,
     answered,
     expect,
@@ -59,8 +56,6 @@ from conformance.sdo.rules import (
 from conformance.sdo.rules import block_upload as rules
 
 SEGMENT = 7
-# In the place of a better code, for what is wrong with a frame of a block transfer.
-GENERIC = (*GENERAL, *NOT_VALID)
 
 
 @begin.register
@@ -81,7 +76,7 @@ def _(request: BlockUploadInitiate, memory: Memory) -> list[Branch]:
 def _block_size_reasons(block_size: int) -> Reasons:
     if 1 <= block_size <= LARGEST_BLOCK:
         return ()
-    return (Reason(upload_initiates.INVALID_BLOCK_SIZE, (AbortCode.INVALID_BLOCK_SIZE,)),)
+    return (Reason(upload_initiates.INVALID_BLOCK_SIZE),)
 
 
 def _served(request: BlockUploadInitiate, memory: Memory) -> Branch:
@@ -191,9 +186,7 @@ class NotStarted(_BlockUpload):
             branches.append(
                 empty.ends(memory).choosing(Freedom("empty block upload", "no segment"))
             )
-            branches.append(
-                Refusal(rules.EMPTY, (AbortCode.NO_DATA,), (self.mux,)).branch(self, IDLE, memory)
-            )
+            branches.append(Refusal(rules.EMPTY, (self.mux,)).branch(self, IDLE, memory))
         return branches
 
 
@@ -291,8 +284,7 @@ class Unacknowledged(_BlockUpload):
         if not isinstance(request, BlockAck):
             return self.foreign(memory)
         if request.sequence > self.count:
-            codes = (AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID)
-            return [self._refused(Refusal(rules.ACKNOWLEDGES_TOO_MANY, codes), memory)]
+            return [self._refused(Refusal(rules.ACKNOWLEDGES_TOO_MANY), memory)]
         taken = request.sequence * SEGMENT
         following = replace(
             self,
@@ -306,9 +298,7 @@ class Unacknowledged(_BlockUpload):
             return ending or following.sends(memory)
         # Behind the last segment nothing is left that a block size could be about.
         topic = "an impossible block size in the last acknowledgement"
-        invalid = Refusal(
-            rules.ACKNOWLEDGES_BLOCK_SIZE, (AbortCode.INVALID_BLOCK_SIZE,), tolerated=GENERIC
-        )
+        invalid = Refusal(rules.ACKNOWLEDGES_BLOCK_SIZE)
         return [
             *(branch.choosing(Freedom(topic, "ignored")) for branch in ending),
             self._refused(invalid, memory).choosing(Freedom(topic, "refused")),

@@ -11,7 +11,7 @@ from dataclasses import replace
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import FRAME_LENGTH
-from conformance.sdo.oracle.answers import NOT_VALID, Refusal, refusing
+from conformance.sdo.oracle.answers import Refusal, refusing
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, State, quiet
 from conformance.sdo.oracle.knowledge import Memory
@@ -27,7 +27,7 @@ MOST_BRANCHES = 1000
 FEW = 4
 MOST_REMEMBERED = 512
 SECOND = "a second request before the answer"
-TOO_EARLY = Refusal(freedoms.BEHIND_ANOTHER, NOT_VALID)
+TOO_EARLY = Refusal(freedoms.BEHIND_ANOTHER)
 DROPPED, REFUSED = Freedom(SECOND, "dropped"), Freedom(SECOND, "refused")
 
 

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadInitiateResponse,
@@ -20,10 +19,6 @@ from conformance.sdo.oracle.answers import Refusal, answered, refusing
 from conformance.sdo.oracle.branch import Branch, Freedom, State, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import (
-    ANY_LENGTH,
-    LENGTHS,
-    TOO_LONG,
-    TOO_SHORT,
     Reason,
     Reasons,
     announced_reasons,
@@ -36,7 +31,7 @@ from conformance.sdo.oracle.reasons import (
     write_reasons,
 )
 from conformance.sdo.oracle.states import IDLE, Running, begin
-from conformance.sdo.rules import NOT_REFUSED, Rule
+from conformance.sdo.rules import NOT_REFUSED, Rule, sizes
 from conformance.sdo.rules import download_initiates as initiates
 from conformance.sdo.rules import segmented_download as rules
 
@@ -70,7 +65,7 @@ def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
     if facts.length in (None, len(data)):
         reasons += value_reasons(facts, data)
     if facts.varies and (facts.capacity is None or facts.data_type not in TEXT_TYPES):
-        reasons += (Reason(initiates.HUGE_SIZE, ANY_LENGTH, binding=False),)
+        reasons += (Reason(sizes.VARIABLE_LENGTH, binding=False),)
     branches = refused(IDLE, mux, reasons, memory)
     if not must_refuse(reasons):
         # Without a count, only a type of fixed length says how many bytes are stored.
@@ -82,17 +77,17 @@ def _expedited(request: DownloadInitiate, memory: Memory) -> list[Branch]:
 def _length_reasons(request: DownloadInitiate, length: int | None) -> Reasons:
     if not request.sized:
         if length is None:
-            return (Reason(initiates.SIZE_NOT_INDICATED, LENGTHS, binding=False),)
+            return (Reason(initiates.SIZE_NOT_INDICATED, binding=False),)
         if length > SHORT:
-            return (Reason(initiates.TOO_SHORT, TOO_SHORT),)
+            return (Reason(initiates.TOO_SHORT),)
         if length == SHORT:
             return ()
-        return (Reason(initiates.SIZE_NOT_INDICATED_SHORT, TOO_LONG, binding=False),)
+        return (Reason(initiates.SIZE_NOT_INDICATED_SHORT, binding=False),)
     if length is None or len(request.data) == length:
         return ()
     if len(request.data) > length:
-        return (Reason(initiates.TOO_LONG, TOO_LONG),)
-    return (Reason(initiates.TOO_SHORT, TOO_SHORT),)
+        return (Reason(initiates.TOO_LONG),)
+    return (Reason(initiates.TOO_SHORT),)
 
 
 def _confirmed(mux: Multiplexer, state: State, memory: Memory) -> Branch:
@@ -129,7 +124,7 @@ class SegmentedDownload(Running):
             return self.foreign(memory, FOREIGN_RULES.get(type(request), self.foreign_rule))
         if request.toggle != self.toggle:
             topic = "toggle error in a download"
-            refusal = Refusal(rules.TOGGLE, (AbortCode.TOGGLE_NOT_ALTERNATED,), (self.mux,), ())
+            refusal = Refusal(rules.TOGGLE, (self.mux,))
             return [
                 refusal.branch(self, IDLE, memory, Freedom(topic, "aborts")),
                 quiet(self, memory, rules.TOGGLE, Freedom(topic, "ignored")),

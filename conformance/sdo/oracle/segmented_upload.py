@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     DownloadSegment,
@@ -148,8 +147,7 @@ class SegmentedUpload(Running):
         if not isinstance(request, UploadSegment):
             return self.foreign(memory, FOREIGN_RULES.get(type(request), self.foreign_rule))
         if request.toggle != self.toggle:
-            codes = (AbortCode.TOGGLE_NOT_ALTERNATED,)
-            return [Refusal(rules.TOGGLE, codes, (self.mux,), ()).branch(self, IDLE, memory)]
+            return [Refusal(rules.TOGGLE, (self.mux,)).branch(self, IDLE, memory)]
         return [self._segment(memory)]
 
     def _segment(self, memory: Memory) -> Branch:

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import ClassVar
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     Abort,
@@ -25,7 +24,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.oracle.answers import GENERAL, KNOWN_CODES, Codes, Refusal
+from conformance.sdo.oracle.answers import Refusal
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.short_frames import completed
@@ -42,16 +41,7 @@ from conformance.sdo.rules import (
 from conformance.sdo.rules import download_initiates as initiates
 
 Initiate = DownloadInitiate | UploadInitiate | BlockDownloadInitiate | BlockUploadInitiate
-WRONG_LENGTH: Codes = (
-    AbortCode.COMMAND_NOT_VALID,
-    AbortCode.LENGTH_MISMATCH,
-    AbortCode.LENGTH_TOO_HIGH,
-    AbortCode.LENGTH_TOO_LOW,
-    AbortCode.GENERAL_ERROR,
-)
-TIMED_OUT: Codes = (AbortCode.TIMED_OUT,)
 LARGEST_BLOCK = 127
-RESERVED_BYTES: Codes = (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE)
 
 
 @singledispatch
@@ -66,7 +56,7 @@ def begin(request: Request, memory: Memory) -> list[Branch]:
 
 def _out_of_transfer(rule: Rule, memory: Memory) -> list[Branch]:
     topic = "a frame of a transfer when idle"
-    refusal = Refusal(rule, tolerated=KNOWN_CODES)
+    refusal = Refusal(rule)
     return [
         quiet(IDLE, memory, rule, Freedom(topic, "ignored")),
         refusal.branch(IDLE, IDLE, memory, Freedom(topic, "refused")),
@@ -132,7 +122,7 @@ class Answering(ABC):
     def on_wrong_length(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Ignore it, refuse it, or serve what has all the bytes that it needs (not defined)."""
         topic = "a frame of a wrong length"
-        refusal = Refusal(short_requests.SHORT, WRONG_LENGTH, tolerated=KNOWN_CODES)
+        refusal = Refusal(short_requests.SHORT)
         branches = [
             quiet(self, memory, short_requests.SHORT, Freedom(topic, "ignored")),
             quiet(IDLE, memory, short_requests.SHORT, Freedom(topic, "ends the transfer")),
@@ -215,7 +205,7 @@ class Running(Answering):
         if self.gives_way:
             expected = f"the transfer of {request.mux} to begin"
             missed = (Violation(RESTART, expected=expected, actual="an abort"),)
-        refusal = Refusal(RESTART, KNOWN_CODES, (self.mux, request.mux), findings=missed)
+        refusal = Refusal(RESTART, (self.mux, request.mux), findings=missed)
         served = begin(request, memory)
         return [
             *(branch.choosing(Freedom(topic, "served")) for branch in served),
@@ -225,7 +215,7 @@ class Running(Answering):
 
     def _superseded(self, served: list[Branch], memory: Memory) -> Branch:
         """Abort the running transfer on the bus, and serve the new one all the same."""
-        refusal = Refusal(RESTART, KNOWN_CODES, (self.mux,))
+        refusal = Refusal(RESTART, (self.mux,))
 
         def take(frame: bytes) -> list[Branch]:
             abort = refusal.read(frame)
@@ -248,7 +238,7 @@ class Running(Answering):
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Wait for ever, or give up."""
-        refusal = Refusal(timing.SERVER_TIME_OUT, TIMED_OUT, (self.mux,), tolerated=())
+        refusal = Refusal(timing.SERVER_TIME_OUT, (self.mux,))
         return [
             quiet(self, memory, timing.SERVER_TIME_OUT),
             refusal.branch(self, IDLE, memory, Freedom("server time-out", "aborts")),
@@ -282,7 +272,7 @@ class Lost:
         return [
             quiet(Lost(owed, begun=True), memory, ANSWERED),
             *IDLE.receive(frame, memory),
-            Refusal(RESTART, KNOWN_CODES).branch(self, IDLE, memory),
+            Refusal(RESTART).branch(self, IDLE, memory),
         ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
@@ -348,10 +338,6 @@ def oddities(request: Request) -> Iterable[tuple[str, Refusal]]:
     if _reserved_bits(request):
         yield "reserved bits in a request", Refusal(freedoms.RESERVED_BITS)
     if any(_reserved_bytes(request)):
-        tolerated = (*RESERVED_BYTES, *GENERAL)
-        yield (
-            "reserved bytes in a request",
-            Refusal(freedoms.RESERVED_BYTES, (), tolerated=tolerated),
-        )
+        yield "reserved bytes in a request", Refusal(freedoms.RESERVED_BYTES)
     if _vain_count(request):
         yield "n where it has no meaning", Refusal(initiates.UNUSED_WITHOUT_SIZE)

@@ -53,11 +53,7 @@ SEQUENCE_ZERO = Rule(
     MAY,
     "A segment with number 0 is never stored.",
     reaction="silence, or abort",
-    codes=(
-        AbortCode.INVALID_SEQUENCE_NUMBER,
-        AbortCode.INVALID_BLOCK_SIZE,
-        AbortCode.COMMAND_NOT_VALID,
-    ),
+    codes=accepted.IMPOSSIBLE_NUMBER,
     open="abort, or the segment is dropped",
 )
 GAP = Rule(
@@ -83,6 +79,7 @@ TOO_MANY = Rule(
     "More bytes than announced are refused, at the end at the latest.",
     reaction="abort, the object keeps its value",
     codes=(*accepted.TOO_LONG, AbortCode.CRC_ERROR),
+    tolerated=accepted.IMPRECISE,
     open="the moment: with the segment, or at the latest at the end",
 )
 SILENT_IN_SUB_BLOCK = Rule(
@@ -92,6 +89,7 @@ SILENT_IN_SUB_BLOCK = Rule(
     "When a sub-block breaks off a server may acknowledge what came, give up, or wait.",
     reaction="silence, A2h, or abort",
     codes=accepted.TIMED_OUT,
+    tolerated=(),
     open="whether there is a time-out, and what it leads to",
 )
 EMPTY = Rule(
@@ -100,11 +98,7 @@ EMPTY = Rule(
     MAY,
     "A block download of no bytes stores an empty value or is refused.",
     reaction="served, or abort",
-    codes=(
-        AbortCode.LENGTH_TOO_LOW,
-        AbortCode.INTERNALLY_INCOMPATIBLE,
-        AbortCode.OUT_OF_MEMORY,
-    ),
+    codes=accepted.NOT_EMPTY,
     open="served or refused",
 )
 STORED = Rule(
@@ -121,6 +115,7 @@ WRONG_CRC = Rule(
     "A CRC that does not fit the data is refused as such.",
     reaction="abort, the object keeps its value",
     codes=(AbortCode.CRC_ERROR,),
+    tolerated=accepted.IMPRECISE,
 )
 UNUSED_TOO_MANY = Rule(
     "block-download.unused-too-many",
@@ -128,12 +123,8 @@ UNUSED_TOO_MANY = Rule(
     MUST,
     "An end request whose n does not fit the announced size is refused.",
     reaction="abort, the object keeps its value",
-    codes=(
-        AbortCode.LENGTH_TOO_LOW,
-        AbortCode.LENGTH_TOO_HIGH,
-        AbortCode.LENGTH_MISMATCH,
-        AbortCode.CRC_ERROR,
-    ),
+    codes=(*accepted.WRONG_LENGTH, AbortCode.CRC_ERROR),
+    tolerated=accepted.IMPRECISE,
 )
 TOO_FEW = Rule(
     "block-download.too-few",
@@ -141,7 +132,8 @@ TOO_FEW = Rule(
     MUST,
     "Fewer bytes than announced are refused at the end.",
     reaction="abort, the object keeps its value",
-    codes=accepted.TOO_SHORT,
+    codes=(*accepted.TOO_SHORT, AbortCode.CRC_ERROR),
+    tolerated=accepted.IMPRECISE,
 )
 FOREIGN_AT_END = Rule(
     "block-download.foreign-at-end",
@@ -167,6 +159,26 @@ ABORT_BEFORE_END = Rule(
     MUST,
     "An abort of the client instead of the end request: nothing is written.",
     reaction="silence, idle",
+)
+
+TWO_ERRORS = Rule(
+    "block-download.two-errors",
+    END,
+    MAY,
+    "When both CRC and size are wrong the download is refused for one of them.",
+    reaction="abort, the object keeps its value",
+    codes=(*accepted.WRONG_LENGTH, AbortCode.CRC_ERROR),
+    tolerated=accepted.IMPRECISE,
+    open="which of the two is looked at first",
+)
+END_RESERVED_BIT = Rule(
+    "block-download.end-reserved-bit",
+    END,
+    MAY,
+    "The reserved bit of an end request may be ignored or refused.",
+    reaction="A1h, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
 )
 
 BLOCK_DOWNLOAD_RULES = (
@@ -200,11 +212,7 @@ BLOCK_DOWNLOAD_RULES = (
         MAY,
         "A segment with a number beyond the block size is not stored.",
         reaction="silence, A2h, or abort",
-        codes=(
-            AbortCode.INVALID_SEQUENCE_NUMBER,
-            AbortCode.INVALID_BLOCK_SIZE,
-            AbortCode.COMMAND_NOT_VALID,
-        ),
+        codes=accepted.IMPOSSIBLE_NUMBER,
         open="abort, or the segment is dropped",
     ),
     TOO_MANY,
@@ -216,6 +224,7 @@ BLOCK_DOWNLOAD_RULES = (
         "When no segment comes at all a server may give up, or wait.",
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
+        tolerated=(),
         open="whether there is a time-out, and its length",
     ),
     Rule(
@@ -260,26 +269,10 @@ BLOCK_DOWNLOAD_RULES = (
     ),
     UNUSED_TOO_MANY,
     TOO_FEW,
-    Rule(
-        "block-download.two-errors",
-        END,
-        MAY,
-        "When both CRC and size are wrong the download is refused for one of them.",
-        reaction="abort, the object keeps its value",
-        codes=(*accepted.TOO_SHORT, AbortCode.LENGTH_TOO_HIGH, AbortCode.CRC_ERROR),
-        open="which of the two is looked at first",
-    ),
+    TWO_ERRORS,
     FOREIGN_AT_END,
     LAST_AGAIN,
-    Rule(
-        "block-download.end-reserved-bit",
-        END,
-        MAY,
-        "The reserved bit of an end request may be ignored or refused.",
-        reaction="A1h, or abort",
-        codes=accepted.NOT_VALID,
-        open="served or refused",
-    ),
+    END_RESERVED_BIT,
     ABORT_BEFORE_END,
     Rule(
         "block-download.silent-before-end",
@@ -288,6 +281,7 @@ BLOCK_DOWNLOAD_RULES = (
         "When the end request does not come a server may give up, or wait.",
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
+        tolerated=(),
         open="whether there is a time-out, and its length",
     ),
 )

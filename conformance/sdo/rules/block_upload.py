@@ -60,11 +60,7 @@ ACKNOWLEDGES_TOO_MANY = Rule(
     MUST,
     "An acknowledgement of more segments than were sent ends the upload.",
     reaction="abort, idle",
-    codes=(
-        AbortCode.INVALID_SEQUENCE_NUMBER,
-        AbortCode.COMMAND_NOT_VALID,
-        AbortCode.GENERAL_ERROR,
-    ),
+    codes=(AbortCode.INVALID_SEQUENCE_NUMBER, AbortCode.COMMAND_NOT_VALID),
     open="the code",
 )
 ACKNOWLEDGES_BLOCK_SIZE = Rule(
@@ -73,7 +69,8 @@ ACKNOWLEDGES_BLOCK_SIZE = Rule(
     MUST,
     "An acknowledgement with a block size of 0, or beyond 127, ends the upload.",
     reaction="abort, idle",
-    codes=(AbortCode.INVALID_BLOCK_SIZE, AbortCode.GENERAL_ERROR),
+    codes=(AbortCode.INVALID_BLOCK_SIZE,),
+    tolerated=accepted.IMPRECISE,
 )
 FOREIGN = Rule(
     "block-upload.foreign",
@@ -104,7 +101,8 @@ OVER = Rule(
     END,
     MUST,
     "The confirmation of the end is not answered, and the server is idle.",
-    reaction="silence, idle",
+    reaction="silence, idle; abort of a request that belongs elsewhere",
+    codes=accepted.NOT_VALID,
 )
 ACKNOWLEDGED_AGAIN = Rule(
     "block-upload.acknowledged-again",
@@ -123,6 +121,16 @@ CLIENT_ABORT_AT_END = Rule(
     reaction="silence, idle",
 )
 
+ACKNOWLEDGEMENT_RESERVED_BITS = Rule(
+    "block-upload.acknowledgement-reserved-bits",
+    SUB_BLOCK,
+    MAY,
+    "Reserved bits of an acknowledgement may be ignored or refused.",
+    reaction="segments or the end, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+
 BLOCK_UPLOAD_RULES = (
     FIRST_SUB_BLOCK,
     NOT_STARTED,
@@ -132,8 +140,8 @@ BLOCK_UPLOAD_RULES = (
         MAY,
         "An initiate where the start is due ends the upload; it is served or refused.",
         reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="whether the new transfer is served or refused",
+        codes=accepted.ANY,
+        open="whether the new transfer is served or refused, and the code",
     ),
     FOREIGN_BEFORE_START,
     NEXT_SUB_BLOCK,
@@ -149,23 +157,15 @@ BLOCK_UPLOAD_RULES = (
     ACKNOWLEDGES_TOO_MANY,
     ACKNOWLEDGES_BLOCK_SIZE,
     FOREIGN,
-    Rule(
-        "block-upload.acknowledgement-reserved-bits",
-        SUB_BLOCK,
-        MAY,
-        "Reserved bits of an acknowledgement may be ignored or refused.",
-        reaction="segments or the end, or abort",
-        codes=accepted.NOT_VALID,
-        open="served or refused",
-    ),
+    ACKNOWLEDGEMENT_RESERVED_BITS,
     Rule(
         "block-upload.new-initiate",
         SUB_BLOCK,
         MAY,
         "An initiate where an acknowledgement is due ends the upload; it is served or refused.",
         reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="whether the new transfer is served or refused",
+        codes=accepted.ANY,
+        open="whether the new transfer is served or refused, and the code",
     ),
     CLIENT_ABORT,
     Rule(
@@ -175,6 +175,7 @@ BLOCK_UPLOAD_RULES = (
         "A server may give up a block upload that does not go on, or wait.",
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
+        tolerated=(),
         open="whether there is a time-out, and its length",
     ),
     Rule(
@@ -194,8 +195,8 @@ BLOCK_UPLOAD_RULES = (
         MAY,
         "An initiate where the end is to be confirmed is served or refused.",
         reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="whether the new transfer is served or refused",
+        codes=accepted.ANY,
+        open="whether the new transfer is served or refused, and the code",
     ),
     CLIENT_ABORT_AT_END,
     Rule(
@@ -205,6 +206,7 @@ BLOCK_UPLOAD_RULES = (
         "When the confirmation of the end does not come a server may give up, or wait.",
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
+        tolerated=(),
         open="whether there is a time-out, and its length",
     ),
 )

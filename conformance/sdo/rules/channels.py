@@ -25,6 +25,7 @@ REMOTE = Rule(
     MAY,
     "A remote frame on the COB-ID of the requests carries none: nothing is served for it.",
     reaction="silence, or an abort",
+    codes=accepted.ANY,
     open="the reaction to a remote frame",
 )
 REMOTE_IGNORED = Rule(
@@ -69,6 +70,82 @@ NMT_INTERRUPTED = Rule(
     open="what becomes of the transfer",
 )
 
+DEFAULT_READ_ONLY = Rule(
+    "channel.default-read-only",
+    PARAMETER,
+    MUST,
+    "The default channel can be neither moved nor switched off: 1200h refuses every write.",
+    reaction="abort, nothing changes",
+    codes=accepted.READ_ONLY,
+)
+MISSING = Rule(
+    "channel.missing",
+    ABORT,
+    MUST,
+    "The parameter of a server channel that the device lacks does not exist.",
+    reaction="abort",
+    codes=(AbortCode.OBJECT_MISSING,),
+)
+VALID_KEEPS_IDENTIFIER = Rule(
+    "channel.valid-keeps-identifier",
+    PARAMETER,
+    MUST,
+    "A COB-ID changes only while it is marked not valid, and a channel serves while both are.",
+    reaction="abort",
+    codes=(*accepted.IN_USE, AbortCode.GENERAL_ERROR),
+    open="the code",
+)
+SAME_IDENTIFIER = Rule(
+    "channel.same-identifier",
+    PARAMETER,
+    MAY,
+    "A valid COB-ID may take the value that it has, or refuse it.",
+    reaction="served, or abort",
+    codes=(*accepted.IN_USE, AbortCode.GENERAL_ERROR),
+)
+EXTENDED_IDENTIFIER = Rule(
+    "channel.extended-identifier",
+    PARAMETER,
+    MUST,
+    "A device without 29-bit identifiers refuses a COB-ID that asks for one.",
+    reaction="abort",
+    codes=accepted.WRONG_VALUE,
+    open="whether the device supports 29-bit identifiers",
+)
+IDENTIFIER_BITS = Rule(
+    "channel.identifier-bits",
+    PARAMETER,
+    MUST,
+    "Bits 28 to 11 of a COB-ID are 0 when its identifier has 11 bits.",
+    reaction="abort",
+    codes=accepted.WRONG_VALUE,
+)
+RESTRICTED_IDENTIFIER = Rule(
+    "channel.restricted-identifier",
+    RESTRICTED,
+    MUST,
+    "No channel takes one of the CAN-IDs that are kept for other services.",
+    reaction="abort",
+    codes=accepted.WRONG_VALUE,
+)
+CLIENT_NODE_ID = Rule(
+    "channel.client-node-id",
+    PARAMETER,
+    MUST,
+    "The node-ID of a channel's client is 1 to 127.",
+    reaction="abort",
+    codes=accepted.OUT_OF_LIMITS,
+    open="whether the entry is there",
+)
+ENTRY_COUNT = Rule(
+    "channel.entry-count",
+    PARAMETER,
+    MUST,
+    "A channel's parameter counts 2 or 3 entries, and the count cannot be written.",
+    reaction="02h, or 03h with the client's node-ID; abort of a download",
+    codes=accepted.READ_ONLY,
+)
+
 CHANNEL_RULES = (
     REQUEST_IDENTIFIER,
     REMOTE,
@@ -82,70 +159,13 @@ CHANNEL_RULES = (
         reaction="02h, 600h + node-ID, 580h + node-ID",
         open="whether 1200h is there while the device has the default channel only",
     ),
-    Rule(
-        "channel.default-read-only",
-        PARAMETER,
-        MUST,
-        "The default channel can be neither moved nor switched off: 1200h refuses every write.",
-        reaction="abort, nothing changes",
-        codes=accepted.READ_ONLY,
-    ),
-    Rule(
-        "channel.missing",
-        ABORT,
-        MUST,
-        "The parameter of a server channel that the device lacks does not exist.",
-        reaction="abort",
-        codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "channel.valid-keeps-identifier",
-        PARAMETER,
-        MUST,
-        "A COB-ID changes only while it is marked not valid, and a channel serves while both are.",
-        reaction="abort",
-        codes=(
-            AbortCode.VALUE_INVALID,
-            AbortCode.PARAMETER_INCOMPATIBLE,
-            AbortCode.DEVICE_STATE,
-            AbortCode.LOCAL_CONTROL,
-            AbortCode.GENERAL_ERROR,
-        ),
-        open="the code",
-    ),
-    Rule(
-        "channel.same-identifier",
-        PARAMETER,
-        MAY,
-        "A valid COB-ID may take the value that it has, or refuse it.",
-        reaction="served, or abort",
-        codes=accepted.WRONG_VALUE,
-    ),
-    Rule(
-        "channel.extended-identifier",
-        PARAMETER,
-        MUST,
-        "A device without 29-bit identifiers refuses a COB-ID that asks for one.",
-        reaction="abort",
-        codes=accepted.WRONG_VALUE,
-        open="whether the device supports 29-bit identifiers",
-    ),
-    Rule(
-        "channel.identifier-bits",
-        PARAMETER,
-        MUST,
-        "Bits 28 to 11 of a COB-ID are 0 when its identifier has 11 bits.",
-        reaction="abort",
-        codes=accepted.WRONG_VALUE,
-    ),
-    Rule(
-        "channel.restricted-identifier",
-        RESTRICTED,
-        MUST,
-        "No channel takes one of the CAN-IDs that are kept for other services.",
-        reaction="abort",
-        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
-    ),
+    DEFAULT_READ_ONLY,
+    MISSING,
+    VALID_KEEPS_IDENTIFIER,
+    SAME_IDENTIFIER,
+    EXTENDED_IDENTIFIER,
+    IDENTIFIER_BITS,
+    RESTRICTED_IDENTIFIER,
     Rule(
         "channel.dynamic-bit",
         PARAMETER,
@@ -154,27 +174,8 @@ CHANNEL_RULES = (
         reaction="served, or abort",
         codes=accepted.WRONG_VALUE,
     ),
-    Rule(
-        "channel.client-node-id",
-        PARAMETER,
-        MUST,
-        "The node-ID of a channel's client is 1 to 127.",
-        reaction="abort",
-        codes=(
-            AbortCode.VALUE_INVALID,
-            AbortCode.VALUE_TOO_HIGH,
-            AbortCode.VALUE_TOO_LOW,
-        ),
-        open="whether the entry is there",
-    ),
-    Rule(
-        "channel.entry-count",
-        PARAMETER,
-        MUST,
-        "A channel's parameter counts 2 or 3 entries, and the count cannot be written.",
-        reaction="02h, or 03h with the client's node-ID; abort of a download",
-        codes=(AbortCode.WRITE_OF_READ_ONLY,),
-    ),
+    CLIENT_NODE_ID,
+    ENTRY_COUNT,
     Rule(
         "channel.independent",
         SERVICES,
@@ -195,7 +196,7 @@ CHANNEL_RULES = (
         MAY,
         "1280h to 12FFh describe the channels in which the device is the client.",
         reaction="served, or abort",
-        codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
+        codes=(AbortCode.OBJECT_MISSING,),
         open="whether there are any",
     ),
     Rule(

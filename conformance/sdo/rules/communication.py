@@ -13,12 +13,65 @@ OBJECTS = "7.5.2"
 RESTRICTED = "7.3.5"
 PDO = "7.5.2.37"
 MAPPING = "7.5.2.38"
-IN_USE = (
-    AbortCode.VALUE_INVALID,
-    AbortCode.PARAMETER_INCOMPATIBLE,
-    AbortCode.DEVICE_STATE,
-    AbortCode.LOCAL_CONTROL,
-    AbortCode.GENERAL_ERROR,
+
+ERROR_LIST_COUNT = Rule(
+    "communication.error-list-count",
+    ERROR_LIST,
+    MUST,
+    "1003h:00 takes nothing but 0.",
+    reaction="abort",
+    codes=(*accepted.WRONG_VALUE, AbortCode.VALUE_TOO_HIGH),
+)
+RESTRICTED_IDENTIFIER = Rule(
+    "communication.restricted-identifier",
+    RESTRICTED,
+    MUST,
+    "SYNC, TIME, EMCY and PDOs take none of the CAN-IDs that are kept for other services.",
+    reaction="abort",
+    codes=accepted.WRONG_VALUE,
+)
+IDENTIFIER_BITS = Rule(
+    "communication.identifier-bits",
+    OBJECTS,
+    MUST,
+    "Bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs are 0 without bit 29.",
+    reaction="abort",
+    codes=accepted.WRONG_VALUE,
+)
+VALID_KEEPS_IDENTIFIER = Rule(
+    "communication.valid-keeps-identifier",
+    OBJECTS,
+    MUST,
+    "The COB-ID of SYNC, TIME, EMCY or a PDO does not change while it is in use.",
+    reaction="abort",
+    codes=accepted.IN_USE,
+    open="the code",
+)
+RESERVED_ENTRY = Rule(
+    "communication.reserved-entry",
+    PDO,
+    MUST,
+    "Sub-index 04h of 1800h to 19FFh is reserved and does not exist.",
+    reaction="abort",
+    codes=(AbortCode.SUB_INDEX_MISSING,),
+)
+TRANSMISSION_TYPE = Rule(
+    "communication.transmission-type",
+    PDO,
+    MUST,
+    "A PDO refuses a transmission type that it does not support, as reserved ones.",
+    reaction="abort",
+    codes=(*accepted.WRONG_VALUE, AbortCode.VALUE_TOO_HIGH),
+)
+MAPPED_OBJECT = Rule(
+    "communication.mapped-object",
+    MAPPING,
+    MUST,
+    "What cannot be mapped is not: an object that does not exist.",
+    reaction="abort",
+    codes=accepted.NOT_MAPPED,
+    tolerated=(AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID),
+    open="the moment: the entry, or the number of entries",
 )
 
 COMMUNICATION_RULES = (
@@ -42,14 +95,7 @@ COMMUNICATION_RULES = (
         reaction="served",
         open="whether there is 1003h",
     ),
-    Rule(
-        "communication.error-list-count",
-        ERROR_LIST,
-        MUST,
-        "1003h:00 takes nothing but 0.",
-        reaction="abort",
-        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
-    ),
+    ERROR_LIST_COUNT,
     Rule(
         "communication.storage-capability",
         STORE,
@@ -64,63 +110,20 @@ COMMUNICATION_RULES = (
         "1021h is the EDS of the device, read in segments or in blocks.",
         open="whether there is 1021h; a format of the manufacturer (1022h)",
     ),
-    Rule(
-        "communication.restricted-identifier",
-        RESTRICTED,
-        MUST,
-        "SYNC, TIME, EMCY and PDOs take none of the CAN-IDs that are kept for other services.",
-        reaction="abort",
-        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "communication.identifier-bits",
-        OBJECTS,
-        MUST,
-        "Bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs are 0 without bit 29.",
-        reaction="abort",
-        codes=accepted.WRONG_VALUE,
-    ),
-    Rule(
-        "communication.valid-keeps-identifier",
-        OBJECTS,
-        MUST,
-        "The COB-ID of SYNC, TIME, EMCY or a PDO does not change while it is in use.",
-        reaction="abort",
-        codes=IN_USE,
-        open="the code",
-    ),
-    Rule(
-        "communication.reserved-entry",
-        PDO,
-        MUST,
-        "Sub-index 04h of 1800h to 19FFh is reserved and does not exist.",
-        reaction="abort",
-        codes=(AbortCode.SUB_INDEX_MISSING, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "communication.transmission-type",
-        PDO,
-        MUST,
-        "A PDO refuses a transmission type that it does not support, as reserved ones.",
-        reaction="abort",
-        codes=(*accepted.WRONG_VALUE, AbortCode.GENERAL_ERROR),
-    ),
-    Rule(
-        "communication.mapped-object",
-        MAPPING,
-        MUST,
-        "What cannot be mapped is not: an object that does not exist.",
-        reaction="abort",
-        codes=(AbortCode.NOT_MAPPABLE, AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
-        open="the moment: the entry, or the number of entries",
-    ),
+    RESTRICTED_IDENTIFIER,
+    IDENTIFIER_BITS,
+    VALID_KEEPS_IDENTIFIER,
+    RESERVED_ENTRY,
+    TRANSMISSION_TYPE,
+    MAPPED_OBJECT,
     Rule(
         "communication.mapped-length",
         MAPPING,
         MUST,
         "A PDO maps 8 bytes at most.",
         reaction="abort",
-        codes=(AbortCode.MAPPING_TOO_LONG, AbortCode.NOT_MAPPABLE, AbortCode.GENERAL_ERROR),
+        codes=accepted.NOT_MAPPED,
+        tolerated=(AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID),
         open="the moment: the entry, or the number of entries",
     ),
 )

@@ -15,6 +15,7 @@ UNUSED_WITHOUT_SIZE = Rule(
     "n without an indicated size of expedited data means nothing; it never shortens the data.",
     reaction="served without a look at n, or abort",
     codes=accepted.NOT_VALID,
+    tolerated=(*accepted.GENERAL, *accepted.WRONG_LENGTH),
     open="served or refused",
 )
 TOO_LONG = Rule(
@@ -23,7 +24,7 @@ TOO_LONG = Rule(
     MUST,
     "An expedited download of more bytes than the type has is refused.",
     reaction="abort, the object keeps its value",
-    codes=(*accepted.TOO_LONG, AbortCode.GENERAL_ERROR),
+    codes=accepted.TOO_LONG,
 )
 TOO_SHORT = Rule(
     "download.too-short",
@@ -31,7 +32,7 @@ TOO_SHORT = Rule(
     MUST,
     "An expedited download of fewer bytes than the type has is refused.",
     reaction="abort, the object keeps its value",
-    codes=(*accepted.TOO_SHORT, AbortCode.GENERAL_ERROR),
+    codes=accepted.TOO_SHORT,
 )
 SIZE_NOT_INDICATED_SHORT = Rule(
     "download.size-not-indicated-short",
@@ -39,7 +40,7 @@ SIZE_NOT_INDICATED_SHORT = Rule(
     MAY,
     "Expedited data without its size (22h) for a short type: the low bytes count, or none.",
     reaction="served, with the bytes of the type, or abort",
-    codes=(AbortCode.LENGTH_MISMATCH, AbortCode.LENGTH_TOO_HIGH),
+    codes=accepted.TOO_LONG,
     open="served or refused",
 )
 SIZE_NOT_INDICATED = Rule(
@@ -47,7 +48,8 @@ SIZE_NOT_INDICATED = Rule(
     DOWNLOAD,
     MUST,
     "Expedited data without its size (22h) is taken for a type of 4 bytes.",
-    reaction="served",
+    reaction="served, or abort where the type has no fixed length",
+    codes=accepted.WRONG_LENGTH,
 )
 NUMBER_TOO_LONG = Rule(
     "segmented-download.number-too-long",
@@ -73,7 +75,7 @@ NUMBER_EMPTY = Rule(
     MUST,
     "A download of 0 bytes to a type of fixed size is refused.",
     reaction="abort, the object keeps its value",
-    codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH),
+    codes=accepted.TOO_SHORT,
     open="the moment: the initiate, or at the latest the last segment",
 )
 HUGE_SIZE = Rule(
@@ -82,12 +84,7 @@ HUGE_SIZE = Rule(
     MAY,
     "A size beyond all memory is taken for the time being, or refused.",
     reaction="served, or abort",
-    codes=(
-        AbortCode.OUT_OF_MEMORY,
-        AbortCode.LENGTH_TOO_HIGH,
-        AbortCode.LENGTH_MISMATCH,
-        AbortCode.NOT_TRANSFERABLE,
-    ),
+    codes=accepted.NO_ROOM,
     open="served or refused, and the code",
 )
 SEGMENTED_SIZE_NOT_INDICATED = Rule(
@@ -104,12 +101,7 @@ LIMITS = Rule(
     MUST,
     "A value outside the limits of an object is refused, and the object keeps its own.",
     reaction="abort, the object keeps its value",
-    codes=(
-        AbortCode.VALUE_TOO_HIGH,
-        AbortCode.VALUE_TOO_LOW,
-        AbortCode.VALUE_INVALID,
-        AbortCode.GENERAL_ERROR,
-    ),
+    codes=accepted.OUT_OF_LIMITS,
     open="the general code for a value, or the one for its side",
 )
 BLOCK_NUMBER_LENGTH = Rule(
@@ -118,30 +110,34 @@ BLOCK_NUMBER_LENGTH = Rule(
     MUST,
     "A block download of more or fewer bytes than the type has is refused.",
     reaction="abort, the object keeps its value",
-    codes=accepted.WRONG_LENGTH,
+    codes=(*accepted.WRONG_LENGTH, AbortCode.CRC_ERROR),
+    tolerated=accepted.IMPRECISE,
     open="the moment: the initiate, or at the latest the end",
 )
 
+DOWNLOAD_RESERVED_BIT = Rule(
+    "download.request-reserved-bit",
+    DOWNLOAD,
+    MAY,
+    "Bit 4 of a download initiate may be ignored or refused.",
+    reaction="served, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+BLOCK_DOWNLOAD_RESERVED_BITS = Rule(
+    "block-download.request-reserved-bits",
+    BLOCK_DOWNLOAD,
+    MAY,
+    "Bits 4 and 3 of a block download initiate may be ignored or refused.",
+    reaction="served, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+
 DOWNLOAD_INITIATE_RULES = (
-    Rule(
-        "download.request-reserved-bit",
-        DOWNLOAD,
-        MAY,
-        "Bit 4 of a download initiate may be ignored or refused.",
-        reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="served or refused",
-    ),
+    DOWNLOAD_RESERVED_BIT,
     UNUSED_WITHOUT_SIZE,
-    Rule(
-        "block-download.request-reserved-bits",
-        BLOCK_DOWNLOAD,
-        MAY,
-        "Bits 4 and 3 of a block download initiate may be ignored or refused.",
-        reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="served or refused",
-    ),
+    BLOCK_DOWNLOAD_RESERVED_BITS,
     Rule(
         "download.unused-bytes-ignored",
         DOWNLOAD,

@@ -14,6 +14,7 @@ RESTART = Rule(
     SHOULD,
     "A new initiate ends the running transfer and is served.",
     reaction="served; an abort and idle are tolerated",
+    codes=accepted.ANY,
     open="a server may refuse it, in segmented and in block transfers",
 )
 
@@ -32,7 +33,7 @@ RESERVED_BYTES = Rule(
     MAY,
     "Reserved bytes of a request are ignored, or at most refused.",
     reaction="served, or abort",
-    codes=(AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE),
+    tolerated=(*accepted.IMPRECISE, AbortCode.PARAMETER_INCOMPATIBLE),
     open="served or refused",
 )
 FOREIGN_MULTIPLEXER = Rule(
@@ -64,7 +65,8 @@ FREEDOM_RULES = (
         "A frame that belongs inside a transfer has no positive answer while none runs.",
         reaction="abort, or silence",
         codes=accepted.NOT_VALID,
-        open="abort or silence; another code of table 22 is tolerated",
+        tolerated=accepted.ANY,
+        open="abort or silence",
     ),
     Rule(
         "abort.any-multiplexer",

@@ -15,7 +15,8 @@ NOT_REFUSED = Rule(
     PROTOCOLS,
     MUST,
     "A request that the protocol and the object allow is served.",
-    reaction="the positive response to the initiate",
+    reaction="the positive response; abort for what only the device knows of an object",
+    codes=accepted.ABOUT_OBJECTS,
     open="expedited or segmented for an upload of 4 bytes or fewer",
 )
 MISSING_REFUSED = Rule(
@@ -24,7 +25,7 @@ MISSING_REFUSED = Rule(
     MUST,
     "What does not exist in the device is not served.",
     reaction="abort",
-    codes=(AbortCode.OBJECT_MISSING, AbortCode.GENERAL_ERROR),
+    codes=(AbortCode.OBJECT_MISSING,),
 )
 
 SUB_INDEX_MISSING = Rule(
@@ -33,7 +34,7 @@ SUB_INDEX_MISSING = Rule(
     MUST,
     "A sub-index that an object does not have is refused as such.",
     reaction="abort",
-    codes=(AbortCode.SUB_INDEX_MISSING, AbortCode.GENERAL_ERROR),
+    codes=(AbortCode.SUB_INDEX_MISSING,),
 )
 WRITE_ONLY = Rule(
     "object.write-only",
@@ -41,11 +42,7 @@ WRITE_ONLY = Rule(
     MUST,
     "A write-only object cannot be read.",
     reaction="abort",
-    codes=(
-        AbortCode.READ_OF_WRITE_ONLY,
-        AbortCode.UNSUPPORTED_ACCESS,
-        AbortCode.GENERAL_ERROR,
-    ),
+    codes=(AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS),
 )
 READ_ONLY = Rule(
     "object.read-only",
@@ -62,7 +59,7 @@ UNKNOWN_SPECIFIER = Rule(
     MUST,
     "Client command specifier 7 has no meaning and is refused.",
     reaction="abort",
-    codes=accepted.NOT_VALID_OR_GENERAL,
+    codes=accepted.NOT_VALID,
 )
 DOWNLOAD_WITHOUT_INITIATE = Rule(
     "segmented-download.without-initiate",
@@ -71,6 +68,7 @@ DOWNLOAD_WITHOUT_INITIATE = Rule(
     "A download segment without a transfer is never confirmed.",
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
+    tolerated=accepted.ANY,
     open="abort or silence",
 )
 UPLOAD_WITHOUT_INITIATE = Rule(
@@ -80,6 +78,7 @@ UPLOAD_WITHOUT_INITIATE = Rule(
     "A request for a segment without a transfer brings no data.",
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
+    tolerated=accepted.ANY,
     open="abort or silence",
 )
 OUT_OF_BLOCK = Rule(
@@ -89,6 +88,7 @@ OUT_OF_BLOCK = Rule(
     "The inner frames of a block transfer that was never started have no positive answer.",
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
+    tolerated=accepted.ANY,
     open="abort or silence",
 )
 ABORT_NOT_ANSWERED = Rule(
@@ -104,6 +104,7 @@ ABORT_RESERVED_BITS = Rule(
     MAY,
     "81h to 9Fh without a transfer has no positive answer.",
     reaction="silence, or abort",
+    codes=accepted.NOT_VALID,
     open="whether it is an abort",
 )
 SUB_COMMAND = Rule(
@@ -113,6 +114,7 @@ SUB_COMMAND = Rule(
     "A block initiate whose sub-command bits name none is not served.",
     reaction="abort, or silence",
     codes=accepted.NOT_VALID,
+    tolerated=accepted.ANY,
     open="silence: it may pass for an acknowledgement or an end out of place",
 )
 BLOCK_UNSUPPORTED = Rule(
@@ -134,6 +136,20 @@ NO_DATA = Rule(
     open="06090011h is tolerated where a place of 1003h holds no error",
 )
 
+BUSY = Rule(
+    "object.busy",
+    ABORT,
+    MAY,
+    "Two clients at one object are both served, or one is refused; no data is mixed up.",
+    reaction="served, or abort",
+    codes=(
+        AbortCode.LOCAL_CONTROL,
+        AbortCode.DEVICE_STATE,
+        AbortCode.CONNECTION_NOT_AVAILABLE,
+    ),
+    open="served or refused",
+)
+
 IDLE_RULES = (
     NOT_REFUSED,
     MISSING_REFUSED,
@@ -149,17 +165,5 @@ IDLE_RULES = (
     SUB_COMMAND,
     BLOCK_UNSUPPORTED,
     NO_DATA,
-    Rule(
-        "object.busy",
-        ABORT,
-        MAY,
-        "Two clients at one object are both served, or one is refused; no data is mixed up.",
-        reaction="served, or abort",
-        codes=(
-            AbortCode.LOCAL_CONTROL,
-            AbortCode.DEVICE_STATE,
-            AbortCode.CONNECTION_NOT_AVAILABLE,
-        ),
-        open="served or refused",
-    ),
+    BUSY,
 )

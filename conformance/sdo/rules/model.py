@@ -24,9 +24,9 @@ class Rule:
 
     A MAY is a freedom of the server; it is broken by what no choice allows.
 
-    ``reaction`` says in words what is accepted. ``codes`` are the abort codes accepted where an
-    abort is due or allowed, the most precise first; empty where there is no abort, or where any
-    code of CiA 301 will do. ``open`` says what the specification leaves to the server.
+    ``reaction`` says in words what is accepted. ``codes`` are the abort codes that are right
+    where an abort is due or allowed, the most precise first; with one that is only ``tolerated`` a
+    server misses a SHOULD. ``open`` says what the specification leaves to the server.
     ``untestable`` says why no case tests the rule; it is empty when one does.
     """
 
@@ -36,6 +36,7 @@ class Rule:
     sentence: str
     reaction: str = ""
     codes: tuple[AbortCode, ...] = ()
+    tolerated: tuple[AbortCode, ...] = (AbortCode.GENERAL_ERROR,)
     open: str = ""
     untestable: str = ""
 

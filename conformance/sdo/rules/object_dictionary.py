@@ -10,6 +10,30 @@ IDENTITY = "7.5.2.21"
 STORE = "7.5.2.13"
 RESTORE = "7.5.2.14"
 
+STRUCTURE_ENTRY = Rule(
+    "dictionary.structure",
+    STRUCTURE,
+    MAY,
+    "Sub-index FFh is missing, or holds the data type and the object type.",
+    reaction="served, or abort",
+    codes=(AbortCode.SUB_INDEX_MISSING,),
+    open="whether there is a sub-index FFh",
+)
+SIGNATURE = Rule(
+    "storage.signature",
+    STORE,
+    MUST,
+    "What is no signature is refused: nothing is stored, and no defaults are loaded.",
+    reaction="abort",
+    codes=(
+        AbortCode.NOT_TRANSFERABLE,
+        AbortCode.LOCAL_CONTROL,
+        AbortCode.DEVICE_STATE,
+    ),
+    tolerated=(AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID),
+    open="whether it has 1010h and 1011h; which of the codes",
+)
+
 OBJECT_DICTIONARY_RULES = (
     Rule(
         "dictionary.access",
@@ -56,6 +80,7 @@ OBJECT_DICTIONARY_RULES = (
         SHOULD,
         "A device has no objects but those of its description.",
         reaction="abort",
+        codes=(AbortCode.OBJECT_MISSING,),
     ),
     Rule(
         "dictionary.highest-sub-index",
@@ -64,14 +89,7 @@ OBJECT_DICTIONARY_RULES = (
         "Sub-index 0 of an array or record holds the highest sub-index of it.",
         open="where it can be written it says how many entries are in use",
     ),
-    Rule(
-        "dictionary.structure",
-        STRUCTURE,
-        MAY,
-        "Sub-index FFh is missing, or holds the data type and the object type.",
-        reaction="served, or abort",
-        open="whether there is a sub-index FFh",
-    ),
+    STRUCTURE_ENTRY,
     Rule(
         "storage.load-defaults",
         RESTORE,
@@ -88,17 +106,5 @@ OBJECT_DICTIONARY_RULES = (
         reaction="served",
         open="whether it has 1010h",
     ),
-    Rule(
-        "storage.signature",
-        STORE,
-        MUST,
-        "What is no signature is refused: nothing is stored, and no defaults are loaded.",
-        reaction="abort",
-        codes=(
-            AbortCode.NOT_TRANSFERABLE,
-            AbortCode.LOCAL_CONTROL,
-            AbortCode.DEVICE_STATE,
-        ),
-        open="whether it has 1010h and 1011h; which of the codes",
-    ),
+    SIGNATURE,
 )

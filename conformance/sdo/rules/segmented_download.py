@@ -1,6 +1,5 @@
 """Requests to a server in the middle of a segmented download."""
 
-from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, Rule
 
@@ -30,6 +29,7 @@ TOGGLE = Rule(
     "The data of a segment whose toggle bit did not alternate is not stored.",
     reaction="abort, or silence",
     codes=accepted.TOGGLE_ERROR,
+    tolerated=(),
     open="whether the transfer is aborted or the segment ignored",
 )
 TOO_MANY = Rule(
@@ -85,8 +85,18 @@ EMPTY = Rule(
     MAY,
     "A download of no bytes stores an empty value or is refused.",
     reaction="served, or abort",
-    codes=(AbortCode.LENGTH_TOO_LOW, AbortCode.NOT_TRANSFERABLE),
+    codes=accepted.NOT_EMPTY,
     open="served or refused",
+)
+
+ABORT_RESERVED_BITS = Rule(
+    "segmented-download.abort-reserved-bits",
+    ABORT,
+    MAY,
+    "81h to 9Fh in the middle of a download is an abort, no valid request, or nothing.",
+    reaction="silence, or abort",
+    codes=accepted.NOT_VALID,
+    open="whether it is an abort",
 )
 
 SEGMENTED_DOWNLOAD_RULES = (
@@ -134,18 +144,11 @@ SEGMENTED_DOWNLOAD_RULES = (
         MUST,
         "An initiate of any kind ends the download that is running; nothing of it is stored.",
         reaction="served, or abort",
+        codes=accepted.ANY,
         open="whether the new transfer is served or refused, and the code",
     ),
     CLIENT_ABORT,
-    Rule(
-        "segmented-download.abort-reserved-bits",
-        ABORT,
-        MAY,
-        "81h to 9Fh in the middle of a download is an abort, no valid request, or nothing.",
-        reaction="silence, or abort",
-        codes=accepted.NOT_VALID,
-        open="whether it is an abort",
-    ),
+    ABORT_RESERVED_BITS,
     Rule(
         "segmented-download.client-silent",
         ABORT,
@@ -153,6 +156,7 @@ SEGMENTED_DOWNLOAD_RULES = (
         "A server may give up a download that does not go on, or wait for ever.",
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
+        tolerated=(),
         open="whether there is a time-out, and its length",
     ),
     Rule(
@@ -162,6 +166,7 @@ SEGMENTED_DOWNLOAD_RULES = (
         "A segment behind the last one is never confirmed, and changes nothing.",
         reaction="abort, or silence",
         codes=accepted.NOT_VALID,
+        tolerated=accepted.ANY,
         open="abort or silence",
     ),
     EMPTY,

@@ -21,6 +21,7 @@ TOGGLE = Rule(
     "A toggle bit that did not alternate ends the upload and brings no data.",
     reaction="abort, idle",
     codes=accepted.TOGGLE_ERROR,
+    tolerated=(),
 )
 DOWNLOAD_SEGMENT = Rule(
     "segmented-upload.download-segment",
@@ -65,6 +66,7 @@ SEGMENTED_UPLOAD_RULES = (
         MUST,
         "An initiate of any kind ends the upload that is running.",
         reaction="served, or abort",
+        codes=accepted.ANY,
         open="whether the new transfer is served or refused, and the code",
     ),
     Rule(
@@ -73,6 +75,7 @@ SEGMENTED_UPLOAD_RULES = (
         MUST,
         "The same upload initiate again begins with the first byte and t = 0, or is refused.",
         reaction="served, or abort",
+        codes=accepted.ANY,
         open="whether it is served or refused, and the code",
     ),
     CLIENT_ABORT,
@@ -100,6 +103,7 @@ SEGMENTED_UPLOAD_RULES = (
         "A request behind the last segment brings no data.",
         reaction="abort, or silence",
         codes=accepted.NOT_VALID,
+        tolerated=accepted.ANY,
         open="abort or silence",
     ),
     Rule(
@@ -109,6 +113,7 @@ SEGMENTED_UPLOAD_RULES = (
         "A server may give up an upload that does not go on, or wait for ever.",
         reaction="silence, or abort",
         codes=accepted.TIMED_OUT,
+        tolerated=(),
         open="whether there is a time-out, and its length",
     ),
     Rule(

@@ -1,6 +1,7 @@
 """Requests of fewer than 8 bytes: nothing is required but that no harm is done."""
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, Rule
 
 PROTOCOLS = "7.2.4.3"
@@ -16,7 +17,7 @@ CODES = (
 
 
 def _short(id_: str, sentence: str) -> Rule:
-    return Rule(id_, PROTOCOLS, MAY, sentence, REACTION, CODES, OPEN)
+    return Rule(id_, PROTOCOLS, MAY, sentence, REACTION, CODES, accepted.ANY, OPEN)
 
 
 SHORT = _short(

@@ -16,9 +16,9 @@ VARIABLE_LENGTH = Rule(
     STRINGS,
     MUST,
     "A string or domain takes data that is shorter than its room.",
-    reaction="served; abort for what is longer than the room",
-    codes=(AbortCode.LENGTH_TOO_HIGH, AbortCode.OUT_OF_MEMORY),
-    open="the code for data longer than the room; whether a string ends with 00h",
+    reaction="served; abort for what the room does not take",
+    codes=(*accepted.NO_ROOM, AbortCode.LENGTH_TOO_LOW),
+    open="whether a string ends with 00h; whether an OCTET_STRING has a length of its own",
 )
 UNICODE = Rule(
     "data.unicode",
@@ -26,6 +26,7 @@ UNICODE = Rule(
     MAY,
     "A UNICODE_STRING has 2 bytes for each character; an odd number is left to the device.",
     reaction="served, or abort",
+    codes=accepted.WRONG_LENGTH,
     open="the effect of an odd number of bytes",
     untestable="Any effect of an odd number of bytes is right.",
 )
@@ -59,13 +60,7 @@ SIZE_RULES = (
         MAY,
         "A value of no bytes is stored and read as such, as one byte 00h, or refused.",
         reaction="served, or abort",
-        codes=(
-            AbortCode.NO_DATA,
-            AbortCode.LENGTH_TOO_LOW,
-            AbortCode.NOT_TRANSFERABLE,
-            AbortCode.INTERNALLY_INCOMPATIBLE,
-            AbortCode.OUT_OF_MEMORY,
-        ),
+        codes=(AbortCode.NO_DATA, *accepted.NOT_EMPTY),
         open="whether a value may be empty",
     ),
     Rule(
@@ -99,6 +94,7 @@ SIZE_RULES = (
         MAY,
         "A BOOLEAN is 00h or 01h; what another value does is left to the device.",
         reaction="served, or abort",
+        codes=accepted.ANY,
         open="the effect of values above 1",
         untestable="Any effect is right, and a value above 1 might set off one in the device.",
     ),

@@ -12,6 +12,7 @@ SERVER_TIME_OUT = Rule(
     "A server may give up a transfer that does not go on, and says so by its abort.",
     reaction="silence, or abort with the multiplexer of the transfer",
     codes=accepted.TIMED_OUT,
+    tolerated=(),
     open="whether there is a time-out, and its length",
 )
 

@@ -15,11 +15,8 @@ INVALID_BLOCK_SIZE = Rule(
     MUST,
     "A block upload in sub-blocks of no segment, or of more than 127, is refused.",
     reaction="abort",
-    codes=(
-        AbortCode.INVALID_BLOCK_SIZE,
-        AbortCode.COMMAND_NOT_VALID,
-        AbortCode.GENERAL_ERROR,
-    ),
+    codes=(AbortCode.INVALID_BLOCK_SIZE,),
+    tolerated=accepted.IMPRECISE,
     open="05040001h is for a server without block transfers",
 )
 SWITCH = Rule(
@@ -45,25 +42,37 @@ ABOVE_THRESHOLD = Rule(
     reaction="a block upload",
 )
 
+UPLOAD_RESERVED_BITS = Rule(
+    "upload.request-reserved-bits",
+    UPLOAD,
+    MAY,
+    "Reserved bits of an upload initiate may be ignored or refused.",
+    reaction="served, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+BLOCK_UPLOAD_RESERVED_BITS = Rule(
+    "block-upload.request-reserved-bits",
+    BLOCK_UPLOAD,
+    MAY,
+    "Bits 4 and 3 of a block upload initiate may be ignored or refused.",
+    reaction="served, or abort",
+    codes=accepted.NOT_VALID,
+    open="served or refused",
+)
+THRESHOLD_WITHOUT_BLOCK_SIZE = Rule(
+    "block-upload.threshold-without-block-size",
+    PROTOCOL_SWITCH,
+    MAY,
+    "With blksize 0 a server may still switch when pst lets it, or refuse.",
+    reaction="an upload, or abort",
+    codes=(AbortCode.INVALID_BLOCK_SIZE,),
+    open="which of the two is looked at first",
+)
+
 UPLOAD_INITIATE_RULES = (
-    Rule(
-        "upload.request-reserved-bits",
-        UPLOAD,
-        MAY,
-        "Reserved bits of an upload initiate may be ignored or refused.",
-        reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="served or refused",
-    ),
-    Rule(
-        "block-upload.request-reserved-bits",
-        BLOCK_UPLOAD,
-        MAY,
-        "Bits 4 and 3 of a block upload initiate may be ignored or refused.",
-        reaction="served, or abort",
-        codes=accepted.NOT_VALID,
-        open="served or refused",
-    ),
+    UPLOAD_RESERVED_BITS,
+    BLOCK_UPLOAD_RESERVED_BITS,
     Rule(
         "upload.request-reserved-bytes",
         UPLOAD,
@@ -75,13 +84,5 @@ UPLOAD_INITIATE_RULES = (
     SWITCH,
     NO_SWITCH,
     ABOVE_THRESHOLD,
-    Rule(
-        "block-upload.threshold-without-block-size",
-        PROTOCOL_SWITCH,
-        MAY,
-        "With blksize 0 a server may still switch when pst lets it, or refuse.",
-        reaction="an upload, or abort",
-        codes=(AbortCode.INVALID_BLOCK_SIZE,),
-        open="which of the two is looked at first",
-    ),
+    THRESHOLD_WITHOUT_BLOCK_SIZE,
 )
