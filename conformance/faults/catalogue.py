@@ -1,7 +1,8 @@
 """All faulty and unusual servers by name."""
 
 import difflib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
@@ -22,7 +23,7 @@ class UnknownServer(LookupError):
 
 def all_deviations() -> list[Deviation]:
     """Return the faulty servers and the unusual ones."""
-    return deviations_in(_modules())
+    return list(_by_name().values())
 
 
 def faults() -> list[Deviation]:
@@ -53,8 +54,13 @@ def _modules() -> Iterator[ModuleType]:
             yield import_module(found.name)
 
 
+@cache
+def _by_name() -> Mapping[str, Deviation]:
+    return {deviation.name: deviation for deviation in deviations_in(_modules())}
+
+
 def _known(name: str) -> Deviation:
-    known = {deviation.name: deviation for deviation in all_deviations()}
+    known = _by_name()
     if name in known:
         return known[name]
     near = difflib.get_close_matches(name, known, n=1)
