@@ -34,12 +34,21 @@ def test_reference_server_passes() -> None:
 
 
 def test_a_fault_has_to_be_caught_by_the_case_that_it_names() -> None:
-    fault = known("upload-toggle-ignored")
+    fault = replace(known("upload-toggle-ignored"), caught_by=("segmented-upload.toggle",))
     caught = {"segmented-upload.toggle-first": Verdict.FAIL}
     assert problem_with(fault, Run(fault.name, verdicts=dict(caught))) == ""
     assert problem_with(fault, Run(fault.name)) == "NOT CAUGHT"
     elsewhere = replace(fault, caught_by=("segmented-download.toggle",))
     assert "by no case called" in problem_with(elsewhere, Run(fault.name, verdicts=caught))
+
+
+def test_each_case_that_a_fault_names_has_to_fail() -> None:
+    names = ("segmented-upload.toggle-first", "segmented-upload.toggle-repeated")
+    fault = replace(known("upload-toggle-ignored"), caught_by=names)
+    caught = dict.fromkeys(names, Verdict.FAIL)
+    assert problem_with(fault, Run(fault.name, verdicts=dict(caught))) == ""
+    del caught[names[0]]
+    assert names[0] in problem_with(fault, Run(fault.name, verdicts=caught))
 
 
 def test_a_soft_fault_must_not_fail_without_strict() -> None:
