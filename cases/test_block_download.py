@@ -8,10 +8,10 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, segments_of, shown
-from conformance.run.begun import TWO_SEGMENTS, lose_segment, send_again, unused_in
+from conformance.generated.begun import TWO_SEGMENTS, lose_segment, send_again, unused_in
+from conformance.generated.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.run.case import may, must
 from conformance.run.risks import LOST_SEGMENT
-from conformance.run.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_response

@@ -7,7 +7,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import segments_of
-from conformance.run.begun import (
+from conformance.generated.begun import (
     Gap,
     begin_block_download,
     lose_segment,

@@ -6,10 +6,10 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.run.begun import TWO_SEGMENTS, begin_block_download, send_blocks, unused_in
+from conformance.generated.begun import TWO_SEGMENTS, begin_block_download, send_blocks, unused_in
+from conformance.generated.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
-from conformance.run.stimuli import UNKNOWN_SPECIFIERS
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (

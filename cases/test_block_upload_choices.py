@@ -10,7 +10,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
-from conformance.run.begun import BLOCK_SIZE, begin_block_upload
+from conformance.generated.begun import BLOCK_SIZE, begin_block_upload
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode

@@ -7,10 +7,10 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.run.begun import BLOCK_SIZE, begin_block_upload
+from conformance.generated.begun import BLOCK_SIZE, begin_block_upload
+from conformance.generated.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
-from conformance.run.stimuli import UNKNOWN_SPECIFIERS
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response

@@ -6,15 +6,15 @@ What is allowed is not written here: the oracle follows each conversation and kn
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.run.case import must
-from conformance.run.matrix.perform import perform
-from conformance.run.matrix.risks import in_sub_block, of_stimulus
-from conformance.run.matrix.stimuli import (
+from conformance.generated.matrix.perform import perform
+from conformance.generated.matrix.risks import in_sub_block, of_stimulus
+from conformance.generated.matrix.stimuli import (
     NEXT_SUB_BLOCK_STIMULI,
     STIMULI,
     SUB_BLOCK_STIMULI,
     Stimulus,
 )
+from conformance.run.case import must
 
 # What holds for each answer, and behind it.
 ABOUT = (

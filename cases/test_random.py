@@ -4,9 +4,9 @@ A failure is shrunk to the shortest conversation that breaks the same rule, kept
 reports, and tried first by the next run.
 """
 
+from conformance.generated.conversations import strategies
+from conformance.generated.conversations.search import Search
 from conformance.run.case import must
-from conformance.run.conversations import strategies
-from conformance.run.conversations.search import Search
 from conformance.run.risks import ANYTHING, LOST_SEGMENT
 
 

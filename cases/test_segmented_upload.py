@@ -4,9 +4,9 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
+from conformance.generated.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
-from conformance.run.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response

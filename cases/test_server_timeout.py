@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
 from conformance.dialogue.room import Room
-from conformance.run.begun import STATES, Begun
+from conformance.generated.begun import STATES, Begun
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step

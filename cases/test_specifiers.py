@@ -7,9 +7,9 @@ from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.generated.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
-from conformance.run.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe_response
 from conformance.sdo.frames import (

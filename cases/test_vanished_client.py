@@ -5,7 +5,7 @@ from collections.abc import Callable
 from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import shown
-from conformance.run.begun import STATES, Begun, risk_of_state
+from conformance.generated.begun import STATES, Begun, risk_of_state
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response

@@ -13,11 +13,11 @@ from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
+from conformance.generated.conversations.search import Search
 from conformance.plugin.items import OWN, CaseFunction
 from conformance.plugin.state import CASE_RUN, ItemCase
 from conformance.plugin.suite_errors import conclude
 from conformance.run import doubts
-from conformance.run.conversations.search import Search
 from conformance.run.doubts import Stumble, is_certain
 from conformance.run.second_try import doubt, stumble, take_back
 from conformance.run.session import CaseRun, DeviceSession

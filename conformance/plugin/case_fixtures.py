@@ -22,10 +22,10 @@ from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.room import Room
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.tools import CaseTools
+from conformance.generated.conversations.search import Plan, Search
+from conformance.generated.conversations.store import FailingStore
 from conformance.plugin.attempts import begin
 from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
-from conformance.run.conversations.search import Plan, Search
-from conformance.run.conversations.store import FailingStore
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
 

@@ -14,7 +14,7 @@ from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.room import Room
 from conformance.dialogue.storage import Storage
-from conformance.run.conversations.search import Search
+from conformance.generated.conversations.search import Search
 from conformance.run.session import DeviceSession, WholeRun
 
 

@@ -9,7 +9,7 @@ from functools import cache
 from math import inf
 from pathlib import Path
 
-from conformance.run.conversations.search import SEARCH_SECONDS
+from conformance.generated.conversations.search import SEARCH_SECONDS
 
 RANDOM = "random"
 # What a case does that nobody has counted: answers and silences to wait for, and milliseconds.

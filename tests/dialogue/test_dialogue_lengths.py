@@ -7,7 +7,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
-from conformance.run.begun import lose_segment, send_again
+from conformance.generated.begun import lose_segment, send_again
 
 
 @pytest.mark.parametrize(

@@ -17,10 +17,10 @@ from conformance.device.safety import WritePolicy
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.parameters import Parameters
 from conformance.faults.unusual.frame_shape import ShortFramesServed
+from conformance.generated.lockstep import knowledge_of
 from conformance.reference.communication import communication_entries
 from conformance.reference.device import reference_entries
 from conformance.run.afterwards import Restorer
-from conformance.run.lockstep import knowledge_of
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
+from conformance.generated.matrix.risks import in_sub_block, of_stimulus
+from conformance.generated.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
 from conformance.run.case import case_info, must
-from conformance.run.matrix.risks import in_sub_block, of_stimulus
-from conformance.run.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
 from conformance.run.risks import (
     ANYTHING,
     EXTENDED,

@@ -5,11 +5,11 @@ from run_audit import ALSO_WRITABLE, WRITABLE, asked_to_write, node_like, run, s
 from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
+from conformance.generated.matrix.states import STATES
 from conformance.plugin.running import ExitCode
 from conformance.reference.device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import BlockDownload, Server
-from conformance.run.matrix.states import STATES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE

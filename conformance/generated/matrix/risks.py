@@ -1,6 +1,6 @@
 """Which fields of the matrix a device may not survive: it depends on the frame that they send."""
 
-from conformance.run.matrix.stimuli import Stimulus, Targets
+from conformance.generated.matrix.stimuli import Stimulus, Targets
 from conformance.run.risks import LOST_SEGMENT, Risk, RiskOf, risk_of_frame
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import BlockSegment

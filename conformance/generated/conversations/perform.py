@@ -10,16 +10,16 @@ from itertools import chain, repeat
 
 from conformance.bus.errors import WriteNotPermitted
 from conformance.dialogue.dialogue import Dialogue
-from conformance.run.conversations.ground import Ground
-from conformance.run.conversations.transfers import (
+from conformance.generated.conversations.ground import Ground
+from conformance.generated.conversations.transfers import (
     Conversation,
     Disturbance,
     Event,
     Service,
     Transfer,
 )
-from conformance.run.lockstep import Lockstep
-from conformance.run.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
+from conformance.generated.lockstep import Lockstep
+from conformance.generated.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.can_frame import CanFrame

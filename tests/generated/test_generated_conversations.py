@@ -13,12 +13,11 @@ from conformance.device.device import Device
 from conformance.device.objects import by_multiplexer
 from conformance.device.safety import WritePolicy, written_by
 from conformance.faults.hosting import simulated_bus
-from conformance.reference.device import REFERENCE_OBJECTS
-from conformance.run.conversations import strategies
-from conformance.run.conversations.ground import harmless
-from conformance.run.conversations.search import Draw, Plan, Search
-from conformance.run.conversations.store import FailingStore
-from conformance.run.conversations.transfers import (
+from conformance.generated.conversations import strategies
+from conformance.generated.conversations.ground import harmless
+from conformance.generated.conversations.search import Draw, Plan, Search
+from conformance.generated.conversations.store import FailingStore
+from conformance.generated.conversations.transfers import (
     Conversation,
     Disturbance,
     Event,
@@ -27,6 +26,7 @@ from conformance.run.conversations.transfers import (
     from_lines,
     to_lines,
 )
+from conformance.reference.device import REFERENCE_OBJECTS
 from conformance.run.discovery import discover
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.sdo.decoding import decode_request

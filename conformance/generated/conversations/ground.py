@@ -16,9 +16,9 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
 from conformance.dialogue.room import NO_ROOM
-from conformance.run.conversations.transfers import Transfer
-from conformance.run.lockstep import knowledge_of
-from conformance.run.matrix.stimuli import Targets
+from conformance.generated.conversations.transfers import Transfer
+from conformance.generated.lockstep import knowledge_of
+from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe_response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer

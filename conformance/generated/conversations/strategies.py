@@ -7,16 +7,16 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from conformance.run.conversations.ground import Ground
-from conformance.run.conversations.perform import FRAMES
-from conformance.run.conversations.transfers import (
+from conformance.generated.conversations.ground import Ground
+from conformance.generated.conversations.perform import FRAMES
+from conformance.generated.conversations.transfers import (
     Conversation,
     Disturbance,
     Event,
     Service,
     Transfer,
 )
-from conformance.run.stimuli import EDGE_SIZES
+from conformance.generated.stimuli import EDGE_SIZES
 from conformance.sdo.layout import Multiplexer
 
 Disturbances = st.SearchStrategy[tuple[Disturbance, ...]]

@@ -3,7 +3,7 @@
 import pytest
 from run_bench import BASELINE, NODE_ID, NUMBER, READ, TEXT, Scripted, undiscovered
 
-from conformance.run.lockstep import Lockstep
+from conformance.generated.lockstep import Lockstep
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, UploadInitiate, UploadSegment

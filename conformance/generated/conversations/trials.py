@@ -7,10 +7,10 @@ from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
+from conformance.generated.conversations.ground import Ground
+from conformance.generated.conversations.perform import converse
+from conformance.generated.conversations.transfers import Conversation
 from conformance.run.afterwards import leave, shift
-from conformance.run.conversations.ground import Ground
-from conformance.run.conversations.perform import converse
-from conformance.run.conversations.transfers import Conversation
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Afterwards
 from conformance.sdo.rules import Rule, Violation

@@ -6,9 +6,9 @@ from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.run.lockstep import Lockstep, knowledge_of
-from conformance.run.matrix.states import BETWEEN, LEAST, SIZE, STATES
-from conformance.run.matrix.stimuli import Stimulus, Targets
+from conformance.generated.lockstep import Lockstep, knowledge_of
+from conformance.generated.matrix.states import BETWEEN, LEAST, SIZE, STATES
+from conformance.generated.matrix.stimuli import Stimulus, Targets
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle

@@ -13,10 +13,10 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.strategies import SearchStrategy
 
 from conformance.device.lacking import NotTestable
-from conformance.run.conversations.ground import Ground, survey
-from conformance.run.conversations.store import FailingStore
-from conformance.run.conversations.transfers import Conversation
-from conformance.run.conversations.trials import Failure, Trials
+from conformance.generated.conversations.ground import Ground, survey
+from conformance.generated.conversations.store import FailingStore
+from conformance.generated.conversations.transfers import Conversation
+from conformance.generated.conversations.trials import Failure, Trials
 from conformance.run.session import CaseRun, DeviceSession
 from conformance.sdo.rules import Rule
 
