@@ -129,7 +129,7 @@ def test_client_stored(
     refused = parameters.write(mux, new)
     if refused is not None:
         raise NotTestable(f"{mux} does not take {new[0]}: {describe_response(refused.encode())}")
-    device.to_store = {mux: before}
+    device.keeping.to_store = {mux: before}
     write_signature(sdo, SAVE_ALL)
     network.reset(NmtCommand.RESET_COMMUNICATION)
     found = sdo.upload(mux)[:1]

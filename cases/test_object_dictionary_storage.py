@@ -48,4 +48,4 @@ def test_load_signature(sdo: Dialogue, storage: Storage, device: Device) -> None
     """
     storage.prepare_loading()
     expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
-    device.to_store = {}
+    device.keeping.to_store = {}

@@ -1,7 +1,6 @@
 """An SDO channel to one device: its requests go out, its responses come in, the rest is watched."""
 
 from collections import deque
-from collections.abc import Callable
 
 from conformance.bus.link import Link, second_client
 from conformance.bus.pace import Pace
@@ -27,8 +26,8 @@ class Channel:
     Responses are all frames with the response identifier, well-formed or not, and what else is the
     device's by what it holds. They wait for this channel in the order in which they came, also
     while another channel of the link receives. What else comes from the bus is kept in
-    ``overheard``, and told by ``strangers`` where it might be mistaken; boot-up messages of the
-    device call ``on_boot_up``. ``pace`` is how fast the device answers there. It is ``at_rest``
+    ``overheard``, and told by ``strangers`` where it might be mistaken; ``boot_ups`` counts the
+    boot-up messages of the device. ``pace`` is how fast the device answers there. It is ``at_rest``
     when the last frame on it was a response, and no abort.
     """
 
@@ -47,7 +46,7 @@ class Channel:
         self.at_rest = False
         self.ids = ids or ChannelIds.default(node_id)
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
-        self.on_boot_up: Callable[[], None] = lambda: None
+        self.boot_ups = 0
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
         # When the response that was received last arrived, by the monotonic clock, in seconds.
         self.arrived = 0.0
@@ -191,5 +190,4 @@ class Channel:
         plain = not (frame.extended or frame.remote or frame.fd)
         if frame.can_id == self._boot_up.can_id and plain and frame.dlc == 1:
             self._error_control.append((frame, self.link.arrived))
-            if frame == self._boot_up:
-                self.on_boot_up()
+            self.boot_ups += frame == self._boot_up

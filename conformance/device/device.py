@@ -1,19 +1,21 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
 from collections import defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from math import inf
 
-from conformance.device.changes import Changes
+from conformance.device.beliefs import Beliefs
 from conformance.device.deny import group_of
 from conformance.device.extents import Extents
+from conformance.device.keeping import Defaults, Keeping
 from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.device.listing import Listing
 from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
+from conformance.device.services import Services
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -32,59 +34,37 @@ VENDOR_ID = KnownObject(Multiplexer(0x1018, 1), DataType.UNSIGNED32, Access.CONS
 IDENTITY_NAMES = {1: "vendor-id", 2: "product-code", 3: "revision-number", 4: "serial-number"}
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Device:
-    """A node and what the suite learned about it.
+    """A node: what the user declares of it, what it has, and what was learned about it since.
 
-    ``values`` holds what each object read at the start of the run: what is put back. The
-    ``baseline`` is the exchange that reads 1000h: requests and the responses they got, byte by
-    byte. It serves as the fence and as the sign of life. ``unreadable`` says why an object could
-    not be read; such an object is never written; ``misread`` are those of them that were not
-    refused. ``block_download_refusal`` is how the device refuses block downloads, empty if it
-    serves them, None as long as nobody asked;
-    ``block_upload_refusal`` is the same of block uploads. ``server_timeout`` is the declared time
-    in seconds after which the device gives up a transfer, ``storage_time`` the one within which it
-    stores its parameters or restores their defaults. ``parameters`` holds the values of
-    communication parameters that cases write by permission, before the first write;
-    ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
-    looked. The ``listing`` is what an EDS or the user says of its objects. ``neighbours`` are
-    nodes of the bus to which another process is talking meanwhile. ``defaults`` holds what each
-    parameter read after the defaults were loaded, None as long as they were not;
-    ``without_defaults`` says why they could not be. ``to_store`` is what the device had stored
-    and a case has changed: it is stored again. ``room`` has for strings and domains a number of
-    bytes that they have taken. ``nowhere`` names entries that the device was seen to lack, as
-    their sub-indices 00h, and whose multiplexers are text. ``astray`` are objects that a case has
-    written and that could not be put back: what they hold is not known. ``answers_twice``: every
-    read is answered twice, and alike, so that it may be two devices with one node-ID.
+    Declared are what may be written (``policy``, ``permits``), what an EDS or the user says of its
+    objects (``listing``), the time in seconds after which it gives up a transfer
+    (``server_timeout``), the one within which it stores its parameters or restores their defaults
+    (``storage_time``), and the nodes of the bus to which another process is talking meanwhile
+    (``neighbours``).
+
+    ``values`` holds what each object that is ``known`` read at the start of the run: what is put
+    back. The ``baseline`` is the exchange that reads 1000h: requests and the responses they got,
+    byte by byte. It serves as the fence and as the sign of life.
     """
 
     node_id: int
     known: dict[Multiplexer, KnownObject] = field(default_factory=dict)
     values: dict[Multiplexer, bytes] = field(default_factory=dict)
-    unreadable: dict[Multiplexer, str] = field(default_factory=dict)
-    misread: set[Multiplexer] = field(default_factory=set)
     baseline: list[tuple[bytes, bytes]] = field(default_factory=list)
-    boot_ups: int = 0
-    answers_twice: bool = False
-    block_download_refusal: str | None = None
-    block_upload_refusal: str | None = None
-    parameters: dict[Multiplexer, bytes] = field(default_factory=dict)
-    further_channels: tuple[int, ...] | None = None
     policy: WritePolicy = field(default_factory=lambda: WritePolicy(()))
+    permits: Permits = field(default_factory=Permits)
+    listing: Listing = field(default_factory=Listing)
     server_timeout: float | None = None
     storage_time: float = STORAGE_TIME
-    listing: Listing = field(default_factory=Listing)
-    permits: Permits = field(default_factory=Permits)
     neighbours: frozenset[int] = frozenset()
-    defaults: Mapping[Multiplexer, bytes] | None = None
-    without_defaults: str = ""
-    to_store: dict[Multiplexer, bytes] = field(default_factory=dict)
-    room: dict[Multiplexer, int] = field(default_factory=dict)
-    nowhere: tuple[Multiplexer, ...] = ()
-    astray: set[Multiplexer] = field(default_factory=set)
-    changes: Changes = field(default_factory=Changes)
+    beliefs: Beliefs = field(default_factory=Beliefs)
+    services: Services = field(default_factory=Services)
     lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
     extents: Extents = field(default_factory=Extents)
+    keeping: Keeping = field(default_factory=Keeping)
+    defaults: Defaults = field(default_factory=Defaults)
 
     @property
     def objects(self) -> Collection[KnownObject]:
@@ -137,7 +117,7 @@ class Device:
 
     def _lacks_text(self) -> NotTestable:
         lacking = _lacking("a writable string or domain", "2010=visible_string")
-        for mux, why in self.unreadable.items():
+        for mux, why in self.beliefs.unreadable.items():
             known = self.known.get(mux)
             if known is not None and _takes_any_bytes(known) and self.policy.permits(mux):
                 return NotTestable(f"{lacking}; {mux} would do, but could not be read: {why}")
@@ -247,14 +227,14 @@ class Device:
         )
         if keeps and mux in self.values:
             return self.values[mux]
-        return self.parameters.get(mux)
+        return self.keeping.parameters.get(mux)
 
     def will_change(self, mux: Multiplexer) -> None:
         """Note, before it is done, that an entry may be changed."""
         value = self.kept(mux)
         if value is not None:
             known = self.known.get(mux)
-            self.changes.changes(mux, value, None if known is None else known.data_type)
+            self.keeping.changes.changes(mux, value, None if known is None else known.data_type)
 
     def longest(self, mux: Multiplexer) -> int:
         """Return how many bytes an upload of an entry may bring before it has no end."""
@@ -271,7 +251,8 @@ class Device:
         What is left over of a multiplexer where a value ends, filled up with 0, is meant as well.
         """
         return mux.index <= LAST_DATA_TYPE or any(
-            mux.index == one.index and mux.sub_index in (0, one.sub_index) for one in self.nowhere
+            mux.index == one.index and mux.sub_index in (0, one.sub_index)
+            for one in self.beliefs.nowhere
         )
 
     def writable(self) -> KnownObject:

@@ -10,7 +10,8 @@ class Lengths:
     ``taken`` are some that it has taken. ``most`` is the largest, None as long as nobody had to
     find out; a ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
     words. Shorter values than ``filled`` bytes are filled up to as many. Between lengths that are
-    taken there may be ``refused`` ones.
+    taken there may be ``refused`` ones. ``much`` is how many bytes it took when it was asked for
+    much room, 0 where it refused them, None as long as nobody asked.
     """
 
     taken: set[int] = field(default_factory=set)
@@ -19,6 +20,7 @@ class Lengths:
     refusal: str = ""
     filled: int = 0
     refused: set[int] = field(default_factory=set)
+    much: int | None = None
 
     @property
     def surely(self) -> int | None:

@@ -94,16 +94,16 @@ class Blocks:
         right then is for specifier.block-download to judge.
         """
         device = self._sdo.device
-        if device.block_download_refusal is None:
+        if device.services.block_download_refusal is None:
             found = [device.writable(), *device.all_writable()[-1:]]
             requests = [
                 BlockDownloadInitiate.with_size(known.mux, size)
                 for known in dict.fromkeys(found)
                 for size in (len(device.values[known.mux]), None)
             ]
-            device.block_download_refusal = self._refusal_of_all(requests)
-        if device.block_download_refusal:
-            raise Unimplemented(device.block_download_refusal)
+            device.services.block_download_refusal = self._refusal_of_all(requests)
+        if device.services.block_download_refusal:
+            raise Unimplemented(device.services.block_download_refusal)
 
     def require_upload(self) -> None:
         """Raise Unimplemented unless the server has block uploads; asks it once in a run.
@@ -112,7 +112,7 @@ class Blocks:
         specifier.block-upload to judge.
         """
         device = self._sdo.device
-        if device.block_upload_refusal is None:
+        if device.services.block_upload_refusal is None:
             longest = max(
                 device.values, key=lambda mux: len(device.values[mux]), default=DEVICE_TYPE
             )
@@ -121,9 +121,9 @@ class Blocks:
                 for mux in dict.fromkeys((DEVICE_TYPE, longest))
                 for crc in (False, True)
             ]
-            device.block_upload_refusal = self._refusal_of_all(requests)
-        if device.block_upload_refusal:
-            raise Unimplemented(device.block_upload_refusal)
+            device.services.block_upload_refusal = self._refusal_of_all(requests)
+        if device.services.block_upload_refusal:
+            raise Unimplemented(device.services.block_upload_refusal)
 
     def _refusal_of_all(self, requests: Sequence[Request]) -> str:
         """Return the first refusal where every request is refused; empty where one is not."""

@@ -128,7 +128,7 @@ class Network:
             if refusal is None or refusal.code not in TOO_SHORT:
                 break
         if refusal is not None:
-            own = int.from_bytes(self._device.parameters[HEARTBEAT_TIME], "little") / 1000
+            own = int.from_bytes(self._device.keeping.parameters[HEARTBEAT_TIME], "little") / 1000
             self._period = own if own <= LONGEST_PERIOD else 0.0
         return refusal
 

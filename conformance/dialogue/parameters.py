@@ -77,7 +77,7 @@ class Parameters:
 
     def learn_or_refusal(self, mux: Multiplexer) -> Abort | None:
         """Read a parameter before it is written for the first time; return the abort if refused."""
-        found = self._sdo.device.parameters
+        found = self._sdo.device.keeping.parameters
         if mux not in found:
             try:
                 found[mux] = self._sdo.read(mux)

@@ -147,15 +147,15 @@ class Room:
         Most devices are asked once in a run, for more room than most cases need. The object has
         its own value again then.
         """
-        room = self._device.room
-        if known.mux in room and self.has(known, size):
+        lengths = self._device.lengths[known.mux]
+        if lengths.much is None:
+            much = MUCH_ROOM if self._device.beliefs.nowhere else MOST_PLAIN
+            lengths.much = much if self._takes(known, much) else 0
+        elif self.has(known, size):
             return
-        if known.mux not in room:
-            much = MUCH_ROOM if self._device.nowhere else MOST_PLAIN
-            room[known.mux] = much if self._takes(known, much) else 0
-        if not self.has(known, size) and room[known.mux] < size:
+        if not self.has(known, size) and lengths.much < size:
             self.store(known, self._sdo.payload(size), segmented=True)
-            self._device.lengths[known.mux].taken.add(size)
+            lengths.taken.add(size)
         self.restore_own(known)
         if not self.has(known, size):
             # It took much, and its own value: that may be one and the same length.

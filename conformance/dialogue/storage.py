@@ -78,21 +78,21 @@ class Storage:
         where that could not be done, and in all cases behind one in which it has failed.
         """
         device = self._device
-        if device.defaults is None:
-            if device.without_defaults:
-                raise NotTestable(device.without_defaults)
-            device.without_defaults = (
+        if device.defaults.values is None:
+            if device.defaults.why_not:
+                raise NotTestable(device.defaults.why_not)
+            device.defaults.why_not = (
                 f"the defaults could not be loaded: see {self._sdo.record.rule.id}"
             )
             try:
-                device.defaults = self._load_defaults()
+                device.defaults.values = self._load_defaults()
             except NotTestable as lacking:
-                device.without_defaults = str(lacking)
+                device.defaults.why_not = str(lacking)
                 raise
             except Unimplemented as refusal:
-                device.without_defaults = f"the device loads no defaults ({refusal}){BY_HAND}"
+                device.defaults.why_not = f"the device loads no defaults ({refusal}){BY_HAND}"
                 raise
-        return device.defaults
+        return device.defaults.values
 
     def _load_defaults(self) -> Values:
         device = self._device
@@ -100,9 +100,9 @@ class Storage:
         write_signature(self._sdo, LOAD_ALL)
         self._network.reset(NmtCommand.RESET_NODE)
         defaults = self._present()
-        if device.to_store.items() <= defaults.items():
-            device.to_store = {}  # they were stored, or never changed: nothing was lost
-            device.changes.is_stored_again()
+        if device.keeping.to_store.items() <= defaults.items():
+            device.keeping.to_store = {}  # they were stored, or never changed: nothing was lost
+            device.keeping.changes.is_stored_again()
         return defaults
 
     def prepare_loading(self) -> None:
@@ -120,8 +120,8 @@ class Storage:
         require_command(self._sdo, LOAD_ALL)
         self._check_put_back(device.values)
         self._network.reset(NmtCommand.RESET_NODE)
-        device.to_store = self._stored()
-        device.changes.stores(device.to_store)
+        device.keeping.to_store = self._stored()
+        device.keeping.changes.stores(device.keeping.to_store)
 
     def _require_for_defaults(self, permission: str) -> None:
         try:

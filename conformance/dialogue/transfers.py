@@ -173,7 +173,7 @@ class Transfers:
 
         Raises NotTestable for what might be written elsewhere (see ``payload``).
         """
-        nowhere = self.device.nowhere
+        nowhere = self.device.beliefs.nowhere
         if size > MOST_PLAIN and not nowhere:
             raise NotTestable(
                 f"needs an object that the device lacks, to write {size} bytes that do no harm "

@@ -75,7 +75,7 @@ class Findings:
         self.notes += session.doubts.lines()
         if len(session.doubts.met) > lost:
             self.bench_errors.append(not_again(session, lost))
-        if session.device.answers_twice:
+        if session.device.beliefs.answers_twice:
             self.notes.append(either(session.device.node_id))
         aside = session.causes.aside()
         self.broken_beside += [cause.rule_id for cause, _ in aside]
@@ -84,7 +84,7 @@ class Findings:
             for cause, standing in aside
             if cause.rule_id not in excused
         ]
-        changed = session.device.changes.outstanding
+        changed = session.device.keeping.changes.outstanding
         pending = {mux: shown(value) for mux, value in changed.items()}
         self.unrestored += [
             f"write {value} to {mux} of node {session.device.node_id}"

@@ -51,7 +51,7 @@ def found_by_reading(device: Device) -> str:
         longest = max(device.values, key=lambda mux: (len(device.values[mux]), mux))
         found += f", by length in bytes {', '.join(counts)} (up to {len(device.values[longest])}, "
         found += f"{longest})"
-    refusal = device.block_upload_refusal
+    refusal = device.services.block_upload_refusal
     served = f"refused ({refusal})" if refusal else "served"
     blocks = "no answer that tells" if refusal is None else served
     return f"{found}; block upload: {blocks}"

@@ -136,7 +136,7 @@ class Restorer:
     def restore(self, sdo: Dialogue) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back."""
         self._put_back(sdo, {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES})
-        self.device.astray = self.unrestored.keys() & self.device.values.keys()
+        self.device.keeping.astray = self.unrestored.keys() & self.device.values.keys()
         if self.late or (sdo.record.causes.noisy and sdo.record.written):
             _take_the_rest(sdo)
 
@@ -146,7 +146,7 @@ class Restorer:
         sdo.channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
         sdo.drain()
         self._put_back(sdo, set(self.unrestored))
-        self.device.astray = self.unrestored.keys() & self.device.values.keys()
+        self.device.keeping.astray = self.unrestored.keys() & self.device.values.keys()
 
     def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
         """Return the values that have to be back."""
@@ -156,9 +156,9 @@ class Restorer:
     def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
         for mux, value in due.items():
             self.unrestored[mux] = shown(value)
-        if self.device.to_store:
+        if self.device.keeping.to_store:
             values = ", ".join(
-                f"{mux} {shown(value)}" for mux, value in self.device.to_store.items()
+                f"{mux} {shown(value)}" for mux, value in self.device.keeping.to_store.items()
             )
             self.unrestored[SAVE_ALL] = f'"save" behind what was stored there: {values}'
 
@@ -166,7 +166,7 @@ class Restorer:
         self.gone = False
         due = self._due(written)
         self._list(due)
-        if self.device.to_store:
+        if self.device.keeping.to_store:
             self._store_again(sdo)
         self._write(sdo, due)
 
@@ -175,7 +175,7 @@ class Restorer:
 
         It is tried once: from then on other values are in use, and would be stored as well.
         """
-        self._write(sdo, self.device.to_store)
+        self._write(sdo, self.device.keeping.to_store)
         try:
             write_signature(sdo, SAVE_ALL)
         except (Violation, NotTestable) as error:
@@ -183,8 +183,8 @@ class Restorer:
             sdo.end_transfer()
         else:
             del self.unrestored[SAVE_ALL]
-            self.device.changes.is_stored_again()
-        self.device.to_store = {}
+            self.device.keeping.changes.is_stored_again()
+        self.device.keeping.to_store = {}
 
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
         pending: dict[Multiplexer, bytes] = {}
@@ -201,7 +201,7 @@ class Restorer:
             kept = due.get(mux) or self._present(sdo, mux)
             if kept and self.device.may_put_back(mux):
                 pending[mux], self.unrestored[mux] = kept, shown(kept)
-                self.device.changes.changes(mux, kept, self._known(mux).data_type)
+                self.device.keeping.changes.changes(mux, kept, self._known(mux).data_type)
         for mux in pending:
             if is_cob_id(mux):
                 self._disable(sdo, mux)  # it may only be moved while it is not in use
@@ -264,7 +264,7 @@ class Restorer:
             self.gone = not sdo.silence.recover()
 
     def _is_back(self, mux: Multiplexer, value: bytes) -> None:
-        self.device.changes.is_back(mux, value)
+        self.device.keeping.changes.is_back(mux, value)
         del self.unrestored[mux]
         self._tries.pop(mux, None)
 

@@ -214,7 +214,7 @@ class Bench:
             neighbours=settings.neighbours,
         )
         if self._remember is not None:
-            device.changes = Changes(partial(self._remember, device, channel.ids))
+            device.keeping.changes = Changes(partial(self._remember, device, channel.ids))
         causes = Causes()
         brings_back = None if revival is None else lambda: not revival.attempt()
         told = unseen if self._progress is None else partial(self._progress, channel.node_id)

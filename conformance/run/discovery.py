@@ -155,7 +155,9 @@ def discover(
         _ask_for_block_upload(reading)
     if any(known.varies for known in device.all_writable()):
         _seek_nowhere(reading)
-    if not device.answers_twice and any(found.rule is UNSOLICITED for found in record.minor):
+    if not device.beliefs.answers_twice and any(
+        found.rule is UNSOLICITED for found in record.minor
+    ):
         examine(channel, device)
     keep_aside(reading.sdo)
 
@@ -169,7 +171,7 @@ def _seek_nowhere(reading: Reading) -> None:
             continue
         try:
             if _is_missing(reading.sdo, Multiplexer(mux.index)) and _is_missing(reading.sdo, mux):
-                device.nowhere += (mux,)
+                device.beliefs.nowhere += (mux,)
         except Violation:
             # Other cases say what is wrong with this; one silence is enough.
             reading.recover()
@@ -201,7 +203,7 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
         if _learn(reading, entry):
             reading.device.known[entry.mux] = entry
         else:
-            del reading.device.unreadable[entry.mux]  # nobody said that it is there
+            del reading.device.beliefs.unreadable[entry.mux]  # nobody said that it is there
 
 
 def record_baseline(channel: Channel, device: Device) -> None:
@@ -242,10 +244,10 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
             break
         except (Violation, ServerAborted) as error:
             # A device that answers badly here is tested all the same.
-            device.unreadable[known.mux] = str(error)
+            device.beliefs.unreadable[known.mux] = str(error)
             early = reading.sdo.record.early.met is not None
             if isinstance(error, Violation):
-                device.misread.add(known.mux)
+                device.beliefs.misread.add(known.mux)
                 error.request = error.request or reading.sdo.wire.last_sent
                 wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
                 losses = reading.losses
@@ -253,10 +255,10 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
                     reading.sdo.note(error)  # no case may ever write or read what cannot be read
             if not early or not rest:
                 return False
-    device.unreadable.pop(known.mux, None)
-    device.misread.discard(known.mux)
+    device.beliefs.unreadable.pop(known.mux, None)
+    device.beliefs.misread.discard(known.mux)
     if known.length is not None and len(value) < known.length:
-        device.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
+        device.beliefs.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
         return False
     if is_error_place(known.mux):
         return True  # what it holds comes and goes: no case may count on it

@@ -70,7 +70,7 @@ Beginning = frozenset[tuple[str, str]]
 
 def beginning(device: Device, causes: Causes) -> Beginning:
     """Return what was met with a device before the first case."""
-    misread = {(f"a read of {mux}", "") for mux in device.misread}
+    misread = {(f"a read of {mux}", "") for mux in device.beliefs.misread}
     return frozenset({(str(cause), str(each.violation)) for cause, each in causes} | misread)
 
 

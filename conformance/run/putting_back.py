@@ -8,6 +8,7 @@ from conformance.bus.errors import BenchError
 from conformance.device.changes import BACK, STORED_AGAIN, LeftBehind
 from conformance.device.deny import PERMISSIONS
 from conformance.device.device import IDENTITY_NAMES, Device
+from conformance.device.keeping import Keeping
 from conformance.device.objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
@@ -38,7 +39,7 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
         # The run that wrote them had leave to; to put them back is what the user has asked for.
         policy=WritePolicy([*named, SAVE_ALL], PERMISSIONS),
         permits=Permits(permissions=PERMISSIONS),
-        to_store=dict(left.stored),
+        keeping=Keeping(to_store=dict(left.stored)),
     )
     record_baseline(channel, device)
     sdo = Dialogue(channel, device, CaseRecord(_RULE), 0)

@@ -111,7 +111,6 @@ class DeviceSession:
         self._last_case = "the beginning of the run"
         self.doubts = Doubts()
         channel.link.listen(self._capture)
-        channel.on_boot_up = self._count_boot_up
 
     def _capture(self, captured: Captured) -> None:
         numbers = self.channel.request_id, self.channel.response_id
@@ -122,9 +121,6 @@ class DeviceSession:
         elif captured.direction is Direction.SENT:
             own = self.channel.ids.request
             self._asked_by_others |= captured.frame.can_id == own.can_id
-
-    def _count_boot_up(self) -> None:
-        self.device.boot_ups += 1
 
     def _dialogue(self, rule: Rule) -> Dialogue:
         return Dialogue(self.channel, self.device, CaseRecord(rule, self.causes), self._seed)
@@ -306,7 +302,7 @@ class CaseRun:
         self.result = result
         self._session = session
         self._judgement = Judgement(result, point, session.causes, lambda: sdo.wire.pauses.in_doubt)
-        self._boot_ups = session.device.boot_ups
+        self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
         self.bench_error: BenchError | None = None
         self._minor: list[Violation] = []
@@ -351,7 +347,7 @@ class CaseRun:
         result.answers, result.answering = timing.answers, timing.answering
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.record.notes
-        if result.verdict is Verdict.FAIL and self._session.device.answers_twice:
+        if result.verdict is Verdict.FAIL and self._session.device.beliefs.answers_twice:
             result.notes.append(either(self._session.device.node_id))
         if result.verdict is not Verdict.PASS:
             result.trace = self._session.trace(
@@ -404,7 +400,7 @@ class CaseRun:
         leaving = leave(sdo, failed=True)
         # What crossed with the abort has met an idle server, which may refuse it.
         refused = all(isinstance(decode_response(stray), Abort) for stray in leaving.stray)
-        booted = session.device.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups
+        booted = session.channel.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups
         if leaving.afterwards is not Afterwards.IDLE or not refused or booted:
             return False
         session.restorer.restore(sdo)
@@ -482,7 +478,7 @@ class CaseRun:
             sdo.wire.explain(violation, lost=lost)
             if violation.rule not in INCIDENTAL:
                 self._judgement.breach(violation, asked, own=lost)
-        if session.device.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups:
+        if session.channel.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups:
             sdo.wire.seen.clear()
             booted = Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
             self._judgement.breach(booted, asked)

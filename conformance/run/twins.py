@@ -27,7 +27,8 @@ ASKED = (
 def look_for_second(channel: Channel, device: Device) -> None:
     """Find out, behind a read of 1000h, whether that was answered once more.
 
-    Raises TwoDevices where there are two; where that cannot be told, ``device.answers_twice``.
+    Raises TwoDevices where there are two; where that cannot be told, the device is believed to
+    answer twice.
     """
     channel.send(UploadInitiate(IDENTITY_COUNT))
     frame = channel.receive()
@@ -55,7 +56,7 @@ def examine(channel: Channel, device: Device) -> None:
                 f"and not alike: {frames[0]} and {others[0]}. Each write would be done by both. "
                 "Give one of them another node-ID, or take it off the bus."
             )
-    device.answers_twice = min(counts) > 1
+    device.beliefs.answers_twice = min(counts) > 1
 
 
 def _take_the_rest(channel: Channel) -> None:

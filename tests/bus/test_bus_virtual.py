@@ -78,11 +78,9 @@ def test_hosted_node_ignores_what_is_not_addressed_to_it(channel: Channel) -> No
 
 def test_hosted_node_boots_up(channel: Channel) -> None:
     """The boot-up message comes before any answer."""
-    booted: list[bool] = []
-    channel.on_boot_up = lambda: booted.append(True)
     channel.send(READ)
     assert channel.receive() == CanFrame(0x585, ANSWER)
-    assert booted == [True]
+    assert channel.boot_ups == 1
 
 
 def test_the_host_wakes_its_node(name: str, link: Link) -> None:

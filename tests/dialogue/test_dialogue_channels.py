@@ -1,6 +1,7 @@
 """Cases on several channels and with NMT: what they configure is undone however they end."""
 
 from collections.abc import Generator
+from dataclasses import replace
 
 import pytest
 from run_bench import BASELINE, NODE_ID, NUMBER, TEXT, Workbench, discovered
@@ -30,9 +31,12 @@ FIRST, SECOND = TEST_CHANNELS
 
 def allow(bench: Workbench) -> None:
     """Let the cases do what users have to permit."""
-    bench.device.permits = Permits(permissions=PERMISSIONS)
     writable = [known.mux for known in bench.device.objects if known.access.writable]
-    bench.device.policy = WritePolicy(writable, PERMISSIONS)
+    bench.device = replace(
+        bench.device,
+        permits=Permits(permissions=PERMISSIONS),
+        policy=WritePolicy(writable, PERMISSIONS),
+    )
 
 
 def case(session: DeviceSession) -> CaseRun:
@@ -90,7 +94,7 @@ def test_a_boot_up_that_was_asked_for_is_no_reboot(node: Node) -> None:
         run.tools.network.reset(NmtCommand.RESET_COMMUNICATION)
         run.tools.network.reset(NmtCommand.RESET_NODE)
         assert run.conclude(None).verdict is Verdict.PASS
-        assert session.device.boot_ups >= 2
+        assert session.channel.boot_ups >= 2
 
 
 def test_one_boot_up_more_than_asked_for_is(node: Node) -> None:

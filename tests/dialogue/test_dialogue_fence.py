@@ -122,7 +122,7 @@ def test_both_answers_in_segments() -> None:
     first, second = BASELINE.replace(b"\x43", b"\x41", 1), b"\x09\x91\x01\x0f\0\0\0\0"
     answers = iter([[], [first, first], [NO_ERRORS], [first], [second]])
     with undiscovered(Scripted(lambda data: next(answers)), timeout=HASTY) as bench:
-        bench.device.baseline = [(READ, first), (SEGMENT, second)]
+        bench.device.baseline[:] = [(READ, first), (SEGMENT, second)]
         assert bench.dialogue().fence() == []
 
 

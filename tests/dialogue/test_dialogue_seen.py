@@ -1,6 +1,7 @@
 """What a device was seen to hold, and how much it takes, is not asked twice; nor relied on long."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from run_bench import NODE_ID, NUMBER, RULE, TEXT, Recording, Workbench, discovered, recording
@@ -80,7 +81,7 @@ def test_it_is_forgotten_when_anything_else_is_sent(after: Callable[[Dialogue], 
 
 def test_it_is_forgotten_with_a_reset() -> None:
     with discovered(recording()) as bench:
-        bench.device.permits = Permits(permissions=frozenset({NMT}))
+        bench.device = replace(bench.device, permits=Permits(permissions=frozenset({NMT})))
         sdo = bench.dialogue()
         sdo.upload(NUMBER)
         assert sdo.wire.seen

@@ -212,7 +212,8 @@ def test_nothing_is_loaded_over_a_mapping() -> None:
 
 def test_nothing_is_loaded_without_an_eds() -> None:
     with configured() as (bench, watched):
-        bench.device.listing = replace(bench.device.listing, is_complete=False)
+        listing = replace(bench.device.listing, is_complete=False)
+        bench.device = replace(bench.device, listing=listing)
         with pytest.raises(NotTestable, match="needs an EDS"):
             CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []
@@ -235,7 +236,7 @@ def test_storing_has_a_time_of_its_own() -> None:
     """It is no response time: storing may take longer."""
     with configured("load-defaults-silent") as (bench, _):
         bench.channel.response_timeout = HASTY
-        bench.device.storage_time = 2 * HASTY
+        bench.device = replace(bench.device, storage_time=2 * HASTY)
         with pytest.raises(Violation, match=r"nothing within 0\.1 s"):
             write_signature(bench.dialogue(), LOAD_ALL)
 

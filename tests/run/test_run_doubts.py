@@ -93,7 +93,7 @@ def test_what_was_met_before_the_first_case(
 def test_the_beginning_of_a_run() -> None:
     device, causes = Device(5), Causes()
     assert beginning(device, causes) == frozenset()
-    device.misread.add(Multiplexer(0x1008))
+    device.beliefs.misread.add(Multiplexer(0x1008))
     silence = Violation(ANSWERED, expected="an answer", actual="nothing")
     causes.add(Cause(ANSWERED.id, "no answer"), "before", silence, aside=True)
     assert beginning(device, causes) == {

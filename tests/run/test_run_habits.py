@@ -165,7 +165,7 @@ def test_an_answer_of_another_shape_is_what_a_case_fails_for() -> None:
         return [BASELINE[: len(frame)]]
 
     with undiscovered(Scripted(answers)) as bench:
-        bench.device.baseline = [(READ, BASELINE)]
+        bench.device.baseline[:] = [(READ, BASELINE)]
         session = bench.session()
         run = session.begin("a.case", "a service", STORED)
         run.sdo.send(READ[:3])

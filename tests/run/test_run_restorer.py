@@ -1,5 +1,7 @@
 """What cases wrote is put back, whatever way it was written; what cannot be is told."""
 
+from dataclasses import replace
+
 import pytest
 from run_bench import (
     DOMAIN,
@@ -131,7 +133,8 @@ def test_a_mapping_is_put_back_in_the_order_that_it_takes() -> None:
     cob_id, count = Multiplexer(0x1800, 1), Multiplexer(0x1A00)
     first, second = Multiplexer(0x1A00, 1), Multiplexer(0x1A00, 2)
     with discovered(server) as bench:
-        bench.device.policy = WritePolicy([], frozenset({"pdo-parameters"}))
+        policy = WritePolicy([], frozenset({"pdo-parameters"}))
+        bench.device = replace(bench.device, policy=policy)
         restorer = Restorer(bench.device)
         sdo = bench.dialogue()
         entry = sdo.upload(first)
@@ -203,10 +206,10 @@ def test_what_a_silence_kept_from_being_put_back_is_written_behind_the_next_case
         sdo.download(NUMBER, b"\1\2\3\4")
         server.downloads = 2
         restorer.restore(sdo)
-        assert bench.device.astray == {NUMBER.mux}
+        assert bench.device.keeping.astray == {NUMBER.mux}
         unknown = knowledge_of(bench.device, {}).of(NUMBER.mux)
         restorer.restore(sdo)
-    assert (restorer.unrestored, bench.device.astray) == ({}, set())
+    assert (restorer.unrestored, bench.device.keeping.astray) == ({}, set())
     assert server.values() == begin
     assert unknown.value is None, "nobody knows what it holds"
 

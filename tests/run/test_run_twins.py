@@ -82,11 +82,11 @@ def test_two_that_are_alike_cannot_be_told_from_one_that_answers_twice(alike: bo
     nodes = (other(), other()) if alike else (build_node("answers-twice", NODE_ID),)
     with on_one_bus(*nodes) as bench:
         discover(bench.channel, bench.device)
-        assert bench.device.answers_twice
+        assert bench.device.beliefs.answers_twice
 
 
 @pytest.mark.parametrize("name", [None, "every-abort-answered", "answers-late"])
 def test_one_device(name: str | None) -> None:
     with on_one_bus(build_node(name, NODE_ID)) as bench:
         discover(bench.channel, bench.device)
-        assert not bench.device.answers_twice
+        assert not bench.device.beliefs.answers_twice

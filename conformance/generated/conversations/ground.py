@@ -70,7 +70,7 @@ class Ground:
             value = self.device.values[transfer.target]
             return bytes([value[0] ^ (transfer.content & 1)]) + value[1:]
         chosen = random.Random(f"{transfer.content}/{transfer.size}")
-        return text(chosen, transfer.size, self.device.nowhere)
+        return text(chosen, transfer.size, self.device.beliefs.nowhere)
 
     def knowledge(self) -> Knowledge:
         """Return what the oracle may take for granted before the next conversation."""
@@ -135,7 +135,7 @@ def survey(sdo: Dialogue) -> Ground:
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:
     """Return the bytes that a string or domain surely takes, 0 where they are few."""
-    short = known.data_type is DataType.VISIBLE_STRING or not sdo.device.nowhere
+    short = known.data_type is DataType.VISIBLE_STRING or not sdo.device.beliefs.nowhere
     for room in ROOMS[2:] if short else ROOMS:
         abort = sdo.try_download(known, sdo.payload(room), segmented=True)
         if abort is None:

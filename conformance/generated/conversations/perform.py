@@ -44,7 +44,7 @@ def converse(conversation: Conversation, ground: Ground, sdo: Dialogue) -> None:
 
     Raises Violation for the first response that fails a device, or when it boots on the way.
     """
-    boot_ups = sdo.device.boot_ups
+    boot_ups = sdo.channel.boot_ups
     oracle = Oracle(ground.knowledge(), sdo.device.node_id)
     ground.values.clear()  # until this conversation has ended well
     lockstep = Lockstep(sdo, oracle)
@@ -57,7 +57,7 @@ def converse(conversation: Conversation, ground: Ground, sdo: Dialogue) -> None:
             [*(transfer.target for transfer in conversation), ground.targets.own]
         ):
             client.perform(Transfer(Service.UPLOAD, mux))
-    if sdo.device.boot_ups > boot_ups:
+    if sdo.channel.boot_ups > boot_ups:
         raise Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
     ground.remember(oracle.values)
 

@@ -1,0 +1,21 @@
+"""What the suite believes of a device since the reading at the beginning of the run."""
+
+from dataclasses import dataclass, field
+
+from conformance.sdo.layout import Multiplexer
+
+
+@dataclass(slots=True)
+class Beliefs:
+    """What the reading has told beside values.
+
+    ``unreadable`` says why an object could not be read; such an object is never written;
+    ``misread`` are those of them that were not refused. ``nowhere`` names entries that the device
+    was seen to lack, as their sub-indices 00h, and whose multiplexers are text. ``answers_twice``:
+    every read is answered twice, and alike, so that it may be two devices with one node-ID.
+    """
+
+    unreadable: dict[Multiplexer, str] = field(default_factory=dict)
+    misread: set[Multiplexer] = field(default_factory=set)
+    nowhere: tuple[Multiplexer, ...] = ()
+    answers_twice: bool = False

@@ -1,0 +1,34 @@
+"""What a device has to hold again as before the run, beside the values of its objects."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from conformance.device.changes import Changes
+from conformance.sdo.layout import Multiplexer
+
+
+@dataclass(slots=True)
+class Keeping:
+    """What cases have changed, or are about to, and what has to be there again.
+
+    ``parameters`` holds the values of communication parameters that cases write by permission,
+    before the first write. ``to_store`` is what the device had stored and a case has changed: it is
+    stored again. ``astray`` are objects that a case has written and that could not be put back:
+    what they hold is not known. ``changes`` are told before they are made.
+    """
+
+    parameters: dict[Multiplexer, bytes] = field(default_factory=dict)
+    to_store: Mapping[Multiplexer, bytes] = field(default_factory=dict)
+    astray: set[Multiplexer] = field(default_factory=set)
+    changes: Changes = field(default_factory=Changes)
+
+
+@dataclass(slots=True)
+class Defaults:
+    """What each parameter reads with the defaults loaded; they are loaded once in a run.
+
+    ``values`` are None as long as they were not loaded; ``why_not`` says why they cannot be.
+    """
+
+    values: Mapping[Multiplexer, bytes] | None = None
+    why_not: str = ""

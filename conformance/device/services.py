@@ -1,0 +1,18 @@
+"""Which optional services a device has, as far as a case has asked: it is asked once in a run."""
+
+from dataclasses import dataclass
+
+
+@dataclass(slots=True)
+class Services:
+    """The refusals of services that a device may lack, and its further SDO channels.
+
+    ``block_download_refusal`` is how the device refuses block downloads, empty if it serves them,
+    None as long as nobody asked; ``block_upload_refusal`` is the same of block uploads.
+    ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
+    looked.
+    """
+
+    block_download_refusal: str | None = None
+    block_upload_refusal: str | None = None
+    further_channels: tuple[int, ...] | None = None
