@@ -9,7 +9,8 @@ are known, with the reason.
 
 Each fault alone meets all cases but the random ones. A pair meets those that failed the specific
 one, so many of those that failed the pervasive one, and each N-th of the others (``--share``, 1 for
-all); the others take turns from pair to pair, so that each is met beside every pervasive fault.
+all); the others take turns from pair to pair, so that each is met beside every pervasive fault. One
+that seems hidden meets all cases, as it may be told in one that neither fault fails alone.
 
 With ``--quick`` every pervasive fault is paired with one specific one, and both meet the cases
 whose ids say what is wrong with them, and few others in the files of these. NAMEs choose faults.
@@ -251,7 +252,11 @@ def full_pairs(
             for column, second in enumerate(known)
         ]
         for second, run in zip(known, awaited, strict=True):
-            yield Pair(first, second, run.result())
+            pair = Pair(first, second, run.result())
+            if pair.told():
+                yield pair
+            else:  # it may be told in a case that neither fault fails alone
+                yield Pair(first, second, pool.submit(alone, pair.name).result())
 
 
 def quick_pairs(
