@@ -18,9 +18,10 @@ from conformance.plugin.items import OWN, CaseFunction
 from conformance.plugin.state import CASE_RUN, ItemCase
 from conformance.plugin.suite_errors import conclude
 from conformance.run import doubts
+from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.doubts import Stumble, is_certain
 from conformance.run.second_try import doubt, stumble, take_back
-from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.session import DeviceSession
 from conformance.run.verdict import BREACHES, CaseResult
 
 # Services of which a machine has made the cases.
@@ -30,7 +31,9 @@ GENERATED = ("matrix",)
 def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
     """Begin a case on a device."""
     generated = case.service in GENERATED
-    return session.begin(case.case_id, case.service, case.rule, case.cites, generated=generated)
+    return begin_case(
+        session, case.case_id, case.service, case.rule, case.cites, generated=generated
+    )
 
 
 def try_again(

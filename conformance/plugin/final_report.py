@@ -16,9 +16,9 @@ from conformance.bus.errors import (
 )
 from conformance.device.known_deviations import Deviation, write_deviations
 from conformance.plugin.about import about_run
+from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.outcome import Evidence, SummaryTerminal
 from conformance.plugin.recorder import Recorder, as_place
-from conformance.plugin.running import ExitCode
 from conformance.plugin.selection import FOLDER
 from conformance.plugin.state import RunState, uses_device
 from conformance.plugin.workers import Controller

@@ -9,6 +9,7 @@ from conformance import __version__
 from conformance.device.listing import Listing
 from conformance.plugin.arguments import add_options
 from conformance.plugin.case_fixtures import CaseFixtures
+from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.items import CASES, SLOW, CaseFunction, make_items, make_module, ordered
@@ -62,6 +63,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(_time_left(config, options), "conformance-time-left")
     if controller is None:
         config.pluginmanager.register(Running(config, state), "conformance-running")
+        config.pluginmanager.register(CaseReports(state), "conformance-case-reports")
     # The last one is the innermost: what it raises is met by those before.
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:

@@ -4,6 +4,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,11 +13,13 @@ from conformance.bus.stop import Stop
 from conformance.plugin.findings import Findings
 from conformance.plugin.items import DEVICE_SESSION, CaseFunction
 from conformance.plugin.options import Options
+from conformance.plugin.unrestored import Values
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.journal import NAME
 from conformance.run.bench import Bench
+from conformance.run.case_run import CaseRun
 from conformance.run.risks import Risk
-from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.session import DeviceSession
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.rules import Level, Rule
 
@@ -26,7 +29,8 @@ class RunState:
     """One run: its bench while it is open, and what was found so far.
 
     ``judged_late_answers`` says how many answers a case has judged that came late from a device:
-    others may come while the next device is tested. ``stop`` is told of the signals that end a run.
+    others may come while the next device is tested. What was ``discovered`` of the devices goes
+    with the first report. ``stop`` is told of the signals that end a run.
     """
 
     options: Options
@@ -35,6 +39,8 @@ class RunState:
     results: list[CaseResult] = field(default_factory=list)
     findings: Findings = field(default_factory=Findings)
     stop: Stop = field(default_factory=Stop)
+    values: Values | None = None
+    discovered: list[dict[str, Any]] = field(default_factory=list)
     judged_late_answers: Counter[int] = field(default_factory=Counter)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
@@ -61,6 +67,11 @@ class RunState:
         """Where this process writes what it changes."""
         worker = self.options.share.worker
         return self.report_dir / (f"{NAME}-{worker}.jsonl" if worker else f"{NAME}.jsonl")
+
+    def leave_out_all(self, reason: str) -> None:
+        """Test no device of this process any further that is not out of the run already."""
+        for node_id in self.options.run.node_ids:
+            self.findings.out.setdefault(node_id, reason)
 
     def session(self, node_id: int) -> DeviceSession:
         """Return the session of a device; the bench is open by then."""

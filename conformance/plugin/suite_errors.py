@@ -9,7 +9,7 @@ from conformance.bus.errors import BenchError, SuiteError
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.pauses import NOT_JUDGED
 from conformance.plugin.items import CASES, CaseFunction
-from conformance.run.session import CaseRun
+from conformance.run.case_run import CaseRun
 from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.rules import Violation

@@ -6,6 +6,7 @@ from run_bench import NUMBER, RULE, discovered, recording
 from conformance.bus.pace import Pace
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.allowance import FACTOR, KNOWN, LEAST, Allowance
+from conformance.run.case_run import begin_case
 from conformance.run.verdict import Afterwards, Verdict
 
 
@@ -44,7 +45,7 @@ def test_a_case_on_a_device_that_has_become_slow_says_nothing_of_it(
     with discovered(recording()) as bench:
         session = bench.session()
         session.channel.pace = pace(0.0)
-        run = session.begin("upload.size", "upload", RULE)
+        run = begin_case(session, "upload.size", "upload", RULE)
         with pytest.raises(NotTestable) as slow:
             run.sdo.upload(NUMBER)
         result = run.conclude(slow.value)

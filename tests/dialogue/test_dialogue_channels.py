@@ -15,7 +15,8 @@ from conformance.dialogue.channels import TEST_CHANNELS, Channels, interleave
 from conformance.dialogue.network import Network
 from conformance.faults.catalogue import build_node
 from conformance.reference.node import Node
-from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.case_run import CaseRun, begin_case
+from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
@@ -40,7 +41,7 @@ def allow(bench: Workbench) -> None:
 
 
 def case(session: DeviceSession) -> CaseRun:
-    return session.begin("test.case", "test", RULE)
+    return begin_case(session, "test.case", "test", RULE)
 
 
 def violation() -> Violation:

@@ -14,6 +14,7 @@ from conformance.dialogue.network import Network
 from conformance.dialogue.room import MUCH_ROOM, Room
 from conformance.faults.catalogue import build_node
 from conformance.run.afterwards import Restorer
+from conformance.run.case_run import begin_case
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
@@ -93,7 +94,7 @@ def test_it_is_forgotten_when_a_case_fails() -> None:
     """Nobody knows what such a server does to its objects yet."""
     server = recording()
     with discovered(server) as bench:
-        run = bench.session().begin("a.case", "a service", RULE)
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
         run.sdo.download(NUMBER, bench.device.values[NUMBER.mux])
         run.sdo.upload(NUMBER)
         server.requests.clear()

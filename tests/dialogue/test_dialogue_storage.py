@@ -25,6 +25,7 @@ from conformance.reference.host import NodeHost
 from conformance.reference.listing import listing_of, permits_for
 from conformance.reference.node import Node
 from conformance.run.bench import private_channel
+from conformance.run.case_run import begin_case
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards, Verdict
 from conformance.sdo.can_frame import CanFrame
@@ -132,7 +133,7 @@ def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
     with configured(name) as (bench, watched):
         before = Kept.of(watched.node)
         session = bench.session()
-        run = session.begin("a.case", "a service", RULE)
+        run = begin_case(session, "a.case", "a service", RULE)
         defaults = run.tools.storage.loaded_defaults()
         assert watched.node.objects.find(NUMBER).value != IN_USE
         assert run.conclude(None).verdict is Verdict.PASS
@@ -142,7 +143,10 @@ def test_what_there_was_is_there_again(name: str, commands: list[str]) -> None:
         if name in ("parameters-stored", "configured-and-not-stored"):
             stated = {known.mux: known.default for known in bench.device.resettable()}
             assert dict(defaults) == stated
-        assert session.begin("next", "a service", RULE).tools.storage.loaded_defaults() is defaults
+        assert (
+            begin_case(session, "next", "a service", RULE).tools.storage.loaded_defaults()
+            is defaults
+        )
         assert watched.commands == commands, "once in a run"
 
 
@@ -163,7 +167,7 @@ def test_what_is_stored_is_not_lost_without_permission_to_store() -> None:
     """That it is stored shows behind a reset only; what was in use is put back."""
     with configured("parameters-stored", STORE_PARAMETERS) as (bench, watched):
         before = Kept.of(watched.node)
-        run = bench.session().begin("a.case", "a service", RULE)
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
         with pytest.raises(NotTestable, match="--sdo-allow=store-parameters") as lacking:
             run.tools.storage.loaded_defaults()
         run.conclude(lacking.value)
@@ -174,7 +178,7 @@ def test_what_is_stored_is_not_lost_without_permission_to_store() -> None:
 def test_without_permission_to_store_where_nothing_is_stored() -> None:
     with configured("configured-and-not-stored", STORE_PARAMETERS) as (bench, watched):
         before = Kept.of(watched.node)
-        run = bench.session().begin("a.case", "a service", RULE)
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
         run.tools.storage.loaded_defaults()
         run.conclude(None)
         assert Kept.of(watched.node) == before
@@ -244,7 +248,7 @@ def test_storing_has_a_time_of_its_own() -> None:
 def test_what_has_failed_is_not_tried_again() -> None:
     """One case says what is wrong; the others name it."""
     with configured("load-defaults-refused") as (bench, watched):
-        run = bench.session().begin("a.case", "a service", RULE)
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
         with pytest.raises(Violation) as refused:
             run.tools.storage.loaded_defaults()
         run.conclude(refused.value)
@@ -280,7 +284,7 @@ def test_ctrl_c_between_load_and_the_end() -> None:
     with configured() as (bench, watched):
         before = Kept.of(watched.node)
         session = bench.session()
-        run = session.begin("a.case", "a service", RULE)
+        run = begin_case(session, "a.case", "a service", RULE)
         run.tools = Interrupting.on(bench)
         with pytest.raises(KeyboardInterrupt):
             run.tools.storage.loaded_defaults()
@@ -295,7 +299,7 @@ def test_a_device_that_is_lost_with_its_defaults() -> None:
     with configured() as (bench, watched):
         before = Kept.of(watched.node)
         session = bench.session()
-        run = session.begin("a.case", "a service", RULE)
+        run = begin_case(session, "a.case", "a service", RULE)
         run.tools = Interrupting.on(bench)
         with pytest.raises(KeyboardInterrupt):
             run.tools.storage.loaded_defaults()
@@ -319,7 +323,7 @@ def test_what_a_reset_has_changed_is_put_back() -> None:
     with configured("configured-and-not-stored") as (bench, watched):
         before = Kept.of(watched.node)
         for command in (NmtCommand.RESET_COMMUNICATION, NmtCommand.RESET_NODE):
-            run = bench.session().begin("a.case", "a service", RULE)
+            run = begin_case(bench.session(), "a.case", "a service", RULE)
             run.tools.network.reset(command)
             assert Kept.of(watched.node) != before
             run.conclude(None)
@@ -330,7 +334,7 @@ def test_what_a_reset_has_changed_and_may_not_be_written_is_told() -> None:
     permits = Permits(permissions=frozenset({NMT}))
     with configured("configured-and-not-stored", permits=permits) as (bench, watched):
         session = bench.session()
-        run = session.begin("a.case", "a service", RULE)
+        run = begin_case(session, "a.case", "a service", RULE)
         run.tools.network.reset(NmtCommand.RESET_NODE)
         run.conclude(None)
         assert session.restorer.unrestored[NUMBER] == "4 bytes: 0A 0B 0C 0D"

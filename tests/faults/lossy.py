@@ -18,7 +18,7 @@ import can
 from case_runs import Run, run_cases
 
 from conformance.faults import hosting
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 
 MISHAPS = ("lost", "repeated", "swapped")
 

@@ -3,7 +3,7 @@
 import pytest
 from lossy import run_lossy
 
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 from conformance.run.verdict import Verdict
 
 SOME = ("-k", "segmented_upload and size and not foreign")

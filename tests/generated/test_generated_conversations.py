@@ -28,8 +28,9 @@ from conformance.generated.conversations.transfers import (
     to_lines,
 )
 from conformance.reference.device import REFERENCE_OBJECTS
+from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.discovery import discover
-from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.session import DeviceSession
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
@@ -65,7 +66,7 @@ class Searched:
             self.sent.append(str(captured.frame))
 
     def search(self, draw: Draw, plan: Plan) -> CaseRun:
-        run = self.session.begin(RULE.id, "random", RULE)
+        run = begin_case(self.session, RULE.id, "random", RULE)
         Search(self.session, run, plan, self.store).run(draw)
         return run
 

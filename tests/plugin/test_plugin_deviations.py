@@ -6,7 +6,7 @@ import pytest
 from plugin_runs import parsed, self_test, the_report
 
 from conformance.device.known_deviations import NO_REASON, Deviation, read_deviations
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 
 pytest_plugins = ["pytester"]
 

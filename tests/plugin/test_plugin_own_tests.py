@@ -4,7 +4,7 @@ import pytest
 from plugin_runs import NODE_ID, case_ids, hosted, parsed, reports, run, self_test, the_report
 
 from conformance.faults.catalogue import build_node
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 from conformance.reference.device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import Server

@@ -11,7 +11,7 @@ from plugin_runs import NODE_ID, hosted, run, the_report
 from socketcand_bus import socketcand
 
 from conformance.faults.catalogue import build_node
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
 

@@ -10,7 +10,7 @@ from plugin_runs import NODE_ID, QUICK, hosted_on, reports, run
 from socketcand_bus import socketcand
 
 from conformance.__main__ import BROKEN_BENCH, DONE, main
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
 from conformance.reference.server import Server

@@ -8,8 +8,8 @@ import pytest
 from plugin_runs import QUICK, parsed, reports, run, self_test, the_report
 
 from conformance.__main__ import DONE, WRONG_USE, main
+from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import CASES
-from conformance.plugin.running import ExitCode
 from conformance.reporting.recorded import RecordedRun, read_run
 from conformance.run.verdict import Verdict
 

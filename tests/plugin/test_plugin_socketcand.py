@@ -5,7 +5,7 @@ from plugin_runs import NODE_ID, hosted_on, run
 from socketcand_bus import socketcand
 
 from conformance.faults.catalogue import build_node
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 
 pytest_plugins = ["pytester"]
 

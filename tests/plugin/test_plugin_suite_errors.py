@@ -6,8 +6,8 @@ from plugin_runs import case_ids, parsed, self_test, the_report
 from conformance.device.device import Device
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.pauses import Pauses
-from conformance.plugin.running import ExitCode
-from conformance.run import session
+from conformance.plugin.exit_code import ExitCode
+from conformance.run import case_run
 
 pytest_plugins = ["pytester"]
 
@@ -21,7 +21,7 @@ def raise_it(*_: object, **__: object) -> None:
 
 @pytest.mark.parametrize(
     ("owner", "method"),
-    [(Dialogue, "expect_nothing"), (session, "leave")],
+    [(Dialogue, "expect_nothing"), (case_run, "leave")],
     ids=["in-a-case", "behind-a-case"],
 )
 def test_an_error_of_the_suite_is_no_failure(

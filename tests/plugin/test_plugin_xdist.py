@@ -6,7 +6,7 @@ from collections import defaultdict
 import pytest
 from plugin_runs import QUICK, other_files, parsed, reports, self_test, the_report
 
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.workers import shares_of
 
 pytest_plugins = ["pytester"]

@@ -24,6 +24,7 @@ from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.block_download_errors import DeafWhenAborted
 from conformance.plugin.findings import Findings
+from conformance.run.case_run import begin_case
 from conformance.run.habits import FIRST_SEEN, survey
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
@@ -54,7 +55,7 @@ def test_nothing_is_found_at_a_server_that_is_right() -> None:
 
 def begin_and_abort(session: DeviceSession) -> Verdict:
     """Conclude a case that ends by aborting what it has begun."""
-    run = session.begin("a.case", "a service", RULE)
+    run = begin_case(session, "a.case", "a service", RULE)
     run.sdo.initiate_download(TEXT, 14)
     run.sdo.end_transfer()
     run.sdo.upload(NUMBER)
@@ -94,7 +95,7 @@ def test_the_case_about_a_habit_fails_for_it() -> None:
         session.survey()
         for _ in range(2):
             rule = rule_of("abort.not-answered")
-            run = session.begin("abort.frame", "abort", rule)
+            run = begin_case(session, "abort.frame", "abort", rule)
             run.sdo.initiate_download(TEXT, 14)
             run.sdo.end_transfer()
             result = run.conclude(None)
@@ -138,7 +139,7 @@ def test_values_that_are_filled_up_are_known_from_then_on(known: KnownObject) ->
         session = bench.session()
         session.survey()
         found = [str(cause) for cause, _ in session.causes.aside()]
-        run = session.begin("a.case", "a service", STORED)
+        run = begin_case(session, "a.case", "a service", STORED)
         filled = bench.device.known[known.mux]
         assert (filled.filled, bench.device.lengths[known.mux].fit(14)) == (LENGTH, LENGTH)
         run.tools.room.store(filled, b"short")
@@ -167,7 +168,7 @@ def test_an_answer_of_another_shape_is_what_a_case_fails_for() -> None:
     with undiscovered(Scripted(answers)) as bench:
         bench.device.baseline[:] = [(READ, BASELINE)]
         session = bench.session()
-        run = session.begin("a.case", "a service", STORED)
+        run = begin_case(session, "a.case", "a service", STORED)
         run.sdo.send(READ[:3])
         with pytest.raises(Violation) as caught:
             run.sdo.checks.abort(run.sdo.receive(), None)
@@ -216,7 +217,7 @@ def test_what_nothing_brings_back_is_not_made_deaf() -> None:
 def test_a_case_that_leaves_a_device_deaf_fails_for_that() -> None:
     server = recording(_Deaf)
     with discovered(server, timeout=HASTY) as bench:
-        run = bench.session().begin("a.case", "a service", RULE)
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
         run.tools.blocks.initiate_download(TEXT, 14)
         result = run.conclude(None)
     assert result.cause == "server.idle-afterwards: deaf behind a block download that was aborted"
@@ -229,7 +230,7 @@ def test_a_noisy_device_that_is_deaf_as_well_is_judged_in_good_order() -> None:
         unasked = Violation(UNSOLICITED, expected="nothing", actual="abort")
         session.causes.add(Cause(UNSOLICITED.id, "abort"), "before", unasked, aside=True)
         assert session.causes.noisy
-        run = session.begin("a.case", "a service", RULE)
+        run = begin_case(session, "a.case", "a service", RULE)
         run.tools.blocks.initiate_download(TEXT, 14)
         result = run.conclude(None)
     assert result.verdict is Verdict.FAIL

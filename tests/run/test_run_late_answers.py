@@ -12,6 +12,7 @@ from conformance.faults.catalogue import build_node
 from conformance.reference.host import NodeHost
 from conformance.reference.node import Node
 from conformance.run.bench import Bench, RunSettings, private_channel
+from conformance.run.case_run import begin_case
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
@@ -65,7 +66,7 @@ def in_turn(until: int, folder: Path) -> Iterator[Bench]:
 
 
 def asked_too_little_time(session: DeviceSession) -> None:
-    run = session.begin("first", "a service", RULE)
+    run = begin_case(session, "first", "a service", RULE)
     run.sdo.channel.abort(KEEP, AbortCode.GENERAL_ERROR)
     assert run.conclude(None).verdict is Verdict.PASS
 
@@ -76,7 +77,7 @@ def test_a_late_answer_of_the_device_before(tmp_path: Path) -> None:
         before, session = bench.sessions[FIRST], bench.sessions[SECOND]
         asked_too_little_time(before)
         for case_id in ("second", "third"):
-            run = session.begin(case_id, "a service", RULE)
+            run = begin_case(session, case_id, "a service", RULE)
             assert run.sdo.upload(VENDOR) == VENDOR_ID
             assert run.sdo.fence() == []
             result = run.conclude(None)
@@ -94,7 +95,7 @@ def test_a_late_answer_in_the_next_case_of_the_device(tmp_path: Path, mux: Multi
     with in_turn(FIRST, tmp_path) as bench:
         session = bench.sessions[FIRST]
         asked_too_little_time(session)
-        run = session.begin("second", "a service", RULE)
+        run = begin_case(session, "second", "a service", RULE)
         error = None
         try:
             run.sdo.upload(mux)

@@ -23,6 +23,7 @@ from conformance.generated.lockstep import knowledge_of
 from conformance.reference.communication import communication_entries
 from conformance.reference.device import reference_entries
 from conformance.run.afterwards import Restorer
+from conformance.run.case_run import begin_case
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate
@@ -173,7 +174,7 @@ def test_a_late_answer_in_the_way(seen: bool) -> None:
     begin = server.values()
     with discovered(server) as bench:
         session = bench.session()
-        run = session.begin("a.case", "a service", RULE)
+        run = begin_case(session, "a.case", "a service", RULE)
         run.sdo.download(NUMBER, b"\1\2\3\4")
         if seen:
             run.sdo.upload(NUMBER)

@@ -22,8 +22,9 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
 from conformance.reference.device import reference_entries
 from conformance.reference.node import Node
+from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.evidence import ASIDE, DECISIVE
-from conformance.run.session import MOST_INCIDENTS, CaseRun, DeviceSession
+from conformance.run.session import MOST_INCIDENTS, DeviceSession
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -44,7 +45,7 @@ def bench() -> Iterator[Workbench]:
 
 
 def begin(session: DeviceSession, case_id: str = "a.case") -> CaseRun:
-    return session.begin(case_id, "a service", RULE)
+    return begin_case(session, case_id, "a service", RULE)
 
 
 def concluded(bench: Workbench, error: BaseException | None, *minor: Violation) -> CaseResult:
@@ -395,17 +396,17 @@ def test_a_case_fails_for_what_it_is_about_however_well_it_is_known(bench: Workb
 def test_what_a_case_cites_is_what_it_is_about(bench: Workbench) -> None:
     session = bench.session()
     for case_id in ("first", "second"):
-        run = session.begin(case_id, "a service", RULE, (OTHER,))
+        run = begin_case(session, case_id, "a service", RULE, (OTHER,))
         result = run.conclude(violation(actual="something"))
         assert (result.verdict, result.cause) == (Verdict.FAIL, "another.rule: something")
-        again = session.begin(case_id, "a service", RULE, (OTHER,))
+        again = begin_case(session, case_id, "a service", RULE, (OTHER,))
         assert again.conclude(violation(OTHER)).verdict is Verdict.FAIL
 
 
 def test_what_is_generated_need_not_show_the_same_again(bench: Workbench) -> None:
     session = bench.session()
     verdicts = [
-        session.begin(f"a.case[{number}]", "matrix", RULE, generated=True)
+        begin_case(session, f"a.case[{number}]", "matrix", RULE, generated=True)
         .conclude(violation())
         .verdict
         for number in range(2)

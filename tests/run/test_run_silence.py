@@ -11,6 +11,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.expedited_upload import DiesAtOnce
+from conformance.run.case_run import begin_case
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards
 from conformance.sdo.layout import Multiplexer
@@ -99,7 +100,7 @@ def test_a_device_that_dies_while_values_are_put_back_is_asked_no_more() -> None
     node.left = 1000
     with discovered(node, timeout=HASTY) as bench:
         session = bench.session()
-        run = session.begin("upload.size", "upload", RULE)
+        run = begin_case(session, "upload.size", "upload", RULE)
         for known in bench.device.all_writable():
             if known.length is not None:
                 run.sdo.write_number(known)

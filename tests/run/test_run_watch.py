@@ -13,6 +13,7 @@ from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.reference.simulated_bus import SimulatedBus
 from conformance.run.bench import Bench, RunSettings
+from conformance.run.case_run import begin_case
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.objects import ObjectDictionary
@@ -61,7 +62,7 @@ def test_a_device_that_boots_while_it_is_read(tmp_path: Path) -> None:
     )
     assert standing.violation.actual.endswith("605#4009100000000000, 705#00")
     # The first case is not charged with it.
-    assert session.begin("first", "test", ANSWERED).conclude(None).verdict is Verdict.PASS
+    assert begin_case(session, "first", "test", ANSWERED).conclude(None).verdict is Verdict.PASS
     bench.close()
 
 

@@ -6,7 +6,7 @@ from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
 from conformance.generated.matrix.states import STATES
-from conformance.plugin.running import ExitCode
+from conformance.plugin.exit_code import ExitCode
 from conformance.reference.device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import BlockDownload, Server

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import case_files
-from conformance.plugin.running import ExitCode
 from conformance.reference.device import REFERENCE_OBJECTS
 from conformance.sdo.objects import DataType
 

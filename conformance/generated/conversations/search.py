@@ -17,7 +17,8 @@ from conformance.generated.conversations.ground import Ground, survey
 from conformance.generated.conversations.store import FailingStore
 from conformance.generated.conversations.transfers import Conversation
 from conformance.generated.conversations.trials import Failure, Trials
-from conformance.run.session import CaseRun, DeviceSession
+from conformance.run.case_run import CaseRun
+from conformance.run.session import DeviceSession
 from conformance.sdo.rules import Rule
 
 SEARCH_SECONDS = 60.0

@@ -1,0 +1,107 @@
+"""What pytest reports of a case: the evidence instead of a traceback, and the result with it."""
+
+from collections.abc import Generator
+
+import pytest
+
+from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError, TransmitBufferFull
+from conformance.plugin.items import CaseFunction
+from conformance.plugin.outcome import CaseFailed, Evidence, attach, attach_not_run
+from conformance.plugin.recorder import as_values
+from conformance.plugin.state import RESULT, RunState, case_of, left_out
+from conformance.plugin.suite_errors import (
+    comes_from_here,
+    is_own_case,
+    suite_error,
+    traceback_of,
+)
+from conformance.run.verdict import Verdict
+
+# In so many cases one after another a full transmit buffer is a cable that is out.
+MOST_FULL = 3
+
+
+class CaseReports:
+    """The hook that makes a report of each case, in the process that runs it."""
+
+    def __init__(self, state: RunState) -> None:
+        """Take the state of the run."""
+        self._state = state
+        self._full_in_a_row = 0
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Put the evidence into the report, and the result with it."""
+        report = yield
+        if self._state.discovered:
+            report.conformance_devices = self._state.discovered  # type: ignore[attr-defined]
+            self._state.discovered = []
+        error = call.excinfo.value if call.excinfo else None
+        if call.when == "setup" and report.skipped:
+            if RESULT not in item.stash and isinstance(item, CaseFunction):
+                why = str(error).removeprefix(f"{Verdict.NOT_TESTABLE}: ")
+                item.stash[RESULT] = left_out(case_of(item), Verdict.NOT_TESTABLE, why)
+            if RESULT in item.stash:
+                left = item.stash[RESULT]
+                (attach_not_run if left.verdict is Verdict.NOT_RUN else attach)(item, left)
+                report.user_properties = list(item.user_properties)
+        elif call.when == "call" and _was_stopped(item):
+            attach_not_run(item, item.stash[RESULT])
+            report.user_properties = list(item.user_properties)
+        elif call.when != "call" and report.failed:
+            self._take_suite_error(item, report, error)
+        if isinstance(error, BenchError):
+            self._state.findings.bench_errors.append(error)
+            report.longrepr = str(error)
+            if isinstance(error, InterfaceLost | BusOff):
+                self._state.leave_out_all("the bus is gone")
+        if call.when == "call":
+            full = isinstance(error, TransmitBufferFull)
+            self._full_in_a_row = self._full_in_a_row + 1 if full else 0
+            if self._full_in_a_row >= MOST_FULL:
+                self._state.leave_out_all(
+                    "no frame leaves the interface: its transmit buffer stays full"
+                )
+        result = item.stash.get(RESULT, None)
+        if result is None or call.when == "teardown":
+            return report
+        report.conformance = result.as_dict()  # type: ignore[attr-defined]
+        if self._state.log is not None:
+            self._state.log.flush()
+            place = as_values(self._state.log.place())
+            report.conformance_frames = place  # type: ignore[attr-defined]
+        if report.skipped and isinstance(item, CaseFunction):
+            path, line, _ = item.location
+            report.longrepr = (path, (line or 0) + 1, str(error))
+        elif isinstance(error, BenchError | CaseFailed):
+            report.longrepr = Evidence(result)  # type: ignore[assignment]
+            if isinstance(error, BenchError):
+                # A broken bench is an error of the set-up, whenever it shows.
+                report.when = "setup"
+            if isinstance(error, SuiteError):
+                report.sections.append(("traceback", traceback_of(error)))
+        elif report.failed:
+            report.sections.append(("frames on the bus", "\n".join(result.trace)))
+        return report
+
+    def _take_suite_error(
+        self, item: pytest.Item, report: pytest.TestReport, error: BaseException | None
+    ) -> None:
+        """Keep an error that a fixture of the suite has raised for one of its cases."""
+        own = isinstance(item, CaseFunction) and is_own_case(item)
+        if not own or error is None or isinstance(error, BenchError) or not comes_from_here(error):
+            return
+        found = suite_error(error)
+        self._state.findings.bench_errors.append(found)
+        if report.when == "setup":
+            result = left_out(case_of(item), Verdict.BENCH_ERROR, str(found))
+            attach(item, result)
+            report.user_properties = list(item.user_properties)
+            report.conformance = result.as_dict()  # type: ignore[attr-defined]
+
+
+def _was_stopped(item: pytest.Item) -> bool:
+    """Say whether a case was interrupted by a request to end the run."""
+    return RESULT in item.stash and item.stash[RESULT].verdict is Verdict.NOT_RUN

@@ -1,0 +1,12 @@
+"""The exit status of a run, where pytest has none of its own for it."""
+
+from enum import IntEnum
+
+
+class ExitCode(IntEnum):
+    """What pytest's own exit codes do not tell: it is the bench that is broken."""
+
+    SILENT_NODE = 10
+    BENCH_ERROR = 11
+    DEVICE_LOST = 12
+    SUITE_ERROR = 13
