@@ -37,6 +37,8 @@ PACKED = b"\x1f\x8b"
 # is a container of some 128 KiB.
 LONGEST_LINE = 8192
 LARGEST_BLOCK = 16 * 2**20
+LARGEST_CONTAINER = 4 * 2**20
+MOST_BLANK_LINES = 10_000
 # Everything is followed for each bus by itself.
 MOST_BUSES = 64
 _LINE = re.compile(
@@ -49,6 +51,11 @@ _SHOWN = re.compile(
     rb"(?:\([\d.]{1,20}\) +)?\S{1,16} {1,4}(?:[RT]X [ \-BE]{0,6})?[0-9A-F]{3,8} {1,4}\[\d"
 )
 _ERROR_FRAME = 0x20000000
+# How an object of a BLF begins: signature, lengths, and its type.
+_HEAD = struct.Struct("<4s8xL")
+_CONTAINER = (b"LOBJ", 10)
+_CONTAINER_HEAD = 16
+_ZLIB = 2
 # What python-can's readers raise, besides its own, when a file is not what it seems to be.
 _UNREADABLE = (
     ArithmeticError, AttributeError, EOFError, LookupError, NotImplementedError, TypeError,
@@ -86,12 +93,34 @@ class _Lines(io.TextIOWrapper):
 
 
 class _Blocks(io.BufferedReader):
-    """Bytes for a reader of python-can, which believes any length that stands in the file."""
+    """Bytes for a reader of python-can, which believes any length that stands in the file.
+
+    Most objects of a BLF are containers, packed by zlib, which are read right behind their heads.
+    """
+
+    _in_container = False
 
     def read(self, size: int | None = -1, /) -> bytes:
         if size is None or not 0 <= size <= LARGEST_BLOCK:
             raise ValueError(f"an object of {size} bytes")
-        return super().read(size)
+        data = super().read(size)
+        if self._in_container:
+            if len(data) < size:
+                raise EOFError(f"an object of {size} bytes is cut off")
+            _check_container(data)
+        self._in_container = len(data) == _HEAD.size and _HEAD.unpack(data) == _CONTAINER
+        return data
+
+
+def _check_container(data: bytes) -> None:
+    """Raise ValueError for a container that python-can would skip or unpack whatever comes."""
+    method = int.from_bytes(data[:2], "little")
+    if method == _ZLIB:
+        unpacked = zlib.decompressobj().decompress(data[_CONTAINER_HEAD:], LARGEST_CONTAINER + 1)
+        if len(unpacked) > LARGEST_CONTAINER:
+            raise ValueError(f"a container of more than {LARGEST_CONTAINER} bytes")
+    elif method:
+        raise ValueError(f"a container that is packed by method {method}")
 
 
 class RecordedLog:
@@ -102,6 +131,7 @@ class RecordedLog:
         self._name = name
         self._begin: float | None = None
         self._buses: dict[object, str] = {}
+        self._blank_lines = 0
         self.notes: list[str] = []
         suffixes = [suffix.lower() for suffix in Path(name).suffixes[-2:]]
         form = suffixes[-2:-1] if suffixes[-1:] == [".gz"] else suffixes[-1:]
@@ -176,9 +206,14 @@ class RecordedLog:
         return self._seen(number, float(time), bus, frame)
 
     def _no_frame(self, number: int, line: bytes) -> None:
-        if not line.strip():
-            return
         place = self._place(number)
+        if not line.strip():
+            self._blank_lines += 1
+            if self._blank_lines > MOST_BLANK_LINES:
+                raise LogError(
+                    f"{place}: {self._blank_lines} lines are blank: this is no log of candump -L."
+                )
+            return
         if len(line) >= LONGEST_LINE:
             raise LogError(
                 f"{place}: more than {LONGEST_LINE} bytes: this is no log of candump -L."

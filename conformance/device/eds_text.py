@@ -17,6 +17,8 @@ from conformance.device.files import FileError, nearest, read_text, shortened
 
 SUFFIXES = (".eds", ".dcf")
 LARGEST = 2 * 1024 * 1024
+# The largest devices list some 5,000 entries by sections of their own.
+MOST_SECTIONS = 16_384
 ENCODINGS = ("utf-8-sig", "cp1252")
 OBJECT_KEYS = (
     "ParameterName",
@@ -159,6 +161,11 @@ def sections_of(path: Path, text: str) -> dict[str, Section]:
     for line, content in _lines(text):
         if content.startswith("["):
             section = _begin(path, line, content, sections)
+            if len(sections) >= MOST_SECTIONS:
+                raise section.error(
+                    f"more than {MOST_SECTIONS} sections: no device has so many; is it the right "
+                    "file?"
+                )
             sections[section.name] = section
         elif section is None:
             raise FileError(

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from conformance.device.eds import parse_eds, read_eds
-from conformance.device.eds_text import LARGEST
+from conformance.device.eds_text import LARGEST, MOST_SECTIONS
 from conformance.device.files import FileError
 
 FILES = Path(__file__).parent / "files"
@@ -38,6 +38,11 @@ def sentence(text: str) -> str:
 def line_of(content: str, behind: str = "[FileInfo]") -> int:
     """Return the number of the line, as an editor shows it, that comes behind another one."""
     return LINES.index(content, LINES.index(behind)) + 1
+
+
+def test_so_many_sections_has_no_device() -> None:
+    many = "".join(f"[x{number}]\n" for number in range(MOST_SECTIONS))
+    assert f"more than {MOST_SECTIONS} sections" in sentence(DRIVE + many)
 
 
 REPLACED = {

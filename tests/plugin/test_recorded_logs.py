@@ -2,7 +2,9 @@
 
 import gzip
 import io
+import struct
 import sys
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,7 +13,7 @@ import pytest
 
 from conformance import recorded_logs
 from conformance.__main__ import BROKEN_BENCH, DONE, WRONG_USE, main
-from conformance.recorded_logs import LogError, RecordedLog
+from conformance.recorded_logs import LARGEST_CONTAINER, MOST_BLANK_LINES, LogError, RecordedLog
 
 LINES = (
     "(1700000000.000100) can0 605#4018100100000000\n",
@@ -178,6 +180,42 @@ def headed_by(size: int) -> bytes:
 def test_no_length_in_a_blf_is_believed(tmp_path: Path, size: int) -> None:
     path = written(tmp_path, headed_by(size) + bytes(100), "bus.blf")
     assert "frame 1: python-can cannot read on: 'an object of" in refused(path)
+
+
+def blf(tmp_path: Path, body: bytes, *, cut: int = 0) -> Path:
+    """Write a BLF whose only object is a container."""
+    path = tmp_path / "bus.blf"
+    with can.BLFWriter(str(path)):
+        pass
+    head = path.read_bytes()[:144]
+    container = struct.pack("<4sHHLL", b"LOBJ", 16, 1, 16 + len(body), 10) + body
+    path.write_bytes((head + container)[: -cut or None])
+    return path
+
+
+def packed(data: bytes, method: int = 2) -> bytes:
+    return struct.pack("<H6xL4x", method, len(data)) + zlib.compress(data)
+
+
+@pytest.mark.parametrize(
+    ("body", "cut", "why"),
+    [
+        (packed(bytes(LARGEST_CONTAINER + 1)), 0, f"a container of more than {LARGEST_CONTAINER}"),
+        (packed(bytes(100), method=9), 0, "a container that is packed by method 9"),
+        (packed(bytes(100)), 7, "an object of 28 bytes is cut off"),
+        (packed(bytes(100))[:20] + bytes(40), 0, "rror -3 while decompressing data"),
+    ],
+)
+def test_a_container_of_a_blf_is_looked_at(tmp_path: Path, body: bytes, cut: int, why: str) -> None:
+    sentence = refused(blf(tmp_path, body, cut=cut))
+    assert "bus.blf, frame 1: python-can cannot read on: " in sentence
+    assert why in sentence
+
+
+def test_many_blank_lines_are_no_log(tmp_path: Path) -> None:
+    blank = "\n" * MOST_BLANK_LINES
+    assert len(read(written(tmp_path, blank + LINES[0]))) == 1
+    assert f"{MOST_BLANK_LINES + 1} lines are blank" in refused(written(tmp_path, blank + "\n"))
 
 
 def test_interface_names_are_made_inert(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
