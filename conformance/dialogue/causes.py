@@ -150,7 +150,9 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     answer = kind_of_answer(violation.actual)
     if answer == TIMED_OUT and not rule.id.startswith(OF_TIME):
         return Cause(UNSOLICITED.id, f"{TIMED_OUT} though no transfer is due to end")
-    behind_abort = isinstance(request, Abort) and answer != NO_ANSWER and rule.id != NO_REBOOT.id
+    # One with reserved bits may be taken for a segment, and be refused.
+    aborted = isinstance(request, Abort) and not request.reserved_bits
+    behind_abort = aborted and answer != NO_ANSWER and rule.id != NO_REBOOT.id
     if behind_abort or rule.id == ABORT_NOT_ANSWERED.id:
         return Cause(ABORT_NOT_ANSWERED.id, "an answer")
     if rule.id in WHATEVER_CODE and answer.startswith("abort "):

@@ -249,6 +249,12 @@ def test_silence_and_a_boot_behind_an_abort_are_no_answers_to_it() -> None:
     assert boot.rule_id == NO_REBOOT.id
 
 
+def test_what_answers_a_frame_that_is_hardly_an_abort_is_called_by_its_rule() -> None:
+    odd = Abort(MUX, AbortCode.GENERAL_ERROR, reserved_bits=1)
+    cause = cause_of(violation(TOGGLE, from_hex("01 39 2C 74 3E 51 57 64")), TOGGLE, odd)
+    assert cause.rule_id == TOGGLE.id
+
+
 def test_a_cause_in_words() -> None:
     assert str(Cause(TOGGLE.id, "t=…")) == f"{TOGGLE.id}: t=…"
 
