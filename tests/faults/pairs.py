@@ -125,9 +125,17 @@ class Pair:
         ]
 
     def unexplained(self) -> list[str]:
-        """Return the cases that fail for a rule that neither fault breaks alone."""
-        known = {*self.pervasive.rules.values(), *self.specific.rules.values()}
-        return [case for case, rule in self.both.rules.items() if rule not in known]
+        """Return the cases that fail for a rule that neither fault breaks alone.
+
+        Where the cause is one of theirs, another case is only the first to meet it.
+        """
+        rules = {*self.pervasive.rules.values(), *self.specific.rules.values()}
+        causes = {*self.pervasive.causes.values(), *self.specific.causes.values()}
+        return [
+            case
+            for case, rule in self.both.rules.items()
+            if rule not in rules and self.both.causes[case] not in causes
+        ]
 
     def problem(self) -> str:
         """Say what is wrong; empty where nothing is."""

@@ -85,6 +85,8 @@ def test_a_pair_is_right_when_the_specific_rule_is_named_and_no_other() -> None:
     assert "HIDDEN: none of point" in hidden.problem()
     strange = Pair(pervasive, specific, run_of("p+s", a="noise", b="point", c="other"))
     assert "UNEXPLAINED: 1: c (other)" in strange.problem()
+    strange.both.causes["c"] = "noise"
+    assert strange.problem() == "", "the first to meet a cause that is known"
 
 
 def test_a_rule_that_both_break_tells_in_a_case_of_the_specific_one_only() -> None:
