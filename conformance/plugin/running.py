@@ -263,6 +263,10 @@ class Running:
                 state.findings.notes.append(
                     f"the interface has counted since the run began: {counts}"
                 )
+            if errors := state.bench.errors():
+                state.findings.notes.append(
+                    f"the controller has told of errors on the bus since the run began: {errors}"
+                )
             for node_id, device in state.bench.sessions.items():
                 judged, known = state.judged_late_answers[node_id], state.options.deviations
                 state.findings.close(device, judged=judged, known=known, lost=sum(lost.values()))

@@ -12,6 +12,7 @@ import can
 
 from conformance.bus.channel import Channel
 from conformance.bus.counters import counted_since, read_counters
+from conformance.bus.error_states import read_error_states
 from conformance.bus.errors import (
     BenchError,
     DeviceLost,
@@ -126,6 +127,7 @@ class Bench:
         self._open_bus = opener
         self._stack = ExitStack()
         self._counters = read_counters(settings.bus)
+        self._error_states = read_error_states(settings.bus)
 
     def open(self) -> None:
         """Open the bus and get to know every device that answers; raises BenchError.
@@ -239,6 +241,10 @@ class Bench:
     def counted(self) -> dict[str, int]:
         """Return what the interface has counted of lost frames since the bench was made."""
         return counted_since(self._counters, read_counters(self._settings.bus))
+
+    def errors(self) -> str:
+        """Say what the controller has told of errors on the bus since the bench was made."""
+        return read_error_states(self._settings.bus).since(self._error_states)
 
     def close(self) -> None:
         """Take what came too late, put back what can be, stop the hosts and close the bus.
