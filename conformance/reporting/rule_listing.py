@@ -71,8 +71,8 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
         yield f"      accepted: {rule.reaction}"
     if rule.codes:
         yield f"      abort codes: {_words(rule.codes)}"
-    if rule.codes not in ((), ANY) or rule.tolerated != GENERAL:
-        yield f"      tolerated: {_words(rule.tolerated)}"
+    if tolerated := _tolerated(rule):
+        yield f"      tolerated: {tolerated}"
     if rule.open:
         yield f"      open: {rule.open}"
     if cases:
@@ -85,7 +85,15 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
 
 
 def _words(codes: Sequence[AbortCode]) -> str:
-    return "any" if codes == ANY else ", ".join(map(describe_code, codes)) or "none"
+    return "any" if codes == ANY else ", ".join(map(describe_code, codes))
+
+
+def _tolerated(rule: Rule) -> str:
+    """Say which other codes are accepted; of a rule without aborts none are."""
+    if rule.tolerated == ANY:
+        return "any other"
+    aborts = rule.codes or rule.tolerated != GENERAL
+    return _words([code for code in rule.tolerated if aborts and code not in rule.codes])
 
 
 def _totals(tested: Mapping[str, Sequence[str]]) -> str:

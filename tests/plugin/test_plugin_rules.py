@@ -17,7 +17,6 @@ segmented download:
       The data of a segment whose toggle bit did not alternate is not stored.
       accepted: abort, or silence
       abort codes: 05030000h (toggle bit not alternated)
-      tolerated: none
       open: whether the transfer is aborted or the segment ignored
       tested by: segmented-download.toggle, segmented-download.toggle-ignored-data
 """
@@ -31,14 +30,32 @@ sizes:
       not tested: Any effect is right, and a value above 1 might set off one in the device.
 """
 
-
+SUB_COMMAND = """\
+idle server:
+  specifier.sub-command  MUST  7.2.4.3
+      A block initiate whose sub-command bits name none is not served.
+      accepted: abort, or silence
+      abort codes: 05040001h (command specifier not valid or unknown)
+      tolerated: any other
+      open: silence: it may pass for an acknowledgement or an end out of place
+      tested by: specifier.sub-command
+"""
+BLOCK_SIZE = """\
+upload initiates:
+  block-upload.invalid-block-size  MUST  7.2.4.3.13
+      A block upload in sub-blocks of no segment, or of more than 127, is refused.
+      accepted: abort
+      abort codes: 05040002h (invalid block size)
+      tolerated: 08000000h (general error), 05040001h (command specifier not valid or unknown)
+      tested by: block-upload.invalid-block-size
+      official test: SDO 26
+"""
 SDO_17 = """\
 segmented upload:
   segmented-upload.toggle  MUST  7.2.4.3.7
       A toggle bit that did not alternate ends the upload and brings no data.
       accepted: abort, idle
       abort codes: 05030000h (toggle bit not alternated)
-      tolerated: none
       tested by: segmented-upload.toggle-first, segmented-upload.toggle-repeated
       official test: SDO 17
 """
@@ -70,9 +87,11 @@ def test_the_cases_are_those_of_all_files() -> None:
         (["segmented-download.toggle"], TOGGLE),
         (["data.boolean"], BOOLEAN),
         (["data.boolean", "segmented-download.toggle"], TOGGLE + BOOLEAN),
+        (["specifier.sub-command"], SUB_COMMAND),
+        (["block-upload.invalid-block-size"], BLOCK_SIZE),
         (["sdo 17"], SDO_17),
     ],
-    ids=["a-choice", "untestable", "both", "official-step"],
+    ids=["none-tolerated", "untestable", "both", "any-tolerated", "some-tolerated", "step"],
 )
 def test_what_it_prints(names: list[str], due: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rules", *names]) == DONE

@@ -17,7 +17,6 @@ INVALID_BLOCK_SIZE = Rule(
     reaction="abort",
     codes=(AbortCode.INVALID_BLOCK_SIZE,),
     tolerated=accepted.IMPRECISE,
-    open="05040001h is for a server without block transfers",
 )
 SWITCH = Rule(
     "block-upload.switch",
