@@ -95,7 +95,7 @@ def test_a_command_puts_it_back(
     """On the bus of the run, which the journal names."""
     with killed(pytester) as (objects, _):
         (journal,) = left(pytester)
-        assert main(["restore", str(journal.parent), "--sdo-response-timeout=30"]) == DONE
+        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == DONE
         assert "put back: 2004h:00, 2010h:00 of node 5" in capsys.readouterr().out
         assert objects.find(TEXT).value == LONG
         assert left(pytester) == []
@@ -109,7 +109,7 @@ def test_another_device_is_not_written_to(
     with killed(pytester) as (objects, _):
         (journal,) = left(pytester)
         objects.find(Multiplexer(0x1018, 4)).value = bytes(4)
-        assert main(["restore", str(journal.parent), "--sdo-response-timeout=30"]) == BROKEN_BENCH
+        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == BROKEN_BENCH
         assert "is not the device" in capsys.readouterr().err
         assert objects.find(TEXT).value == b"new"
         assert left(pytester) == [journal]
