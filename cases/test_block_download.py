@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -93,9 +93,9 @@ def test_without_crc(
     "data.type-length",
     length=[1, 2, 4, 8],
 )
-def test_number(sdo: Dialogue, blocks: Blocks, device: Device, length: int) -> None:
+def test_number(sdo: Dialogue, blocks: Blocks, roles: Roles, length: int) -> None:
     """A number may come in a block, however short it is."""
-    known = device.number(length)
+    known = roles.number(length)
     before = sdo.upload(known)
     wanted = sdo.write_number(known)
     sdo.download(known, before)

@@ -1,7 +1,7 @@
 """What goes wrong in a block download (CiA 301, 7.2.4.3.9 to 7.2.4.3.11 and 7.2.4.3.17)."""
 
-from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
@@ -99,9 +99,9 @@ def test_too_many_inside(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownO
     "abort.length-code",
     length=[1, 2, 4],
 )
-def test_number_too_long(sdo: Dialogue, blocks: Blocks, device: Device, length: int) -> None:
+def test_number_too_long(sdo: Dialogue, blocks: Blocks, roles: Roles, length: int) -> None:
     """More bytes than a number has are refused, at the end at the latest."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         blocks.expect_download_refused(known, value + b"\0", *TOO_MANY.codes, size=length + 1)
 
@@ -112,9 +112,9 @@ def test_number_too_long(sdo: Dialogue, blocks: Blocks, device: Device, length: 
     "abort.length-code",
     length=[2, 4, 8],
 )
-def test_number_too_short(sdo: Dialogue, blocks: Blocks, device: Device, length: int) -> None:
+def test_number_too_short(sdo: Dialogue, blocks: Blocks, roles: Roles, length: int) -> None:
     """Fewer bytes than a number has are refused, at the end at the latest."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         blocks.expect_download_refused(known, value[:-1], *TOO_FEW.codes, size=length - 1)
 
@@ -180,9 +180,9 @@ def test_client_abort(sdo: Dialogue, room: Room, text: KnownObject, segments: in
     "server.value-kept",
     ending={"client-abort": False, "wrong-crc": True},
 )
-def test_number_kept(sdo: Dialogue, device: Device, ending: bool) -> None:
+def test_number_kept(sdo: Dialogue, roles: Roles, ending: bool) -> None:
     """A number keeps its value where its download is aborted, or its CRC is wrong."""
-    known = device.longest_number()
+    known = roles.longest_number()
     with sdo.unchanged(known) as value:
         data = bytes(byte ^ 1 for byte in value)
         checked = send_blocks(sdo, known, data, None).crc_supported

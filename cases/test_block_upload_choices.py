@@ -6,6 +6,7 @@ from contextlib import contextmanager, suppress
 from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -142,7 +143,7 @@ def expect_served_or_refused(
     """Begin a block upload, and another transfer where its next frame is due."""
     sub_blocks, due = waiting
     with suppress(NotTestable):
-        room.fit(sdo.device.text(), INITIATE_SIZE)
+        room.fit(Roles(sdo.device).text(), INITIATE_SIZE)
     known = begin_block_upload(sdo, sub_blocks)
     with whatever_comes(sub_blocks):
         refused = initiate(sdo, known)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Generator
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, interleave
 from conformance.dialogue.dialogue import Dialogue
@@ -32,7 +33,7 @@ Transfer = Generator[Step, bytes, object]
 
 def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
     """Return two writable objects, strings and domains before numbers."""
-    found = sorted(device.all_writable(), key=lambda known: not known.varies)
+    found = sorted(Roles(device).all_writable(), key=lambda known: not known.varies)
     if len(found) < 2:
         raise NotTestable("needs two writable objects: name them, for example --sdo-object=2001")
     return found[0], found[1]
@@ -87,7 +88,7 @@ def require_blocks(sdo: Dialogue, kinds: tuple[str, ...]) -> None:
     if "block-download" in kinds:
         blocks.require_download()
     if "block-upload" in kinds:
-        blocks.initiate_upload(sdo.device.writable(), block_size=2)
+        blocks.initiate_upload(Roles(sdo.device).writable(), block_size=2)
         sdo.end_transfer()
 
 
@@ -147,10 +148,10 @@ def test_interleaved(
 
 
 @must("independence.three", "channel.independent")
-def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device) -> None:
+def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device, roles: Roles) -> None:
     """Three channels upload at the same time, each its own object."""
     written = two_objects(device)
-    objects = (*written, KnownObject(device.shortest_readable()))
+    objects = (*written, KnownObject(roles.shortest_readable()))
     with channels.further() as second, channels.further(1) as third:
         for known in written:
             put(sdo, room, known, value_for(sdo, room, known))

@@ -2,6 +2,7 @@
 
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
@@ -36,9 +37,9 @@ EXPEDITED = 4
     clause=DOWNLOAD,
     length=[1, 2, 3, 4],
 )
-def test_stored(sdo: Dialogue, device: Device, length: int) -> None:
+def test_stored(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A number that was written reads back as it was written."""
-    known = device.number(length)
+    known = roles.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=False))
 
 
@@ -86,16 +87,16 @@ def test_text(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> No
 
 
 @must("download.size-not-indicated")
-def test_size_not_indicated(sdo: Dialogue, device: Device) -> None:
+def test_size_not_indicated(sdo: Dialogue, roles: Roles) -> None:
     """22h with 4 bytes for an object of 4 bytes is served: the type says how many count."""
-    known = device.number(4)
+    known = roles.number(4)
     sdo.expect_value(known, sdo.write_number(known, segmented=False, sized=False))
 
 
 @may("download.size-not-indicated-short", length=[1, 2, 3])
-def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) -> None:
+def test_size_not_indicated_short(sdo: Dialogue, roles: Roles, length: int) -> None:
     """22h for a shorter object stores the low bytes, or is refused for its length."""
-    known = device.number(length)
+    known = roles.number(length)
     before = sdo.upload(known)
     wanted = bytes([before[0] ^ 1]) + before[1:]
     sdo.send(DownloadInitiate.with_uncounted_data(known.mux, wanted))
@@ -109,9 +110,9 @@ def test_size_not_indicated_short(sdo: Dialogue, device: Device, length: int) ->
 
 
 @must("download.unused-bytes-ignored", length=[1, 2, 3])
-def test_unused_bytes_ignored(sdo: Dialogue, device: Device, length: int) -> None:
+def test_unused_bytes_ignored(sdo: Dialogue, roles: Roles, length: int) -> None:
     """Bytes behind the data are not looked at, and never stored."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         payload = value.ljust(4, b"\xff")
         sdo.send(DownloadInitiate(known.mux, True, True, 4 - length, payload))
@@ -140,10 +141,10 @@ def test_unused_bytes_of_text(sdo: Dialogue, room: Room, variable: KnownObject, 
         "4-into-3": (3, 4),
     },
 )
-def test_too_long(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
+def test_too_long(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -> None:
     """More bytes than the type has are refused for their length, and nothing is written."""
     length, sent = lengths
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate.with_data(known.mux, value.ljust(sent, b"\0")))
         sdo.expect_abort(*TOO_LONG.codes, of=known)
@@ -161,10 +162,10 @@ def test_too_long(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> No
         "4-into-8": (8, 4),
     },
 )
-def test_too_short(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
+def test_too_short(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -> None:
     """Fewer bytes than the type has are refused for their length, and nothing is written."""
     length, sent = lengths
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate.with_data(known.mux, value[:sent]))
         sdo.expect_abort(*TOO_SHORT.codes, of=known)
@@ -200,12 +201,12 @@ def test_sub_index_missing(sdo: Dialogue, number: KnownObject) -> None:
 
 
 @must("download.sub-index-of-variable", "object.sub-index-missing", sub_index=[0x01, 0x02, 0xFE])
-def test_sub_index_of_variable(sdo: Dialogue, device: Device, sub_index: int) -> None:
+def test_sub_index_of_variable(sdo: Dialogue, device: Device, roles: Roles, sub_index: int) -> None:
     """A variable has sub-index 0 only: a download to another is aborted, and nothing changes.
 
     The value that the variable has is sent, and only when no other entry is read there.
     """
-    known = device.writable_variable()
+    known = roles.writable_variable()
     mux = Multiplexer(known.mux.index, sub_index)
     with sdo.unchanged(known) as value:
         present = sdo.read_if_there(mux)
@@ -236,9 +237,9 @@ def test_refused_once(sdo: Dialogue) -> None:
 
 
 @must("download.refused-is-over", "server.idle-afterwards", clause=ABORT)
-def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
+def test_refused_is_over(sdo: Dialogue, roles: Roles) -> None:
     """After a refused download the right one is served."""
-    known = device.number(4)
+    known = roles.number(4)
     before = sdo.upload(known)
     sdo.send(DownloadInitiate.with_data(known.mux, before[:2]))
     sdo.expect_abort(*accepted.WRONG_LENGTH, of=known)
@@ -246,9 +247,9 @@ def test_refused_is_over(sdo: Dialogue, device: Device) -> None:
 
 
 @may("download.request-reserved-bit", "request.reserved-bits", command={"33h": 0x33, "37h": 0x37})
-def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> None:
+def test_request_reserved_bit(sdo: Dialogue, roles: Roles, command: int) -> None:
     """Bit 4 of the request may be ignored or refused; silence is neither."""
-    known = device.number(4 - ((command >> 2) & 3))
+    known = roles.number(4 - ((command >> 2) & 3))
     with sdo.unchanged(known) as value:
         unused = 4 - len(value)
         request = DownloadInitiate(known.mux, True, True, unused, value.ljust(4, b"\0"), 1)
@@ -257,9 +258,9 @@ def test_request_reserved_bit(sdo: Dialogue, device: Device, command: int) -> No
 
 
 @may("download.unused-without-size", unused=[1, 2, 3])
-def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None:
+def test_unused_without_size(sdo: Dialogue, roles: Roles, unused: int) -> None:
     """n without an indicated size is ignored or refused; it never shortens the data."""
-    known = device.number(4)
+    known = roles.number(4)
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate(known.mux, True, False, unused, value))
         # A server that minds n finds too few bytes for the type.
@@ -269,10 +270,10 @@ def test_unused_without_size(sdo: Dialogue, device: Device, unused: int) -> None
 
 
 @must("download.reserved", "response.reserved", clause=DOWNLOAD)
-def test_reserved(sdo: Dialogue, device: Device) -> None:
+def test_reserved(sdo: Dialogue, roles: Roles) -> None:
     """Reserved bits and bytes of the confirmation are 0, whatever was written."""
     for length in (1, 2, 4):
-        known = device.number(length)
+        known = roles.number(length)
         sdo.download(known, sdo.upload(known))
     sdo.expect_clean(RESERVED)
 

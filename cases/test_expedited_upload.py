@@ -5,6 +5,7 @@ from contextlib import suppress
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR_ID, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.run.case import may, must, should
@@ -61,9 +62,9 @@ def test_known_objects(sdo: Dialogue, device: Device) -> None:
 
 
 @must("upload.length", "data.type-length", "data.expedited-size", length=[1, 2, 3, 4])
-def test_length(sdo: Dialogue, device: Device, length: int) -> None:
+def test_length(sdo: Dialogue, device: Device, roles: Roles, length: int) -> None:
     """A number reads with the length of its type, whatever its value, and the same again."""
-    known = device.number(length)
+    known = roles.number(length)
     data = sdo.upload(known)
     if len(data) != length:
         raise sdo.breach(f"{length} bytes", f"{len(data)} bytes")
@@ -87,9 +88,9 @@ def test_reserved(sdo: Dialogue, device: Device) -> None:
 
 
 @should("upload.filler", "response.filler", clause=UPLOAD)
-def test_filler(sdo: Dialogue, device: Device) -> None:
+def test_filler(sdo: Dialogue, device: Device, roles: Roles) -> None:
     """Bytes that hold no data are 0: nothing of the answer before leaks into a shorter one."""
-    short = device.shortest_readable()
+    short = roles.shortest_readable()
     for mux in sorted(device.values)[:8]:
         sdo.upload(mux)
         sdo.upload(short)

@@ -4,6 +4,7 @@ from conformance.bus.strangers import asked_by_others
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object
@@ -126,10 +127,10 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
     risk=lambda lengths: of_length(lengths[1]),
     lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)},
 )
-def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int]) -> None:
+def test_short_download(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -> None:
     """A download whose data is cut off must not change the object."""
     length, dlc = lengths
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         wanted = bytes(byte ^ 1 for byte in value)
         sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[:dlc])
@@ -139,9 +140,9 @@ def test_short_download(sdo: Dialogue, device: Device, lengths: tuple[int, int])
 
 
 @may("frame.short-download-whole", risk=lambda length: of_length(4 + length), length=[1, 2])
-def test_short_download_whole(sdo: Dialogue, device: Device, length: int) -> None:
+def test_short_download_whole(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A short download that holds all its data may be served; if so, it is stored rightly."""
-    known = device.number(length)
+    known = roles.number(length)
     before = sdo.upload(known)
     wanted = bytes([before[0] ^ 1]) + before[1:]
     sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[: 4 + length])

@@ -1,8 +1,9 @@
 """Downloads in segments: what is stored, and how they are refused (CiA 301, 7.2.4.3.3 and .4)."""
 
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
@@ -69,9 +70,9 @@ def test_size_not_indicated(sdo: Dialogue, room: Room, variable: KnownObject, si
     "data.short-in-segments",
     length=[1, 2, 3, 4, 8],
 )
-def test_number(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A number may come in a segment, however short it is."""
-    known = device.number(length)
+    known = roles.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=True))
 
 
@@ -81,9 +82,9 @@ def test_number(sdo: Dialogue, device: Device, length: int) -> None:
     "data.short-in-segments",
     length=[1, 2, 3, 4, 8],
 )
-def test_number_size_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_size_not_indicated(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A number may come in a segment without its size (20h)."""
-    known = device.number(length)
+    known = roles.number(length)
     sdo.expect_value(known, sdo.write_number(known, segmented=True, sized=False))
 
 
@@ -215,9 +216,9 @@ def test_too_few(sdo: Dialogue, room: Room, text: KnownObject, sizes: tuple[int,
 
 
 @must("segmented-download.number-too-long", "abort.length-code", length=[1, 2, 4, 8])
-def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_too_long(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A size that is too large for a number is refused, at the latest with the last segment."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         sdo.expect_download_refused(known, value + b"\0", *NUMBER_TOO_LONG.codes, size=length + 1)
 
@@ -228,17 +229,17 @@ def test_number_too_long(sdo: Dialogue, device: Device, length: int) -> None:
     "abort.length-code",
     length=[1, 2, 4, 8],
 )
-def test_number_too_long_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_too_long_not_indicated(sdo: Dialogue, roles: Roles, length: int) -> None:
     """More bytes than a number has are refused though no size was indicated."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         sdo.expect_download_refused(known, value + b"\0", *NUMBER_TOO_LONG.codes, size=None)
 
 
 @must("segmented-download.number-too-short", "abort.length-code", length=[2, 4, 8])
-def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_too_short(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A size that is too small for a number is refused, at the latest with the last segment."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         sdo.expect_download_refused(known, value[:-1], *NUMBER_TOO_SHORT.codes, size=length - 1)
 
@@ -249,17 +250,17 @@ def test_number_too_short(sdo: Dialogue, device: Device, length: int) -> None:
     "abort.length-code",
     length=[2, 4, 8],
 )
-def test_number_too_short_not_indicated(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_too_short_not_indicated(sdo: Dialogue, roles: Roles, length: int) -> None:
     """Fewer bytes than a number has are refused though no size was indicated."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known) as value:
         sdo.expect_download_refused(known, value[:-1], *NUMBER_TOO_SHORT.codes, size=None)
 
 
 @must("segmented-download.number-empty", "abort.length-code", length=[1, 4])
-def test_number_empty(sdo: Dialogue, device: Device, length: int) -> None:
+def test_number_empty(sdo: Dialogue, roles: Roles, length: int) -> None:
     """No number has 0 bytes."""
-    known = device.number(length)
+    known = roles.number(length)
     with sdo.unchanged(known):
         sdo.expect_download_refused(known, b"", *NUMBER_EMPTY.codes, size=0)
 

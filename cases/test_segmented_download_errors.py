@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 
-from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.device import IDENTITY_COUNT, VENDOR_ID
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.generated.stimuli import FOREIGN_IN_DOWNLOAD
@@ -233,7 +234,7 @@ def _upload(sdo: Dialogue, known: KnownObject) -> None:
 
 
 def _download(sdo: Dialogue, known: KnownObject) -> None:
-    others = [other.mux for other in sdo.device.all_writable() if other.mux != known.mux]
+    others = [other.mux for other in Roles(sdo.device).all_writable() if other.mux != known.mux]
     if not others:
         raise NotTestable("needs two objects that may be written: name another one")
     sdo.attempt(sdo.client.download(others[0], sdo.device.values[others[0]]))
@@ -244,10 +245,10 @@ ENDINGS = {"client-abort": _abort, "new-upload": _upload, "new-download": _downl
 
 @must("segmented-download.number-kept", "server.value-kept", ending=ENDINGS)
 def test_number_kept(
-    sdo: Dialogue, device: Device, ending: Callable[[Dialogue, KnownObject], None]
+    sdo: Dialogue, roles: Roles, ending: Callable[[Dialogue, KnownObject], None]
 ) -> None:
     """A number keeps its value where its download ends before the last segment."""
-    known = device.longest_number()
+    known = roles.longest_number()
     with sdo.unchanged(known) as value:
         data = bytes(byte ^ 1 for byte in value)
         sdo.initiate_download(known, len(data))

@@ -5,6 +5,7 @@ These cases wait, and no others do.
 
 from collections.abc import Callable, Generator
 
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
 from conformance.dialogue.room import Room
@@ -72,7 +73,7 @@ def test_once(sdo: Dialogue, server_timeout: float, state: State) -> None:
 
 
 def _segmented_download(sdo: Dialogue) -> Transfer:
-    text = sdo.device.text()
+    text = Roles(sdo.device).text()
     data = Room(sdo).prepare(text, SIZE, least=8)
     return sdo.client.download(text.mux, data)
 
@@ -83,7 +84,7 @@ def _segmented_upload(sdo: Dialogue) -> Transfer:
 
 
 def _block_download(sdo: Dialogue) -> Transfer:
-    text = sdo.device.text()
+    text = Roles(sdo.device).text()
     data = Room(sdo).prepare(text, SIZE)
     Blocks(sdo).initiate_download(text, len(data))
     sdo.end_transfer()

@@ -3,10 +3,8 @@
 from collections import defaultdict
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from math import inf
 
 from conformance.device.beliefs import Beliefs
-from conformance.device.deny import group_of
 from conformance.device.extents import Extents
 from conformance.device.keeping import Defaults, Keeping
 from conformance.device.lacking import NotTestable
@@ -86,89 +84,6 @@ class Device:
                 found[name] = f"0x{int.from_bytes(value, 'little'):08X}"
         return found
 
-    def number(self, length: int | None = None) -> KnownObject:
-        """Return a writable number, of so many bytes; by default the first of 4, 2, 1, 8 bytes."""
-        lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
-        for wanted in lengths:
-            for known in self.all_writable():
-                if known.length == wanted and known.data_type not in _NOT_PLAIN:
-                    return known
-        kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
-            length or 4, "unsigned64"
-        )
-        size = "" if length is None else f" of {length} byte{'s' * (length > 1)}"
-        raise _lacking(f"a writable number{size}", f"2001={kind}")
-
-    def longest_number(self) -> KnownObject:
-        """Return the writable number that has the most bytes."""
-        found = [known for known in self.all_writable() if known.length in (2, 4, 8)]
-        plain = [known for known in found if known.data_type not in _NOT_PLAIN]
-        return max(plain, key=lambda known: known.length or 0) if plain else self.number()
-
-    def variable(self) -> KnownObject:
-        """Return a writable string or domain, if possible one whose bytes count to the last 00h.
-
-        One that was found to be short comes last.
-        """
-        found = [known for known in self.all_writable() if _takes_any_bytes(known)]
-        for known in sorted(found, key=self._last_for_long_transfers):
-            return known
-        raise self._lacks_text()
-
-    def _lacks_text(self) -> NotTestable:
-        lacking = _lacking("a writable string or domain", "2010=visible_string")
-        for mux, why in self.beliefs.unreadable.items():
-            known = self.known.get(mux)
-            if known is not None and _takes_any_bytes(known) and self.policy.permits(mux):
-                return NotTestable(f"{lacking}; {mux} would do, but could not be read: {why}")
-        return lacking
-
-    def _last_for_long_transfers(self, known: KnownObject) -> tuple[float, bool, bool]:
-        is_large = self.permits.large is not None and known.mux == self.permits.large.mux
-        most = self.lengths[known.mux].most
-        shortness = -inf if most is None else -most
-        return shortness, not is_large, known.data_type is DataType.VISIBLE_STRING
-
-    def text(self) -> KnownObject:
-        """Return a writable string: of a domain, an aborted write may leave a part behind.
-
-        A domain has to do where there is no string, or none that takes three segments.
-        """
-        for known in self.varying():
-            return known
-        raise self._lacks_text()
-
-    def _last_for_short_transfers(self, known: KnownObject) -> tuple[bool, bool]:
-        most = self.lengths[known.mux].most
-        return most is not None and most < THREE_SEGMENTS, known.data_type is DataType.DOMAIN
-
-    def varying(self) -> list[KnownObject]:
-        """Return the writable strings and domains, strings first."""
-        found = [known for known in self.all_writable() if _takes_any_bytes(known)]
-        return sorted(found, key=self._last_for_short_transfers)
-
-    def write_only(self) -> KnownObject:
-        """Return a write-only object."""
-        for known in self.objects:
-            if known.access is Access.WO and self.policy.permits(known.mux):
-                return known
-        raise _lacking("a write-only object", "2020=unsigned32,wo")
-
-    def read_only_text(self) -> KnownObject:
-        """Return a read-only object of more than 4 bytes."""
-        for known in self.objects:
-            value = self.values.get(known.mux, b"")
-            # Only to write to it takes a permission.
-            probed = not known.access.writable and (
-                self.policy.permits(known.mux) or self.policy.needs_probes(known.mux)
-            )
-            if probed and len(value) > 4:
-                return known
-        raise _lacking(
-            "a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not",
-            "2021=visible_string,ro",
-        )
-
     def is_variable(self, known: KnownObject) -> bool:
         """Whether an entry is a simple object, which has sub-index 0 only.
 
@@ -181,13 +96,6 @@ class Device:
             return not listed.is_structured
         others = any(one.mux.index == known.mux.index and one != known for one in self.objects)
         return not others and known.data_type not in (None, DataType.UNSIGNED8)
-
-    def writable_variable(self) -> KnownObject:
-        """Return a writable object that has sub-index 0 only, a number if there is one."""
-        found = [known for known in self.all_writable() if self.is_variable(known)]
-        for known in sorted(found, key=lambda known: known.varies):
-            return known
-        raise _lacking("a writable variable of more than a byte", "2004=unsigned32")
 
     def declared_timeout(self) -> float:
         """Return the seconds after which the device gives up a transfer whose client is silent."""
@@ -254,46 +162,3 @@ class Device:
             mux.index == one.index and mux.sub_index in (0, one.sub_index)
             for one in self.beliefs.nowhere
         )
-
-    def writable(self) -> KnownObject:
-        """Return any object that may be written and was read."""
-        for known in self.all_writable():
-            return known
-        raise _lacking("a writable object", "2001=unsigned8")
-
-    def shortest_readable(self) -> Multiplexer:
-        """Return what reads with the fewest bytes, always the same: leaks would show there."""
-        readable = self.steady()
-        if not readable:
-            raise _lacking("an object that can be read", "2001=unsigned8")
-        return min(readable, key=lambda mux: (len(self.values[mux]), mux))
-
-    def all_writable(self) -> list[KnownObject]:
-        """Return what may be written and was read; what has limits last.
-
-        Not what a permission alone lets be written: it does more than to keep a value.
-        """
-        found = [
-            known
-            for known in self.objects
-            if known.access is Access.RW
-            and known.mux in self.values
-            and self.policy.permits(known.mux)
-            and group_of(known.mux.index) is None
-        ]
-        return sorted(found, key=lambda known: known.is_limited)
-
-
-_NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
-
-
-def _takes_any_bytes(known: KnownObject) -> bool:
-    """Say whether it is a string or domain of any length; UNICODE_STRING may insist on pairs."""
-    return known.varies and known.data_type is not DataType.UNICODE_STRING
-
-
-def _lacking(what: str, example: str) -> NotTestable:
-    return NotTestable(
-        f"needs {what}: name one with its type, --sdo-object={example} or in device.toml "
-        f'[objects] writable = ["{example}"]'
-    )

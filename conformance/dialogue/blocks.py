@@ -4,6 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.sdo.abort_codes import AbortCode
@@ -95,7 +96,7 @@ class Blocks:
         """
         device = self._sdo.device
         if device.services.block_download_refusal is None:
-            found = [device.writable(), *device.all_writable()[-1:]]
+            found = [Roles(device).writable(), *Roles(device).all_writable()[-1:]]
             requests = [
                 BlockDownloadInitiate.with_size(known.mux, size)
                 for known in dict.fromkeys(found)

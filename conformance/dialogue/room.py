@@ -4,6 +4,7 @@ from collections.abc import Iterable
 
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import MOST_PLAIN
@@ -221,7 +222,7 @@ class Room:
             if len(data) >= size and known.is_steady:
                 return known, data
         size += BEYOND
-        known, data = self._device.variable(), self._sdo.payload(size)
+        known, data = Roles(self._device).variable(), self._sdo.payload(size)
         abort = self._sdo.try_download(known, data, segmented=True)
         if abort is not None:
             in_blocks = self._sdo.client.block_download(known.mux, data)
@@ -316,7 +317,7 @@ class Room:
         """
         needed = 7 * (segments - 1) + 1
         try:
-            known = self._device.variable()
+            known = Roles(self._device).variable()
             data = self.prepare(known, 7 * segments - 1, least=needed)
         except (NotTestable, Violation):
             # What only the device changes may be another value the next time.

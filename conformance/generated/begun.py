@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -160,7 +161,7 @@ def begin_block_upload(sdo: Dialogue, sub_blocks: int) -> KnownObject:
 
 def _stored_text(sdo: Dialogue, least: int = TWO_SEGMENTS) -> tuple[KnownObject, bytes, bytes]:
     """Return a string, the value that it has, and the one that is to be written."""
-    text = sdo.device.text()
+    text = Roles(sdo.device).text()
     value = Room(sdo).prepare(text, SIZE, least)
     return text, value, sdo.payload(len(value))
 

@@ -14,6 +14,7 @@ from conformance.bus.stop import RunStopped
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
@@ -125,30 +126,35 @@ class CaseFixtures:
         """What all cases before this one saw on the way."""
         return _conformance_device_session.whole_run
 
+    @pytest.fixture(name="_conformance_roles")
+    def roles(self, _conformance_device: Device) -> Roles:
+        """The objects of the device that suit a case."""
+        return Roles(_conformance_device)
+
     @pytest.fixture(name="_conformance_number")
-    def number(self, _conformance_device: Device) -> KnownObject:
+    def number(self, _conformance_roles: Roles) -> KnownObject:
         """A writable number."""
-        return _role(_conformance_device.number)
+        return _role(_conformance_roles.number)
 
     @pytest.fixture(name="_conformance_variable")
-    def variable(self, _conformance_device: Device) -> KnownObject:
+    def variable(self, _conformance_roles: Roles) -> KnownObject:
         """A writable string or domain."""
-        return _role(_conformance_device.variable)
+        return _role(_conformance_roles.variable)
 
     @pytest.fixture(name="_conformance_text")
-    def text(self, _conformance_device: Device) -> KnownObject:
+    def text(self, _conformance_roles: Roles) -> KnownObject:
         """A writable string."""
-        return _role(_conformance_device.text)
+        return _role(_conformance_roles.text)
 
     @pytest.fixture(name="_conformance_write_only")
-    def write_only(self, _conformance_device: Device) -> KnownObject:
+    def write_only(self, _conformance_roles: Roles) -> KnownObject:
         """A write-only object."""
-        return _role(_conformance_device.write_only)
+        return _role(_conformance_roles.write_only)
 
     @pytest.fixture(name="_conformance_read_only_text")
-    def read_only_text(self, _conformance_device: Device) -> KnownObject:
+    def read_only_text(self, _conformance_roles: Roles) -> KnownObject:
         """A read-only object of more than 4 bytes."""
-        return _role(_conformance_device.read_only_text)
+        return _role(_conformance_roles.read_only_text)
 
     @pytest.fixture(name="_conformance_server_timeout")
     def server_timeout(self, _conformance_device: Device) -> float:

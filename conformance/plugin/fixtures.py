@@ -7,6 +7,7 @@ import pytest
 
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
@@ -75,6 +76,11 @@ class Fixtures:
     def whole_run(self, _conformance_whole_run: WholeRun) -> WholeRun:
         """What all cases before this one saw on the way."""
         return _conformance_whole_run
+
+    @pytest.fixture
+    def roles(self, _conformance_roles: Roles) -> Roles:
+        """The objects of the device that suit a case."""
+        return _conformance_roles
 
     @pytest.fixture
     def number(self, _conformance_number: KnownObject) -> KnownObject:

@@ -7,6 +7,7 @@ from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
@@ -153,7 +154,7 @@ def discover(
     if not device.listing.is_complete:
         _try_common(reading, named)
         _ask_for_block_upload(reading)
-    if any(known.varies for known in device.all_writable()):
+    if any(known.varies for known in Roles(device).all_writable()):
         _seek_nowhere(reading)
     if not device.beliefs.answers_twice and any(
         found.rule is UNSOLICITED for found in record.minor

@@ -12,6 +12,7 @@ from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import filled_up
 from conformance.run.verdict import INCIDENTAL
@@ -160,7 +161,7 @@ def _downloading(known: KnownObject, *, segmented: bool | None) -> Probe:
 
 def _written(device: Device) -> list[KnownObject]:
     """Return a number and the shortest string that may be written, where there are any."""
-    writable = [known for known in device.all_writable() if device.values[known.mux]]
+    writable = [known for known in Roles(device).all_writable() if device.values[known.mux]]
     numbers = [known for known in writable if known.length is not None]
     others = [known for known in writable if known.varies]
     shortest = sorted(others, key=lambda known: len(device.values[known.mux]))
@@ -169,7 +170,7 @@ def _written(device: Device) -> list[KnownObject]:
 
 def _used(device: Device) -> list[KnownObject]:
     """Return the strings and domains that cases write to."""
-    return [device.variable(), device.text()] if device.varying() else []
+    return [Roles(device).variable(), Roles(device).text()] if Roles(device).varying() else []
 
 
 def _find_filled(sdo: Dialogue, known: KnownObject) -> None:

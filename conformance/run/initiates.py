@@ -4,6 +4,7 @@ from collections.abc import Callable, Generator
 
 from conformance.device.device import VENDOR_ID
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.dialogue.values import same_value, shown
@@ -26,19 +27,19 @@ def _block_upload(sdo: Dialogue, old: KnownObject) -> Abort | None:
 
 
 def _download(sdo: Dialogue, old: KnownObject) -> Abort | None:
-    number = sdo.device.number()
+    number = Roles(sdo.device).number()
     value = sdo.device.values[number.mux]
     return _write(sdo, old, number, value, sdo.client.download(number.mux, value))
 
 
 def _segmented_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
-    text = sdo.device.text()
+    text = Roles(sdo.device).text()
     data = _fitting(sdo, text)
     return _write(sdo, old, text, data, sdo.client.download(text.mux, data, segmented=True))
 
 
 def _block_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
-    text = sdo.device.text()
+    text = Roles(sdo.device).text()
     data = _fitting(sdo, text)
     return _write(sdo, old, text, data, sdo.client.block_download(text.mux, data))
 

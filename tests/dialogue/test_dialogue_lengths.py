@@ -5,6 +5,7 @@ from run_bench import DOMAIN, NODE_ID, TEXT, discovered
 
 from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
+from conformance.device.roles import Roles
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
 from conformance.generated.begun import lose_segment, send_again
@@ -50,9 +51,9 @@ def test_too_few_bytes_are_not_testable() -> None:
 
 def test_a_domain_stands_in_for_a_string_that_is_too_short() -> None:
     with discovered(build_node("strings-of-8-bytes-domains-of-4200", NODE_ID)) as bench:
-        assert bench.device.text().mux == TEXT.mux
+        assert Roles(bench.device).text().mux == TEXT.mux
         Room(bench.dialogue()).fit(TEXT, 20)
-        assert bench.device.text().mux == DOMAIN.mux
+        assert Roles(bench.device).text().mux == DOMAIN.mux
 
 
 @pytest.mark.parametrize("name", [None, "strings-of-8-bytes", "values-of-fixed-length"])

@@ -3,7 +3,7 @@
 import pytest
 from plugin_runs import case_ids, parsed, self_test, the_report
 
-from conformance.device.device import Device
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.pauses import Pauses
 from conformance.plugin.exit_code import ExitCode
@@ -43,7 +43,7 @@ def test_an_error_of_the_suite_is_no_failure(
 def test_an_error_in_a_fixture_of_the_suite_is_no_failure(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Device, "number", raise_it)
+    monkeypatch.setattr(Roles, "number", raise_it)
     chosen = self_test(pytester, "-k", "test_expedited_download")
     assert chosen.ret == ExitCode.SUITE_ERROR
     assert WORDS in chosen.stdout.str()

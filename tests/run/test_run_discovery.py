@@ -18,6 +18,7 @@ from run_bench import (
 from conformance.bus.errors import SilentNode
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
@@ -117,7 +118,7 @@ def test_a_named_object_that_does_not_exist_is_never_written() -> None:
     known = KnownObject(Multiplexer(0x2222), DataType.UNSIGNED64)
     with discovered(recording(), objects=[*REFERENCE_OBJECTS[:4], known]) as bench:
         assert "06020000h" in bench.device.beliefs.unreadable[known.mux]
-        assert bench.device.number() == NUMBER
+        assert Roles(bench.device).number() == NUMBER
 
 
 def test_an_object_of_the_users_own_is_taken_as_the_user_says() -> None:
@@ -272,5 +273,5 @@ def test_what_is_wrong_with_each_long_value_is_told_beside_the_cases() -> None:
     with undiscovered(build_node("strings-padded+upload-size-8-bit", NODE_ID)) as bench:
         discover(bench.channel, bench.device, causes)
         with pytest.raises(NotTestable, match=r"would do, but could not be read: upload\.size"):
-            bench.device.text()
+            Roles(bench.device).text()
     assert "upload.size" in [cause.rule_id for cause, _ in causes.aside()]

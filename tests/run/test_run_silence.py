@@ -6,6 +6,7 @@ from run_bench import BASELINE, HASTY, NODE_ID, READ, RULE, Scripted, discovered
 from conformance.bus.errors import DeviceLost
 from conformance.bus.pace import PROVEN, SHORTEST, TOO_MANY
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord
@@ -101,7 +102,7 @@ def test_a_device_that_dies_while_values_are_put_back_is_asked_no_more() -> None
     with discovered(node, timeout=HASTY) as bench:
         session = bench.session()
         run = begin_case(session, "upload.size", "upload", RULE)
-        for known in bench.device.all_writable():
+        for known in Roles(bench.device).all_writable():
             if known.length is not None:
                 run.sdo.write_number(known)
         run.sdo.fence()

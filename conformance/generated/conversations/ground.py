@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from conformance.device.device import IDENTITY_COUNT, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
@@ -113,7 +114,7 @@ def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
 def survey(sdo: Dialogue) -> Ground:
     """Find out what a device offers; raises NotTestable without a string or domain."""
     device = sdo.device
-    device.variable()
+    Roles(device).variable()
     rooms = {
         known.mux: room
         for known in device.objects

@@ -3,6 +3,7 @@
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
@@ -60,7 +61,7 @@ def _suited(sdo: Dialogue, known: KnownObject, state: str) -> tuple[KnownObject,
     It has its own value then.
     """
     lacking = []
-    for candidate in (known, *(one for one in sdo.device.varying() if one.mux != known.mux)):
+    for candidate in (known, *(one for one in Roles(sdo.device).varying() if one.mux != known.mux)):
         try:
             return candidate, _size(sdo, candidate, state)
         except NotTestable as found:
