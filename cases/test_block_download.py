@@ -2,13 +2,14 @@
 
 from dataclasses import replace
 
+from conformance.device.device import TWO_SEGMENTS
 from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
+from conformance.dialogue.block_downloads import lose_segment, send_again, unused_in
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, segments_of, shown
-from conformance.generated.begun import TWO_SEGMENTS, lose_segment, send_again, unused_in
 from conformance.generated.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.run.case import may, must
 from conformance.run.risks import LOST_SEGMENT

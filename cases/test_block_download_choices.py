@@ -3,17 +3,17 @@
 from dataclasses import replace
 
 from conformance.device.objects import KnownObject
-from conformance.dialogue.blocks import Blocks
-from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
-from conformance.dialogue.values import segments_of
-from conformance.generated.begun import (
+from conformance.dialogue.block_downloads import (
     Gap,
     begin_block_download,
     lose_segment,
     send_again,
     unused_in,
 )
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
+from conformance.dialogue.values import segments_of
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.risks import LOST_SEGMENT

@@ -1,12 +1,20 @@
 """What goes wrong in a block download (CiA 301, 7.2.4.3.9 to 7.2.4.3.11 and 7.2.4.3.17)."""
 
+from conformance.device.device import TWO_SEGMENTS
 from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
+from conformance.dialogue.block_downloads import begin_block_download, send_blocks, unused_in
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.generated.begun import TWO_SEGMENTS, begin_block_download, send_blocks, unused_in
+from conformance.generated.states import (
+    BLOCK_DOWNLOAD_END,
+    BLOCK_DOWNLOAD_FIRST,
+    BLOCK_DOWNLOAD_INSIDE,
+    State,
+    by_name,
+)
 from conformance.generated.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
@@ -19,6 +27,7 @@ from conformance.sdo.frames import (
     BlockEnd,
     BlockUploadStart,
     DownloadSegment,
+    Request,
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
@@ -35,7 +44,9 @@ FOREIGN_AT_END = {
     "block-start-A3h": BlockUploadStart().encode(),
     "unknown-E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
-BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": None}
+STATES: dict[str, State[Request]] = by_name(
+    BLOCK_DOWNLOAD_FIRST, BLOCK_DOWNLOAD_INSIDE, BLOCK_DOWNLOAD_END
+)
 
 
 @must(
@@ -164,13 +175,13 @@ def test_foreign_at_end(sdo: Dialogue, room: Room, text: KnownObject, request: b
     "block-download.abort-before-end",
     "server.value-kept",
     "server.part-written",
-    segments=BEGUN,
+    state=STATES,
 )
-def test_client_abort(sdo: Dialogue, room: Room, text: KnownObject, segments: int | None) -> None:
+def test_client_abort(sdo: Dialogue, room: Room, text: KnownObject, state: State[Request]) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
-    size = len(room.prepare(text, 14, least=TWO_SEGMENTS if segments else 1))
+    size = len(room.prepare(text, 14, least=state.least))
     with sdo.unchanged(text):
-        begin_block_download(sdo, text, segments, size)
+        state.reach(sdo, text, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
         sdo.expect_nothing()
 

@@ -11,7 +11,15 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
-from conformance.generated.begun import BLOCK_SIZE, begin_block_upload
+from conformance.generated.begun import begin
+from conformance.generated.states import (
+    BLOCK_SIZE,
+    BLOCK_UPLOAD_BETWEEN,
+    BLOCK_UPLOAD_END,
+    BLOCK_UPLOAD_INITIATED,
+    State,
+    by_name,
+)
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode
@@ -33,11 +41,9 @@ from conformance.sdo.rules.upload_initiates import THRESHOLD_WITHOUT_BLOCK_SIZE
 
 INITIATE = "7.2.4.3.13"
 SERVED = ("block-upload.foreign", "served")
-# Sub-blocks that were taken, and the frame with which the upload would go on.
-Waiting = tuple[int, Request]
-START: Waiting = (0, BlockUploadStart())
-ACKNOWLEDGEMENT: Waiting = (1, BlockAck(BLOCK_SIZE, BLOCK_SIZE))
-CONFIRMATION: Waiting = (2, BlockEndResponse())
+STATES: dict[str, State[Request]] = by_name(
+    BLOCK_UPLOAD_INITIATED, BLOCK_UPLOAD_BETWEEN, BLOCK_UPLOAD_END
+)
 
 
 @may("block-upload.threshold-without-block-size")
@@ -61,23 +67,23 @@ def test_threshold_without_block_size(
 @may("block-upload.acknowledgement-reserved-bits", "request.reserved-bits", bits=[1, 2, 4, 7])
 def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
-    known = begin_block_upload(sdo, 1)
+    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(BLOCK_SIZE, BLOCK_SIZE, reserved_bits=bits))
     frame = sdo.receive()
     response = decode_segment(frame)
     if isinstance(response, Abort):
-        sdo.take_abort(frame, ACKNOWLEDGEMENT_RESERVED_BITS.codes, known)
-        sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+        sdo.take_abort(frame, ACKNOWLEDGEMENT_RESERVED_BITS.codes, begun.known)
+        sdo.expect_dead(begun.due)
         return
-    segment = sdo.checks.block_segment(frame, known.mux, 1)
+    segment = sdo.checks.block_segment(frame, begun.known.mux, 1)
     if not segment.last:
-        sdo.checks.block_segment(sdo.receive(), known.mux, 2)
+        sdo.checks.block_segment(sdo.receive(), begun.known.mux, 2)
 
 
 @may("block-upload.early-acknowledgement")
 def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
-    known = begin_block_upload(sdo, 0)
+    begun = begin(sdo, BLOCK_UPLOAD_INITIATED)
     sdo.send(BlockUploadStart())
     sdo.send(BlockAck(1, BLOCK_SIZE))
     sdo.end_transfer()
@@ -87,7 +93,7 @@ def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
         raise sdo.breach(
             f"two sub-blocks of {BLOCK_SIZE} segments at most", f"{len(segments)} segments"
         )
-    blocks.upload(known)
+    blocks.upload(begun.known)
 
 
 @may("block-upload.acknowledged-at-end", "block-upload.acknowledged-again")
@@ -114,15 +120,15 @@ def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
 @must("block-upload.crc-refused-by-client", "block-upload.client-abort-at-end")
 def test_crc_refused_by_client(sdo: Dialogue, blocks: Blocks) -> None:
     """A client that finds the CRC wrong aborts: the server is silent, and nothing is left."""
-    known = begin_block_upload(sdo, 2)
-    sdo.send(Abort(known.mux, AbortCode.CRC_ERROR))
+    begun = begin(sdo, BLOCK_UPLOAD_END)
+    sdo.send(Abort(begun.known.mux, AbortCode.CRC_ERROR))
     sdo.expect_nothing()
-    sdo.expect_dead(BlockEndResponse())
-    blocks.upload(known)
+    sdo.expect_dead(begun.due)
+    blocks.upload(begun.known)
 
 
 @contextmanager
-def whatever_comes(sub_blocks: int) -> Iterator[None]:
+def whatever_comes(state: State[Request]) -> Iterator[None]:
     """Tell a block upload that goes on with a new initiate as what it is.
 
     Where its end is to be confirmed, to go on is to be silent.
@@ -130,27 +136,26 @@ def whatever_comes(sub_blocks: int) -> Iterator[None]:
     try:
         yield
     except Violation as breach:
-        if breach.rule is SPECIFIER and sub_blocks < CONFIRMATION[0]:
+        if breach.rule is SPECIFIER and state is not BLOCK_UPLOAD_END:
             breach.habit = SERVED
-        if breach.rule is ANSWERED and sub_blocks == CONFIRMATION[0]:
+        if breach.rule is ANSWERED and state is BLOCK_UPLOAD_END:
             breach.asked = AT_THE_END
         raise
 
 
 def expect_served_or_refused(
-    sdo: Dialogue, room: Room, waiting: Waiting, initiate: Initiate
+    sdo: Dialogue, room: Room, state: State[Request], initiate: Initiate
 ) -> None:
     """Begin a block upload, and another transfer where its next frame is due."""
-    sub_blocks, due = waiting
     with suppress(NotTestable):
         room.fit(Roles(sdo.device).text(), INITIATE_SIZE)
-    known = begin_block_upload(sdo, sub_blocks)
-    with whatever_comes(sub_blocks):
-        refused = initiate(sdo, known)
+    begun = begin(sdo, state)
+    with whatever_comes(state):
+        refused = initiate(sdo, begun.known)
     if refused is not None:
         sdo.info(f"refused: {describe_response(refused.encode())}")
         sdo.upload(VENDOR_ID)
-    sdo.expect_dead(due)
+    sdo.expect_dead(begun.due)
 
 
 @must(
@@ -161,7 +166,7 @@ def expect_served_or_refused(
 )
 def test_new_initiate_at_start(sdo: Dialogue, room: Room, initiate: Initiate) -> None:
     """An initiate where the start is due is served, or ends the upload."""
-    expect_served_or_refused(sdo, room, START, initiate)
+    expect_served_or_refused(sdo, room, BLOCK_UPLOAD_INITIATED, initiate)
 
 
 @must(
@@ -172,13 +177,13 @@ def test_new_initiate_at_start(sdo: Dialogue, room: Room, initiate: Initiate) ->
 )
 def test_new_initiate_in_the_middle(sdo: Dialogue, room: Room, initiate: Initiate) -> None:
     """An initiate where an acknowledgement is due is served, or ends the upload."""
-    expect_served_or_refused(sdo, room, ACKNOWLEDGEMENT, initiate)
+    expect_served_or_refused(sdo, room, BLOCK_UPLOAD_BETWEEN, initiate)
 
 
 @must("block-upload.new-initiate-at-end", "server.new-initiate-served", initiate=INITIATES)
 def test_new_initiate_at_end(sdo: Dialogue, room: Room, initiate: Initiate) -> None:
     """An initiate where the confirmation of the end is due is served, or ends the upload."""
-    expect_served_or_refused(sdo, room, CONFIRMATION, initiate)
+    expect_served_or_refused(sdo, room, BLOCK_UPLOAD_END, initiate)
 
 
 @must(
@@ -188,16 +193,17 @@ def test_new_initiate_at_end(sdo: Dialogue, room: Room, initiate: Initiate) -> N
     "block-upload.new-initiate-at-end",
     "server.new-initiate-served",
     clause=INITIATE,
-    sub_blocks={"at-start": 0, "in-the-middle": 1, "at-end": 2},
+    state=STATES,
 )
-def test_same_again(sdo: Dialogue, sub_blocks: int) -> None:
+def test_same_again(sdo: Dialogue, state: State[Request]) -> None:
     """The same block upload initiated again starts from the first byte, or ends the first."""
-    known = begin_block_upload(sdo, sub_blocks)
-    with whatever_comes(sub_blocks):
-        found = sdo.attempt(sdo.client.block_upload(known.mux))
+    begun = begin(sdo, state)
+    with whatever_comes(state):
+        found = sdo.attempt(sdo.client.block_upload(begun.known.mux))
     if isinstance(found, Abort):
         sdo.info(f"refused: {describe_response(found.encode())}")
         return
+    known = begun.known
     due = sdo.upload(known)
     if not same_value(known, found.data, due):
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")

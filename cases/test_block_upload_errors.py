@@ -7,7 +7,15 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.generated.begun import BLOCK_SIZE, begin_block_upload
+from conformance.generated.begun import begin
+from conformance.generated.states import (
+    BLOCK_SIZE,
+    BLOCK_UPLOAD_BETWEEN,
+    BLOCK_UPLOAD_END,
+    BLOCK_UPLOAD_INITIATED,
+    State,
+    by_name,
+)
 from conformance.generated.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
@@ -21,6 +29,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     BlockUploadStart,
     DownloadSegment,
+    Request,
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
@@ -43,7 +52,9 @@ FOREIGN = {
     "70h": UploadSegment(1).encode(),
     "E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
-BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-end": 2}
+STATES: dict[str, State[Request]] = by_name(
+    BLOCK_UPLOAD_INITIATED, BLOCK_UPLOAD_BETWEEN, BLOCK_UPLOAD_END
+)
 
 
 @must("block-upload.invalid-block-size", block_size=[0, 128, 255])
@@ -59,19 +70,19 @@ def test_invalid_block_size(sdo: Dialogue, room: Room, blocks: Blocks, block_siz
 @must("block-upload.not-started", "block-upload.foreign-before-start", request=NOT_STARTED)
 def test_not_started(sdo: Dialogue, request: bytes) -> None:
     """Anything but the start where it is due ends the upload with 05040001h."""
-    known = begin_block_upload(sdo, 0)
+    begun = begin(sdo, BLOCK_UPLOAD_INITIATED)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=known)
-    sdo.expect_dead(BlockUploadStart())
+    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
+    sdo.expect_dead(begun.due)
 
 
 @must("block-upload.foreign", risk=risk_of_request, request=FOREIGN)
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
-    known = begin_block_upload(sdo, 1)
+    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=known)
-    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
+    sdo.expect_dead(begun.due)
 
 
 @must(
@@ -80,28 +91,28 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
 )
 def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
     """An acknowledgement of more segments than were sent ends the upload."""
-    known = begin_block_upload(sdo, 1)
+    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(sequence, BLOCK_SIZE))
-    sdo.expect_abort(*ACKNOWLEDGES_TOO_MANY.codes, of=known)
-    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+    sdo.expect_abort(*ACKNOWLEDGES_TOO_MANY.codes, of=begun.known)
+    sdo.expect_dead(begun.due)
 
 
 @must("block-upload.acknowledges-block-size", block_size=[0, 128, 255])
 def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     """An acknowledgement with a block size of 0 or beyond 127 ends the upload."""
-    known = begin_block_upload(sdo, 1)
+    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(BLOCK_SIZE, block_size))
     sdo.expect_abort(
-        *ACKNOWLEDGES_BLOCK_SIZE.codes, of=known, tolerated=ACKNOWLEDGES_BLOCK_SIZE.tolerated
+        *ACKNOWLEDGES_BLOCK_SIZE.codes, of=begun.known, tolerated=ACKNOWLEDGES_BLOCK_SIZE.tolerated
     )
-    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+    sdo.expect_dead(begun.due)
 
 
-@must("block-upload.client-abort", "block-upload.client-abort-at-end", sub_blocks=BEGUN)
-def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
+@must("block-upload.client-abort", "block-upload.client-abort-at-end", state=STATES)
+def test_client_abort(sdo: Dialogue, state: State[Request]) -> None:
     """An abort of the client is not answered and ends the upload."""
-    known = begin_block_upload(sdo, sub_blocks)
-    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+    begun = begin(sdo, state)
+    sdo.send(Abort(begun.known.mux, AbortCode.GENERAL_ERROR))
     sdo.expect_nothing()
 
 
@@ -113,9 +124,9 @@ def test_client_abort(sdo: Dialogue, sub_blocks: int) -> None:
 )
 def test_client_abort_then_ack(sdo: Dialogue) -> None:
     """An acknowledgement right behind an abort brings no more segments."""
-    known = begin_block_upload(sdo, 1)
-    sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
-    sdo.expect_dead(BlockAck(BLOCK_SIZE, BLOCK_SIZE))
+    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
+    sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(begun.due)
 
 
 def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> None:

@@ -3,18 +3,34 @@
 What is allowed is not written here: the oracle follows each conversation and knows.
 """
 
+from collections.abc import Callable
+
 from conformance.device.device import Device
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.generated.matrix.perform import perform
-from conformance.generated.matrix.risks import in_sub_block, of_stimulus
-from conformance.generated.matrix.stimuli import (
-    NEXT_SUB_BLOCK_STIMULI,
-    STIMULI,
-    SUB_BLOCK_STIMULI,
-    Stimulus,
+from conformance.generated.matrix.risks import risk_in
+from conformance.generated.matrix.stimuli import Stimulus
+from conformance.generated.states import (
+    BLOCK_DOWNLOAD_BETWEEN,
+    BLOCK_DOWNLOAD_END,
+    BLOCK_DOWNLOAD_FIRST,
+    BLOCK_DOWNLOAD_INSIDE,
+    BLOCK_UPLOAD_BETWEEN,
+    BLOCK_UPLOAD_END,
+    BLOCK_UPLOAD_INITIATED,
+    BLOCK_UPLOAD_SENT,
+    IDLE,
+    SEGMENTED_DOWNLOAD_FIRST,
+    SEGMENTED_DOWNLOAD_LAST,
+    SEGMENTED_DOWNLOAD_MIDDLE,
+    SEGMENTED_UPLOAD_FIRST,
+    SEGMENTED_UPLOAD_LAST,
+    SEGMENTED_UPLOAD_MIDDLE,
+    State,
 )
-from conformance.run.case import must
+from conformance.run.case import Function, must
+from conformance.sdo.frames import Request
 
 # What holds for each answer, and behind it.
 ABOUT = (
@@ -25,124 +41,124 @@ ABOUT = (
 )
 
 
-@must("matrix.idle", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+def each_frame(state: State[Request | None]) -> Callable[[Function], Function]:
+    """Mark the cases that send each of a state's stimuli there."""
+    return must(f"matrix.{state.name}", *ABOUT, risk=risk_in(state), stimulus=state.stimuli)
+
+
+@each_frame(IDLE)
 def test_idle(sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus) -> None:
     """Without a transfer, each frame gets one of the answers that are allowed there."""
-    perform("idle", stimulus, sdo, device, text)
+    perform(IDLE, stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-first", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(SEGMENTED_DOWNLOAD_FIRST)
 def test_segmented_download_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the first segment of a download is due, each frame gets an answer allowed there."""
-    perform("segmented-download-first", stimulus, sdo, device, text)
+    perform(SEGMENTED_DOWNLOAD_FIRST, stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-middle", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(SEGMENTED_DOWNLOAD_MIDDLE)
 def test_segmented_download_middle(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """In the middle of a segmented download, each frame gets an answer allowed there."""
-    perform("segmented-download-middle", stimulus, sdo, device, text)
+    perform(SEGMENTED_DOWNLOAD_MIDDLE, stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-download-last", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(SEGMENTED_DOWNLOAD_LAST)
 def test_segmented_download_last(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the last segment of a download is due, each frame gets an answer allowed there."""
-    perform("segmented-download-last", stimulus, sdo, device, text)
+    perform(SEGMENTED_DOWNLOAD_LAST, stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-first", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(SEGMENTED_UPLOAD_FIRST)
 def test_segmented_upload_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the first segment of an upload is due, each frame gets an answer allowed there."""
-    perform("segmented-upload-first", stimulus, sdo, device, text)
+    perform(SEGMENTED_UPLOAD_FIRST, stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-middle", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(SEGMENTED_UPLOAD_MIDDLE)
 def test_segmented_upload_middle(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """In the middle of a segmented upload, each frame gets an answer allowed there."""
-    perform("segmented-upload-middle", stimulus, sdo, device, text)
+    perform(SEGMENTED_UPLOAD_MIDDLE, stimulus, sdo, device, text)
 
 
-@must("matrix.segmented-upload-last", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(SEGMENTED_UPLOAD_LAST)
 def test_segmented_upload_last(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the last segment of an upload is due, each frame gets an answer allowed there."""
-    perform("segmented-upload-last", stimulus, sdo, device, text)
+    perform(SEGMENTED_UPLOAD_LAST, stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-first", *ABOUT, risk=in_sub_block(1), stimulus=SUB_BLOCK_STIMULI)
+@each_frame(BLOCK_DOWNLOAD_FIRST)
 def test_block_download_first(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the first segment of a sub-block is due, each frame counts as segment or abort."""
-    perform("block-download-first", stimulus, sdo, device, text)
+    perform(BLOCK_DOWNLOAD_FIRST, stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-inside", *ABOUT, risk=in_sub_block(2), stimulus=SUB_BLOCK_STIMULI)
+@each_frame(BLOCK_DOWNLOAD_INSIDE)
 def test_block_download_inside(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Inside a sub-block of a download, each frame counts as segment or abort."""
-    perform("block-download-inside", stimulus, sdo, device, text)
+    perform(BLOCK_DOWNLOAD_INSIDE, stimulus, sdo, device, text)
 
 
-@must(
-    "matrix.block-download-between",
-    *ABOUT,
-    risk=in_sub_block(1),
-    stimulus=NEXT_SUB_BLOCK_STIMULI,
-)
+@each_frame(BLOCK_DOWNLOAD_BETWEEN)
 def test_block_download_between(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Behind an acknowledged sub-block, each frame counts as segment or abort."""
-    perform("block-download-between", stimulus, sdo, device, text)
+    perform(BLOCK_DOWNLOAD_BETWEEN, stimulus, sdo, device, text)
 
 
-@must("matrix.block-download-end", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(BLOCK_DOWNLOAD_END)
 def test_block_download_end(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the end of a block download is due, each frame gets an answer allowed there."""
-    perform("block-download-end", stimulus, sdo, device, text)
+    perform(BLOCK_DOWNLOAD_END, stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-initiated", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(BLOCK_UPLOAD_INITIATED)
 def test_block_upload_initiated(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the start of a block upload is due, each frame gets an answer allowed there."""
-    perform("block-upload-initiated", stimulus, sdo, device, text)
+    perform(BLOCK_UPLOAD_INITIATED, stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-between", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(BLOCK_UPLOAD_BETWEEN)
 def test_block_upload_between(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where a sub-block waits for its acknowledgement, each frame gets an answer allowed there."""
-    perform("block-upload-between", stimulus, sdo, device, text)
+    perform(BLOCK_UPLOAD_BETWEEN, stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-sent", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(BLOCK_UPLOAD_SENT)
 def test_block_upload_sent(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the last sub-block waits for its acknowledgement, each frame gets its answer."""
-    perform("block-upload-sent", stimulus, sdo, device, text)
+    perform(BLOCK_UPLOAD_SENT, stimulus, sdo, device, text)
 
 
-@must("matrix.block-upload-end", *ABOUT, risk=of_stimulus, stimulus=STIMULI)
+@each_frame(BLOCK_UPLOAD_END)
 def test_block_upload_end(
     sdo: Dialogue, device: Device, text: KnownObject, stimulus: Stimulus
 ) -> None:
     """Where the end of a block upload waits for its confirmation, each frame gets its answer."""
-    perform("block-upload-end", stimulus, sdo, device, text)
+    perform(BLOCK_UPLOAD_END, stimulus, sdo, device, text)

@@ -1,13 +1,27 @@
 """What goes wrong in the middle of a segmented download (CiA 301, 7.2.4.3.4 and 7.2.4.3.17)."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
-from conformance.device.device import IDENTITY_COUNT, VENDOR_ID
+from conformance.device.device import (
+    IDENTITY_COUNT,
+    THREE_SEGMENTS,
+    TWO_SEGMENTS,
+    VENDOR_ID,
+)
 from conformance.device.lacking import NotTestable
 from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
+from conformance.generated.states import (
+    SEGMENTED_DOWNLOAD_FIRST,
+    SEGMENTED_DOWNLOAD_LAST,
+    SEGMENTED_DOWNLOAD_MIDDLE,
+    SEGMENTED_DOWNLOADS,
+    State,
+    by_name,
+)
 from conformance.generated.stimuli import FOREIGN_IN_DOWNLOAD
 from conformance.run.case import may, must
 from conformance.run.risks import risk_of_request
@@ -27,36 +41,27 @@ from conformance.sdo.rules.segmented_download import ABORT_RESERVED_BITS, TOGGLE
 
 SIZE = 21
 IGNORED = "a segment with the wrong toggle bit gets no answer, and the download goes on"
-BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
 
 
-def stored(room: Room, text: KnownObject, segments: int) -> int:
-    """Store a value of three full segments, or of so many and one byte; return its size."""
-    return len(room.prepare(text, SIZE, least=7 * segments + 1))
+def stored(room: Room, text: KnownObject, least: int) -> int:
+    """Store a value of three full segments, or of as many bytes as there is room for."""
+    return len(room.prepare(text, SIZE, least))
 
 
-def begin_download(sdo: Dialogue, text: KnownObject, segments: int, size: int) -> bytes:
-    """Start a download of full segments and send so many of them; return all its data."""
-    data = sdo.payload(size)
-    sdo.initiate_download(text, size)
-    for number in range(segments):
-        sdo.download_segment(data[7 * number : 7 * number + 7], toggle=number % 2)
-    return data
-
-
-@must("segmented-download.toggle", segments=BEGUN)
-def test_toggle(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
+@must("segmented-download.toggle", state=SEGMENTED_DOWNLOADS)
+def test_toggle(
+    sdo: Dialogue, room: Room, text: KnownObject, state: State[DownloadSegment]
+) -> None:
     """A segment whose toggle bit did not alternate is refused or ignored, and never stored.
 
     The right segment follows at once, so that a server that ignored the wrong one shows it.
     """
-    size = stored(room, text, segments)
+    size = stored(room, text, state.least)
     with sdo.unchanged(text):
-        data = begin_download(sdo, text, segments, size)
-        right, wrong = segments % 2, 1 - segments % 2
-        chunk = data[7 * segments : 7 * segments + 7]
-        sdo.send(DownloadSegment.with_data(b"#######", toggle=wrong))
-        sdo.send(DownloadSegment.with_data(chunk, toggle=right))
+        due = state.reach(sdo, text, size)
+        right = due.toggle
+        sdo.send(DownloadSegment.with_data(b"#######", toggle=1 - right))
+        sdo.send(replace(due, last=False))
         frame = sdo.receive()
         if isinstance(decode_response(frame), Abort):
             abort = sdo.checks.abort(frame, text.mux)
@@ -64,9 +69,9 @@ def test_toggle(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> 
                 raise sdo.breach("abort 05030000h, or no answer", describe_response(frame))
             sdo.expect_over()
             return
-        due = f"no answer to the wrong segment, {0x20 | right << 4:02X}h to the right one"
+        expected = f"no answer to the wrong segment, {0x20 | right << 4:02X}h to the right one"
         if frame[0] & 0x10 != right << 4:
-            raise sdo.breach(due, describe_response(frame))
+            raise sdo.breach(expected, describe_response(frame))
         sdo.checks.download_segment(frame, text.mux, right)
         sdo.info(IGNORED)
     sdo.expect_nothing()
@@ -75,8 +80,10 @@ def test_toggle(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> 
 @must("segmented-download.toggle-ignored-data", "segmented-download.toggle")
 def test_toggle_ignored_data(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """A server that ignores a repeated segment does not store it twice."""
-    size = stored(room, text, 2)
-    data = begin_download(sdo, text, 1, size)
+    size = stored(room, text, THREE_SEGMENTS)
+    data = sdo.payload(size)
+    sdo.initiate_download(text, size)
+    sdo.download_segment(data[:7], toggle=0)
     sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
     sdo.send(DownloadSegment.with_data(data[7:14], toggle=1))
     frame = sdo.receive()
@@ -96,12 +103,14 @@ def test_toggle_ignored_data(sdo: Dialogue, room: Room, text: KnownObject) -> No
     "segmented-download.toggle-afterwards",
     "segmented-download.confirmed",
     "server.idle-afterwards",
-    segments=[1, 2],
+    state=by_name(SEGMENTED_DOWNLOAD_MIDDLE, SEGMENTED_DOWNLOAD_LAST),
 )
-def test_toggle_afterwards(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
+def test_toggle_afterwards(
+    sdo: Dialogue, room: Room, text: KnownObject, state: State[DownloadSegment]
+) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
-    size = stored(room, text, segments)
-    begin_download(sdo, text, segments, size)
+    size = stored(room, text, state.least)
+    state.reach(sdo, text, size)
     sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
     sdo.initiate_download(text, size)
     sdo.download_segment(sdo.payload(7), toggle=0)
@@ -117,7 +126,7 @@ def test_toggle_afterwards(sdo: Dialogue, room: Room, text: KnownObject, segment
 )
 def test_foreign(sdo: Dialogue, room: Room, text: KnownObject, request: bytes) -> None:
     """A request of another service before the first segment ends the download with 05040001h."""
-    _foreign(sdo, room, text, request, 0)
+    _foreign(sdo, room, text, request, SEGMENTED_DOWNLOAD_FIRST)
 
 
 @must(
@@ -130,28 +139,32 @@ def test_foreign(sdo: Dialogue, room: Room, text: KnownObject, request: bytes) -
 )
 def test_foreign_later(sdo: Dialogue, room: Room, text: KnownObject, request: bytes) -> None:
     """A request of another service between segments ends the download with 05040001h."""
-    _foreign(sdo, room, text, request, 1)
+    _foreign(sdo, room, text, request, SEGMENTED_DOWNLOAD_MIDDLE)
 
 
-def _foreign(sdo: Dialogue, room: Room, text: KnownObject, request: bytes, segments: int) -> None:
-    size = stored(room, text, segments)
+def _foreign(
+    sdo: Dialogue, room: Room, text: KnownObject, request: bytes, state: State[DownloadSegment]
+) -> None:
+    size = stored(room, text, state.least)
     with sdo.unchanged(text):
-        begin_download(sdo, text, segments, size)
+        due = state.reach(sdo, text, size)
         sdo.send(request)
         sdo.expect_abort(*accepted.NOT_VALID, of=text)
-        sdo.expect_dead(DownloadSegment.with_data(sdo.payload(7), toggle=segments % 2, last=True))
+        sdo.expect_dead(replace(due, last=True))
 
 
 @must(
     "segmented-download.restart",
     "segmented-download.new-initiate",
     "server.new-initiate-served",
-    segments=BEGUN,
+    state=SEGMENTED_DOWNLOADS,
 )
-def test_restart(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
+def test_restart(
+    sdo: Dialogue, room: Room, text: KnownObject, state: State[DownloadSegment]
+) -> None:
     """The same initiate again starts a new download, or is refused and ends the transfer."""
     data = sdo.payload(room.fit(text, 9))
-    begin_download(sdo, text, segments, stored(room, text, segments))
+    state.reach(sdo, text, stored(room, text, state.least))
     request = DownloadInitiate.with_size(text.mux, len(data))
     frame = sdo.expect_restart_or_abort(request, text, text)
     if frame is not None:
@@ -165,19 +178,19 @@ def test_restart(sdo: Dialogue, room: Room, text: KnownObject, segments: int) ->
     "segmented-download.new-upload",
     "segmented-download.new-initiate",
     "server.new-initiate-served",
-    segments=BEGUN,
+    state=SEGMENTED_DOWNLOADS,
 )
 def test_new_upload(
-    sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject, segments: int
+    sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject, state: State[DownloadSegment]
 ) -> None:
     """An upload in mid-download is served with its data or refused; the download is over.
 
     The rest of the download must not end up in the object that was read, either.
     """
     due = sdo.upload(number)
-    size = stored(room, text, segments)
+    size = stored(room, text, state.least)
     with sdo.unchanged(text):
-        data = begin_download(sdo, text, segments, size)
+        rest = state.reach(sdo, text, size)
         frame = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
         with sdo.one_transfer():
             if frame is not None:
@@ -185,8 +198,7 @@ def test_new_upload(
                 found = sdo.finish_upload(number, response)
                 if found != due:
                     raise sdo.breach(f"{number} reads {due.hex()}", f"it reads {found.hex()}")
-            rest = data[7 * segments : 7 * segments + 7]
-            sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
+            sdo.expect_dead(replace(rest, last=True))
             sdo.expect_value(number, due)
 
 
@@ -194,16 +206,16 @@ def test_new_upload(
     "segmented-download.new-download",
     "segmented-download.new-initiate",
     "server.new-initiate-served",
-    segments=BEGUN,
+    state=SEGMENTED_DOWNLOADS,
 )
 def test_new_download(
-    sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject, segments: int
+    sdo: Dialogue, room: Room, text: KnownObject, number: KnownObject, state: State[DownloadSegment]
 ) -> None:
     """A download of another object in mid-download is served or refused; the old one is over."""
     value = sdo.upload(number)
-    size = stored(room, text, segments)
+    size = stored(room, text, state.least)
     with sdo.unchanged(text):
-        begin_download(sdo, text, segments, size)
+        state.reach(sdo, text, size)
         request = DownloadInitiate.with_size(number.mux, len(value))
         frame = sdo.expect_restart_or_abort(request, text, number)
         with sdo.one_transfer():
@@ -213,12 +225,19 @@ def test_new_download(
             sdo.expect_value(number, value)
 
 
-@must("segmented-download.client-abort", "server.value-kept", "server.part-written", segments=BEGUN)
-def test_client_abort(sdo: Dialogue, room: Room, text: KnownObject, segments: int) -> None:
+@must(
+    "segmented-download.client-abort",
+    "server.value-kept",
+    "server.part-written",
+    state=SEGMENTED_DOWNLOADS,
+)
+def test_client_abort(
+    sdo: Dialogue, room: Room, text: KnownObject, state: State[DownloadSegment]
+) -> None:
     """An abort of the client is not answered, ends the download, and nothing is stored."""
-    size = stored(room, text, segments)
+    size = stored(room, text, state.least)
     with sdo.unchanged(text):
-        begin_download(sdo, text, segments, size)
+        state.reach(sdo, text, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
         sdo.expect_nothing()
 
@@ -264,18 +283,17 @@ def test_number_kept(
     "segmented-download.client-abort",
     "time-out.client",
     "server.value-kept",
-    segments=BEGUN,
+    state=SEGMENTED_DOWNLOADS,
 )
 def test_client_abort_then_segment(
-    sdo: Dialogue, room: Room, text: KnownObject, segments: int
+    sdo: Dialogue, room: Room, text: KnownObject, state: State[DownloadSegment]
 ) -> None:
     """A last segment right behind an abort completes nothing."""
-    size = stored(room, text, segments)
+    size = stored(room, text, state.least)
     with sdo.unchanged(text):
-        data = begin_download(sdo, text, segments, size)
+        rest = state.reach(sdo, text, size)
         sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
-        rest = data[7 * segments : 7 * segments + 7]
-        sdo.expect_dead(DownloadSegment.with_data(rest, toggle=segments % 2, last=True))
+        sdo.expect_dead(replace(rest, last=True))
 
 
 @may(
@@ -288,9 +306,9 @@ def test_foreign_abort(sdo: Dialogue, room: Room, text: KnownObject, mux: Multip
 
     05040001h is accepted: a server may take it for a request that has no place there.
     """
-    size = stored(room, text, 1)
+    size = stored(room, text, TWO_SEGMENTS)
     with sdo.unchanged(text):
-        begin_download(sdo, text, 1, size)
+        SEGMENTED_DOWNLOAD_MIDDLE.reach(sdo, text, size)
         sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         sdo.tracker.open = text.mux  # the server may have ignored it
         sdo.expect_silence_or_abort(*FOREIGN_MULTIPLEXER.codes)
@@ -299,9 +317,9 @@ def test_foreign_abort(sdo: Dialogue, room: Room, text: KnownObject, mux: Multip
 @may("segmented-download.abort-reserved-bits", "request.reserved-bits", bits=[0x01, 0x10, 0x1F])
 def test_abort_reserved_bits(sdo: Dialogue, room: Room, text: KnownObject, bits: int) -> None:
     """81h to 9Fh is an abort with reserved bits, or no valid request; never a segment."""
-    size = stored(room, text, 1)
+    size = stored(room, text, TWO_SEGMENTS)
     with sdo.unchanged(text):
-        begin_download(sdo, text, 1, size)
+        SEGMENTED_DOWNLOAD_MIDDLE.reach(sdo, text, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR, bits))
         sdo.tracker.open = text.mux  # the server may have ignored it
         sdo.expect_silence_or_abort(*ABORT_RESERVED_BITS.codes)

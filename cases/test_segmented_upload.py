@@ -4,6 +4,15 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
+from conformance.generated.begun import begin
+from conformance.generated.states import (
+    SEGMENTED_UPLOAD_FIRST,
+    SEGMENTED_UPLOAD_LAST,
+    SEGMENTED_UPLOAD_MIDDLE,
+    SEGMENTED_UPLOADS,
+    State,
+    by_name,
+)
 from conformance.generated.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
@@ -23,16 +32,7 @@ from conformance.sdo.rules.segmented_upload import TOGGLE
 INITIATE = "7.2.4.3.6"
 SEGMENT = "7.2.4.3.7"
 PADDED = 5
-BEGUN = {"at-the-start": 0, "in-the-middle": 1, "before-the-last": 2}
-
-
-def begin_upload(sdo: Dialogue, room: Room, segments: int) -> KnownObject:
-    """Start the upload of an object of three segments or more and take so many of them."""
-    known, _ = room.long_object()
-    sdo.start_segmented_upload(known)
-    for number in range(segments):
-        sdo.upload_segment(toggle=number % 2)
-    return known
+LATER = by_name(SEGMENTED_UPLOAD_MIDDLE, SEGMENTED_UPLOAD_LAST)
 
 
 @must(
@@ -75,32 +75,32 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
 @must("segmented-upload.toggle-first", "segmented-upload.toggle")
 def test_toggle_first(sdo: Dialogue, room: Room) -> None:
     """The first segment request has t = 0; 70h ends the transfer and brings no data."""
-    known = begin_upload(sdo, room, 0)
+    begun = begin(sdo, SEGMENTED_UPLOAD_FIRST)
     sdo.send(UploadSegment(1))
-    sdo.expect_abort(*TOGGLE.codes, of=known, tolerated=TOGGLE.tolerated)
-    sdo.expect_dead(UploadSegment(0))
+    sdo.expect_abort(*TOGGLE.codes, of=begun.known, tolerated=TOGGLE.tolerated)
+    sdo.expect_dead(begun.due)
 
 
-@must("segmented-upload.toggle-repeated", "segmented-upload.toggle", segments=[1, 2])
-def test_toggle_repeated(sdo: Dialogue, room: Room, segments: int) -> None:
+@must("segmented-upload.toggle-repeated", "segmented-upload.toggle", state=LATER)
+def test_toggle_repeated(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """A repeated toggle bit ends the transfer and brings no data."""
-    known = begin_upload(sdo, room, segments)
-    sdo.send(UploadSegment((segments - 1) % 2))
-    sdo.expect_abort(*TOGGLE.codes, of=known, tolerated=TOGGLE.tolerated)
-    sdo.expect_dead(UploadSegment(segments % 2))
+    begun = begin(sdo, state)
+    sdo.send(UploadSegment(1 - begun.due.toggle))
+    sdo.expect_abort(*TOGGLE.codes, of=begun.known, tolerated=TOGGLE.tolerated)
+    sdo.expect_dead(begun.due)
 
 
 @must(
     "segmented-upload.toggle-afterwards",
     "segmented-upload.segments",
     "server.idle-afterwards",
-    segments=[1, 2],
+    state=LATER,
 )
-def test_toggle_afterwards(sdo: Dialogue, room: Room, segments: int) -> None:
+def test_toggle_afterwards(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
-    known = begin_upload(sdo, room, segments)
-    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
-    sdo.start_segmented_upload(known)
+    begun = begin(sdo, state)
+    sdo.send(Abort(begun.known.mux, AbortCode.GENERAL_ERROR))
+    sdo.start_segmented_upload(begun.known)
     sdo.upload_segment(toggle=0)
 
 
@@ -129,12 +129,12 @@ def test_filler(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> 
     risk=risk_of_request,
     request=FOREIGN_IN_UPLOAD,
 )
-def test_foreign(sdo: Dialogue, room: Room, request: bytes) -> None:
+def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """A request of another service before the first segment ends the upload with 05040001h."""
-    known = begin_upload(sdo, room, 0)
+    begun = begin(sdo, SEGMENTED_UPLOAD_FIRST)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=known)
-    sdo.expect_dead(UploadSegment(0))
+    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
+    sdo.expect_dead(begun.due)
 
 
 @must(
@@ -145,21 +145,19 @@ def test_foreign(sdo: Dialogue, room: Room, request: bytes) -> None:
     risk=risk_of_request,
     request=FOREIGN_IN_UPLOAD,
 )
-def test_foreign_later(sdo: Dialogue, room: Room, request: bytes) -> None:
+def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
     """A request of another service between segments ends the upload with 05040001h."""
-    known = begin_upload(sdo, room, 1)
+    begun = begin(sdo, SEGMENTED_UPLOAD_MIDDLE)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=known)
-    sdo.expect_dead(UploadSegment(1))
+    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
+    sdo.expect_dead(begun.due)
 
 
-@must("segmented-upload.restart", "server.new-initiate-served", segments=BEGUN)
-def test_restart(sdo: Dialogue, room: Room, segments: int) -> None:
+@must("segmented-upload.restart", "server.new-initiate-served", state=SEGMENTED_UPLOADS)
+def test_restart(sdo: Dialogue, room: Room, state: State[UploadSegment]) -> None:
     """The same initiate again starts from the first byte, or is refused and ends the transfer."""
     known, data = room.long_object()
-    sdo.start_segmented_upload(known)
-    for number in range(segments):
-        sdo.upload_segment(toggle=number % 2)
+    state.reach(sdo, known, len(data))
     frame = sdo.expect_restart_or_abort(UploadInitiate(known.mux), known, known)
     if frame is not None:
         with sdo.one_transfer():
@@ -173,50 +171,50 @@ def test_restart(sdo: Dialogue, room: Room, segments: int) -> None:
     "segmented-upload.new-upload",
     "segmented-upload.new-initiate",
     "server.new-initiate-served",
-    segments=BEGUN,
+    state=SEGMENTED_UPLOADS,
 )
-def test_new_upload(sdo: Dialogue, room: Room, segments: int) -> None:
+def test_new_upload(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """An upload of another object is served with its data, or refused; the old one is over."""
     due = sdo.upload(IDENTITY_COUNT)
-    known = begin_upload(sdo, room, segments)
-    frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), known, IDENTITY_COUNT)
+    begun = begin(sdo, state)
+    frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), begun.known, IDENTITY_COUNT)
     with sdo.one_transfer():
         if frame is not None:
             response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
             found = sdo.finish_upload(IDENTITY_COUNT, response)
             if found[: len(due)] != due:
                 raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
-        sdo.expect_dead(UploadSegment(segments % 2))
+        sdo.expect_dead(begun.due)
 
 
 @must(
     "segmented-upload.new-download", "segmented-upload.new-initiate", "server.new-initiate-served"
 )
-def test_new_download(sdo: Dialogue, room: Room, number: KnownObject) -> None:
+def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
     """A download in the middle of an upload is served or refused; the upload is over."""
     value = sdo.upload(number)
-    known = begin_upload(sdo, room, 1)
+    begun = begin(sdo, SEGMENTED_UPLOAD_MIDDLE)
     request = (
         DownloadInitiate.with_data(number.mux, value)
         if len(value) <= 4
         else DownloadInitiate.with_size(number.mux, len(value))
     )
-    frame = sdo.expect_restart_or_abort(request, known, number)
+    frame = sdo.expect_restart_or_abort(request, begun.known, number)
     with sdo.one_transfer():
         if frame is not None:
             sdo.checks.download_initiate(frame, number.mux)
         sdo.end_transfer()
-        sdo.expect_dead(UploadSegment(1))
+        sdo.expect_dead(begun.due)
         sdo.expect_value(number, value)
 
 
-@must("segmented-upload.client-abort", segments=BEGUN)
-def test_client_abort(sdo: Dialogue, room: Room, segments: int) -> None:
+@must("segmented-upload.client-abort", state=SEGMENTED_UPLOADS)
+def test_client_abort(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """An abort of the client is not answered and ends the upload."""
-    known = begin_upload(sdo, room, segments)
-    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+    begun = begin(sdo, state)
+    sdo.send(Abort(begun.known.mux, AbortCode.GENERAL_ERROR))
     sdo.expect_nothing()
-    sdo.expect_dead(UploadSegment(segments % 2))
+    sdo.expect_dead(begun.due)
 
 
 @must(
@@ -224,13 +222,13 @@ def test_client_abort(sdo: Dialogue, room: Room, segments: int) -> None:
     "segmented-upload.client-abort",
     "time-out.client",
     "server.nothing-afterwards",
-    segments=BEGUN,
+    state=SEGMENTED_UPLOADS,
 )
-def test_client_abort_then_segment(sdo: Dialogue, room: Room, segments: int) -> None:
+def test_client_abort_then_segment(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """A segment request right behind an abort brings no data."""
-    known = begin_upload(sdo, room, segments)
-    sdo.send(Abort(known.mux, AbortCode.TIMED_OUT))
-    sdo.expect_dead(UploadSegment(segments % 2))
+    begun = begin(sdo, state)
+    sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(begun.due)
 
 
 @must(

@@ -9,24 +9,26 @@ from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
 from conformance.dialogue.room import Room
-from conformance.generated.begun import STATES, Begun
+from conformance.generated.begun import begin
+from conformance.generated.states import (
+    BLOCK_DOWNLOAD_INSIDE,
+    BLOCK_UPLOAD_BETWEEN,
+    SEGMENTED_DOWNLOAD_MIDDLE,
+    SILENT,
+    State,
+    by_name,
+)
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, Request
 from conformance.sdo.stepping import Ended, advance
 
 SERVICE = "7.2.4.2"
 SIZE = 26
-WAITING = {
-    name: STATES[name]
-    for name in (
-        "segmented-download-in-the-middle",
-        "block-download-in-a-sub-block",
-        "block-upload-sub-block-sent",
-    )
-}
-State = Callable[[Dialogue], Begun]
+WAITING: dict[str, State[Request]] = by_name(
+    SEGMENTED_DOWNLOAD_MIDDLE, BLOCK_DOWNLOAD_INSIDE, BLOCK_UPLOAD_BETWEEN
+)
 Transfer = Generator[Step, bytes, object]
 
 
@@ -42,11 +44,11 @@ Transfer = Generator[Step, bytes, object]
     "block-upload.silent-at-end",
     clause=SERVICE,
     slow=True,
-    state=STATES,
+    state=SILENT,
 )
-def test_gives_up(sdo: Dialogue, server_timeout: float, state: State) -> None:
+def test_gives_up(sdo: Dialogue, server_timeout: float, state: State[Request]) -> None:
     """Of a silent client the server takes leave with 05040000h, is idle, and has stored nothing."""
-    begun = state(sdo)
+    begun = begin(sdo, state)
     sdo.expect_timed_out(begun.known, server_timeout)
     sdo.expect_dead(begun.due)
     if begun.value is not None:
@@ -61,9 +63,9 @@ def test_gives_up(sdo: Dialogue, server_timeout: float, state: State) -> None:
     slow=True,
     state=WAITING,
 )
-def test_once(sdo: Dialogue, server_timeout: float, state: State) -> None:
+def test_once(sdo: Dialogue, server_timeout: float, state: State[Request]) -> None:
     """A server that has given up says so once, and does not answer the client's own abort."""
-    begun = state(sdo)
+    begun = begin(sdo, state)
     sdo.expect_timed_out(begun.known, server_timeout)
     further = sdo.wait(server_timeout * (1 + PROMPT))
     if further is not None:

@@ -1,32 +1,31 @@
 """A client goes away in the middle of a transfer: the next one is served (CiA 301, 7.2.4.2)."""
 
-from collections.abc import Callable
-
 from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import shown
-from conformance.generated.begun import STATES, Begun, risk_of_state
+from conformance.generated.begun import begin
+from conformance.generated.states import SILENT, State
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, Request
 
 
 @must(
     "vanished-client.next-transfer",
     "server.idle-afterwards",
     "server.new-initiate-served",
-    risk=risk_of_state,
-    state=STATES,
+    risk=lambda state: state.risk,
+    state=SILENT,
 )
-def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> None:
+def test_next_transfer(sdo: Dialogue, state: State[Request]) -> None:
     """What a client left running does not keep the server from the next transfer.
 
     That is served at once or with the second request; while segments of a block are due, an
     abort has to come before it.
     """
-    begun = state(sdo)
-    if begun.in_sub_block:
+    begun = begin(sdo, state)
+    if state.segment is not None:
         sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
     with sdo.one_transfer():
         found = sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
@@ -37,4 +36,4 @@ def test_next_transfer(sdo: Dialogue, state: Callable[[Dialogue], Begun]) -> Non
             raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
     if begun.value is not None:
         sdo.expect_kept(begun.known, begun.value)
-    state(sdo)
+    begin(sdo, state)

@@ -23,7 +23,8 @@ from conformance.sdo.storage import COMMANDS
 LAST_DATA_TYPE = 0x025F
 # Within how many seconds a device stores its parameters, if nothing else is declared.
 STORAGE_TIME = 5.0
-# The fewest bytes of a transfer that has a first, a middle and a last segment.
+# The fewest bytes of a transfer in two segments, and of one with a first, a middle and a last one.
+TWO_SEGMENTS = 8
 THREE_SEGMENTS = 15
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)

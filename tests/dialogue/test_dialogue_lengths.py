@@ -6,9 +6,9 @@ from run_bench import DOMAIN, NODE_ID, TEXT, discovered
 from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.device.roles import Roles
+from conformance.dialogue.block_downloads import lose_segment, send_again
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
-from conformance.generated.begun import lose_segment, send_again
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,12 @@ def each(case: str, *labels: str) -> tuple[str, ...]:
     return tuple(f"{case}[{label}]" for label in labels)
 
 
-BEGUN = ("at-the-start", "in-the-middle", "before-the-last")
+DOWNLOADS = (
+    "segmented-download-first",
+    "segmented-download-middle",
+    "segmented-download-last",
+)
+UPLOADS = ("segmented-upload-first", "segmented-upload-middle", "segmented-upload-last")
 UNKNOWN = ("unknown-E0h", "unknown-FFh")
 BLOCK_UPLOAD_FRAMES = ("block-end-response-A1h", "block-ack-A2h", "block-start-A3h")
 BLOCK_DOWNLOAD_FRAMES = ("block-end-C1h", "block-end-DDh")
@@ -112,7 +117,7 @@ CANOPEN = (
         "The server aborts because of the toggle bit, and confirms the segment that follows: its "
         "own abort does not end the download.",
         (
-            *each("segmented-download.toggle", *BEGUN),
+            *each("segmented-download.toggle", *DOWNLOADS),
             "segmented-download.toggle-ignored-data",
         ),
     ),
@@ -148,14 +153,14 @@ CANOPEN = (
     Finding(
         ("segmented-download.client-abort",),
         "An abort of the client does not end a download: the last segment behind it is confirmed.",
-        each("segmented-download.client-abort-then-segment", *BEGUN),
+        each("segmented-download.client-abort-then-segment", *DOWNLOADS),
     ),
     Finding(
         ("segmented-upload.toggle",),
         "The server aborts because of the toggle bit, and delivers the next segment all the same.",
         (
             "segmented-upload.toggle-first",
-            *each("segmented-upload.toggle-repeated", "1", "2"),
+            *each("segmented-upload.toggle-repeated", *UPLOADS[1:]),
         ),
     ),
     Finding(
@@ -179,7 +184,7 @@ CANOPEN = (
         ("segmented-upload.new-initiate",),
         "An upload goes on after another transfer was begun and finished in its middle.",
         (
-            *each("segmented-upload.new-upload", *BEGUN),
+            *each("segmented-upload.new-upload", *UPLOADS),
             "segmented-upload.new-download",
         ),
     ),
@@ -187,8 +192,8 @@ CANOPEN = (
         ("segmented-upload.client-abort",),
         "An abort of the client does not end an upload: the segments go on.",
         (
-            *each("segmented-upload.client-abort", *BEGUN),
-            *each("segmented-upload.client-abort-then-segment", *BEGUN),
+            *each("segmented-upload.client-abort", *UPLOADS),
+            *each("segmented-upload.client-abort-then-segment", *UPLOADS),
         ),
     ),
     Finding(
@@ -245,7 +250,7 @@ DURAND = (
         ("segmented-download.new-initiate",),
         "An upload does not end the download in whose middle it is served: both go on side by "
         "side, and the last segment is confirmed and stored.",
-        each("segmented-download.new-upload", *BEGUN),
+        each("segmented-download.new-upload", *DOWNLOADS),
     ),
     Finding(
         ("segmented-upload.new-initiate",),
@@ -262,7 +267,7 @@ DURAND = (
             *each("block-download.lost", "first", "middle", "before-last"),
             "block-download.lost-twice",
             "block-download.old-numbers",
-            "vanished-client.next-transfer[block-download-between-sub-blocks]",
+            "vanished-client.next-transfer[block-download-between]",
         ),
     ),
     Finding(
@@ -304,8 +309,8 @@ DURAND = (
         (
             *each("block-upload.not-started", "A1h", "A2h", "60h", "00h", "E0h"),
             *each("block-upload.new-initiate-at-start", *INITIATES),
-            "block-upload.same-again[at-start]",
-            "vanished-client.next-transfer[block-upload]",
+            "block-upload.same-again[block-upload-initiated]",
+            "vanished-client.next-transfer[block-upload-initiated]",
         ),
     ),
     Finding(
@@ -314,8 +319,8 @@ DURAND = (
         (
             *each("block-upload.foreign", "A3h", "A1h", "60h", "70h", "E0h"),
             *each("block-upload.new-initiate-in-the-middle", *INITIATES),
-            "block-upload.same-again[in-the-middle]",
-            "vanished-client.next-transfer[block-upload-sub-block-sent]",
+            "block-upload.same-again[block-upload-between]",
+            "vanished-client.next-transfer[block-upload-between]",
         ),
     ),
     Finding(
@@ -323,8 +328,8 @@ DURAND = (
         "Any frame confirms the end of a block upload: an initiate there is not answered.",
         (
             *each("block-upload.new-initiate-at-end", *INITIATES),
-            "block-upload.same-again[at-end]",
-            "vanished-client.next-transfer[block-upload-end-sent]",
+            "block-upload.same-again[block-upload-end]",
+            "vanished-client.next-transfer[block-upload-end]",
         ),
     ),
     Finding(

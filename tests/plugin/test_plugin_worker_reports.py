@@ -44,8 +44,8 @@ BOTH_SIDES = f"""
 """
 
 
-PASSES = "vanished-client.next-transfer[block-upload-sub-block-sent]"
-SKIPPED = "server-timeout.once[block-upload-sub-block-sent]"
+PASSES = "vanished-client.next-transfer[block-upload-between]"
+SKIPPED = "server-timeout.once[block-upload-between]"
 FAILS = "upload.identity"
 TOLD = [
     (FAILS, ["begin", "setup passed gw0", "call failed gw0", "teardown passed gw0", "end"]),
@@ -57,7 +57,7 @@ TOLD = [
 def test_the_controller_is_told_what_a_worker_was(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(other_plugin=BOTH_SIDES)
     pytester.syspathinsert()
-    chosen = f"{FAILS} or next-transfer and sub-block-sent or timeout.once and sub-block-sent"
+    chosen = f"{FAILS} or next-transfer and upload-between or timeout.once and upload-between"
     arguments = ("--self-test", "--sdo-fault=identity-count-wrong", "-k", chosen, *OTHER)
     folder = f"--sdo-report-dir={reports(pytester)}"
     result = pytester.runpytest_subprocess(*QUICK, folder, *arguments)

@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from conformance.generated.matrix.risks import in_sub_block, of_stimulus
+from conformance.generated.matrix.risks import risk_in
 from conformance.generated.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
+from conformance.generated.states import BLOCK_DOWNLOAD_INSIDE, IDLE
 from conformance.run.case import case_info, must
 from conformance.run.risks import (
     ANYTHING,
@@ -55,13 +56,14 @@ def test_lengths_are_told_apart() -> None:
 
 
 def test_a_stimulus_of_the_matrix() -> None:
-    assert of_stimulus(STIMULI["remote-0"]) == REMOTE
-    assert of_stimulus(STIMULI["40h-dlc-4"]) == of_length(4)
-    assert of_stimulus(STIMULI["23h"]) == of_stimulus(STIMULI["22h"])
+    risk_of = risk_in(IDLE)
+    assert risk_of(STIMULI["remote-0"]) == REMOTE
+    assert risk_of(STIMULI["40h-dlc-4"]) == of_length(4)
+    assert risk_of(STIMULI["23h"]) == risk_of(STIMULI["22h"])
 
 
 def test_within_a_sub_block_a_number_out_of_sequence_is_a_lost_segment() -> None:
-    risk_of = in_sub_block(2)
+    risk_of = risk_in(BLOCK_DOWNLOAD_INSIDE)
     assert risk_of(SUB_BLOCK_STIMULI["segment-2-last"]) is None
     assert risk_of(SUB_BLOCK_STIMULI["segment-96-last"]) == LOST_SEGMENT, "E0h is no specifier here"
     assert risk_of(SUB_BLOCK_STIMULI["remote-8"]) == REMOTE

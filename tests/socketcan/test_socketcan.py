@@ -50,7 +50,7 @@ def only(*stems: str, named: str = "") -> list[str]:
 FEW = only("test_", named="frame or run or missing or lost or 257 or 889")
 # What foreign servers do in block transfers is seen on the virtual bus.
 FOREIGN = only(
-    "test_segmented_download", named="at-the-start or toggle or without or after or 60h or 257"
+    "test_segmented_download", named="download-first or toggle or without or after or 60h or 257"
 )
 
 
@@ -133,8 +133,8 @@ def test_the_log_has_the_frames_of_the_run(runs: dict[str, Future[Run]]) -> None
             "upload-toggle-ignored",
             [
                 "segmented-upload.toggle-first",
-                "segmented-upload.toggle-repeated[1]",
-                "segmented-upload.toggle-repeated[2]",
+                "segmented-upload.toggle-repeated[segmented-upload-middle]",
+                "segmented-upload.toggle-repeated[segmented-upload-last]",
             ],
         ),
         ("answers-extended", ["frame.extended-ignored"]),

@@ -185,7 +185,9 @@ class AbortIgnored(Server):
         return [] if isinstance(self.transfer, BlockUpload) else super().on_abort(request)
 
 
-@fault("block-upload-abort-repeats-end", Defect.ABORT, "block-upload.client-abort[before-the-end]")
+@fault(
+    "block-upload-abort-repeats-end", Defect.ABORT, "block-upload.client-abort[block-upload-end]"
+)
 class AbortRepeatsEnd(Server):
     """Sends the end frame again when the client aborts because of it."""
 

@@ -65,7 +65,11 @@ class RepeatedSegmentStored(Server):
         return super().on_download_segment(request)
 
 
-@fault("download-toggle-not-reset", Defect.LEAK, "segmented-download.toggle-afterwards[1]")
+@fault(
+    "download-toggle-not-reset",
+    Defect.LEAK,
+    "segmented-download.toggle-afterwards[segmented-download-middle]",
+)
 class DownloadToggleNotReset(Server):
     """Expects the toggle bit of an aborted download to go on in the next one."""
 

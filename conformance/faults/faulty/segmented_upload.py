@@ -202,7 +202,7 @@ class ToggleIgnored(Server):
 @fault(
     "upload-toggle-not-reset",
     Defect.LEAK,
-    "segmented-upload.toggle-afterwards[1]",
+    "segmented-upload.toggle-afterwards[segmented-upload-middle]",
     "random.interrupted",
 )
 class ToggleNotReset(Server):

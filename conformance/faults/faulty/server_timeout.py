@@ -55,7 +55,7 @@ class NotInBlockDownload(Server):
 @fault(
     "server-timeout-not-at-end-of-block-upload",
     Defect.TIMING,
-    "server-timeout.gives-up[block-upload-end-sent]",
+    "server-timeout.gives-up[block-upload-end]",
 )
 class NotAtEnd(Server):
     """Waits for the confirmation of a block upload for ever."""
@@ -126,7 +126,7 @@ class SaidTwice(_OtherAbort):
 @fault(
     "server-timeout-stores-what-came",
     Defect.TIMING,
-    "server-timeout.gives-up[segmented-download-in-the-middle]",
+    "server-timeout.gives-up[segmented-download-middle]",
     soft=True,
 )
 class StoresWhatCame(Server):

@@ -8,25 +8,24 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.generated.lockstep import Lockstep, knowledge_of
-from conformance.generated.matrix.states import BETWEEN, LEAST, SIZE, STATES
 from conformance.generated.matrix.stimuli import Stimulus, Targets
-from conformance.sdo.block_client import LARGEST_BLOCK
+from conformance.generated.states import BLOCK_DOWNLOAD_BETWEEN, LONGEST, SIZE, State
+from conformance.sdo.frames import Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 
-# What a sub-block of a download may take.
-LONGEST = 7 * LARGEST_BLOCK
+AnyState = State[Request | None]
 
 
 def perform(
-    state: str, stimulus: Stimulus, sdo: Dialogue, device: Device, known: KnownObject
+    state: AnyState, stimulus: Stimulus, sdo: Dialogue, device: Device, known: KnownObject
 ) -> None:
     """Judge the reaction to a stimulus, the value that ``known`` has then, and the next transfers.
 
     ``known`` is a writable string; where it is too short for the state, another string or a domain
-    takes its place. The oracle follows from the first frame on. Raises Violation, NotTestable and
-    Unimplemented.
+    takes its place. What a download finds there is its own value; elsewhere one is stored before.
+    The oracle follows from the first frame on. Raises Violation, NotTestable and Unimplemented.
     """
     missing = missing_object(sdo)
     try:
@@ -42,7 +41,9 @@ def perform(
     oracle = Oracle(knowledge, device.node_id)
     lockstep = Lockstep(sdo, oracle)
     with lockstep.following():
-        STATES[state](sdo, known, size)
+        if not state.downloads:
+            Room(sdo).store(known, sdo.payload(size), segmented=True)
+        state.reach(sdo, known, size)
         lockstep.check()
         lockstep.send(stimulus(targets), point=True)
         # A server may mind only an abort of the object of its latest transfer.
@@ -55,7 +56,7 @@ def perform(
         lockstep.check()
 
 
-def _suited(sdo: Dialogue, known: KnownObject, state: str) -> tuple[KnownObject, int]:
+def _suited(sdo: Dialogue, known: KnownObject, state: AnyState) -> tuple[KnownObject, int]:
     """Return an object that takes a transfer into a state, and of how many bytes that is.
 
     It has its own value then.
@@ -66,22 +67,22 @@ def _suited(sdo: Dialogue, known: KnownObject, state: str) -> tuple[KnownObject,
             return candidate, _size(sdo, candidate, state)
         except NotTestable as found:
             lacking.append(found)
-    if state == BETWEEN:
-        return known, SIZE  # the server may ask for less than a sub-block can have
+    if state is BLOCK_DOWNLOAD_BETWEEN:
+        return known, LONGEST  # the server may ask for less than a sub-block can have
     raise lacking[0]
 
 
-def _size(sdo: Dialogue, known: KnownObject, state: str) -> int:
+def _size(sdo: Dialogue, known: KnownObject, state: AnyState) -> int:
     room = Room(sdo)
-    if state == BETWEEN:
+    if state is BLOCK_DOWNLOAD_BETWEEN:
         room.need(known, LONGEST)
-        return SIZE
+        return LONGEST
     if known.filled:
         return known.filled
     try:
         room.need(known, SIZE)
     except NotTestable:
-        size = room.fit(known, SIZE, LEAST.get(state, 1))
+        size = room.fit(known, SIZE, state.least)
         if known.mux in sdo.record.written:
             room.restore_own(known)
         return size

@@ -1,0 +1,73 @@
+"""The table of states: the way into each leads there, and what goes on does."""
+
+from pathlib import Path
+
+import pytest
+from run_bench import NODE_ID, discovered
+
+from conformance.bus.link import Captured, Direction
+from conformance.device.roles import Roles
+from conformance.faults.catalogue import build_node
+from conformance.generated.begun import begin
+from conformance.generated.states import (
+    BLOCK_DOWNLOAD_BETWEEN,
+    BLOCK_DOWNLOADS,
+    BLOCK_UPLOADS,
+    LONGEST,
+    SEGMENTED_DOWNLOADS,
+    SEGMENTED_UPLOADS,
+    SILENT,
+    STATES,
+    State,
+)
+from conformance.sdo.frames import BlockSegment, Request
+
+README = Path(__file__).parents[2] / "README.md"
+OPEN: dict[str, State[Request]] = {
+    **SEGMENTED_DOWNLOADS,
+    **SEGMENTED_UPLOADS,
+    **BLOCK_DOWNLOADS,
+    **BLOCK_UPLOADS,
+}
+UNUSUAL = [None, "strings-of-8-bytes", "values-of-fixed-length", "blocks-of-1-segment"]
+
+
+@pytest.mark.parametrize("state", OPEN.values(), ids=OPEN)
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_what_is_due_goes_on(name: str | None, state: State[Request]) -> None:
+    with discovered(build_node(name, NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        begun = begin(sdo, state)
+        assert isinstance(begun.due, BlockSegment) == (state.segment is not None)
+        captured: list[Captured] = []
+        sdo.channel.link.listen(captured.append)
+        sdo.send(begun.due)
+        sdo.end_transfer()
+        sdo.fence()
+        sdo.channel.link.ignore(captured.append)
+    received = [one.frame.data for one in captured if one.direction is Direction.RECEIVED]
+    assert [data for data in received if data[0] == 0x80] == [], "an abort"
+    # The answer to the fence comes in any case; segments and confirmations may bring no other.
+    assert len(received) > 1 or state.segment is not None or state.name == "block-upload-end"
+
+
+def test_a_long_transfer_fills_the_first_sub_block() -> None:
+    with discovered(build_node("blocks-of-7-segments", NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        captured: list[Captured] = []
+        sdo.channel.link.listen(captured.append)
+        BLOCK_DOWNLOAD_BETWEEN.reach(sdo, Roles(bench.device).text(), LONGEST)
+        sdo.channel.link.ignore(captured.append)
+        sdo.end_transfer()
+    sent = [one.frame.data[0] for one in captured if one.direction is Direction.SENT]
+    assert sent[-7:] == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_a_client_falls_silent_in_each_state_that_is_not_the_last_of_its_kind() -> None:
+    silent = {name for name in OPEN if not name.endswith(("-last", "-sent"))}
+    assert set(SILENT) == silent
+
+
+def test_the_readme_has_the_table() -> None:
+    lines = [f"| `{state.name}` | {state.sentence} |" for state in STATES.values()]
+    assert "\n".join(lines) in README.read_text(encoding="utf-8")
