@@ -63,6 +63,11 @@ class Channel:
         link.add_receiver(self._take)
 
     @property
+    def is_default(self) -> bool:
+        """Whether this is the default channel of the device, which is always there."""
+        return self.ids == ChannelIds.default(self.node_id)
+
+    @property
     def request_id(self) -> int:
         """The CAN-ID of requests."""
         return self.ids.request.can_id

@@ -92,7 +92,7 @@ class Channels:
         return others
 
     def _is_own(self, index: int) -> bool:
-        if self._sdo.on_default_channel:
+        if self._channel.is_default:
             return False
         return self.cob_id(index, REQUEST).can_id == self._channel.ids.request.can_id
 

@@ -64,7 +64,7 @@ class Network:
         self._device.permits.require(NMT)
         state = TRANSITIONS[command]
         if state is NmtState.INITIALISING:
-            if not self._sdo.on_default_channel:
+            if not self._channel.is_default:
                 raise NotTestable("a reset may end this channel: needs the default SDO channel")
             self.expected_boot_ups += 1
             self._booting = True

@@ -22,7 +22,6 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
-from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe, describe_response, hex_bytes
 from conformance.sdo.frames import (
@@ -94,11 +93,6 @@ class Transfers:
     def beside(self, channel: Channel) -> Self:
         """Return the same case on another channel of the device."""
         return type(self)(channel, self.device, self.record, 0)
-
-    @property
-    def on_default_channel(self) -> bool:
-        """Whether the case talks on the default channel of the device, which is always there."""
-        return self.channel.ids == ChannelIds.default(self.device.node_id)
 
     # Frames
 

@@ -1,0 +1,53 @@
+"""How long the answers of a case take, by a clock that is set."""
+
+import time
+
+import pytest
+
+from conformance.bus.pace import Pace
+from conformance.dialogue.timing import Timing
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    now = [100.0]
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    return now
+
+
+def test_what_comes_behind_an_answer_is_none_of_its_own(clock: list[float]) -> None:
+    timing = Timing(Pace())
+    timing.sent()
+    timing.received(100.25)
+    timing.received(100.75)
+    assert (timing.answers, timing.answering, timing.latency) == (1, 0.25, 0.75)
+    clock[0] = 101.0
+    timing.sent()
+    timing.received(101.5)
+    assert (timing.answers, timing.answering) == (2, 0.75)
+
+
+def test_the_first_answer_behind_a_silence_is_late(clock: list[float]) -> None:
+    timing = Timing(Pace())
+    timing.sent()
+    timing.came_late()
+    assert timing.answered_after is None, "nobody has given up to wait"
+    timing.gave_up()
+    clock[0] = 102.0
+    timing.came_late()
+    clock[0] = 103.0
+    timing.came_late()
+    assert timing.answered_after == 2.0
+
+
+def test_another_channel_counts_for_the_case(clock: list[float]) -> None:
+    timing, other = Timing(Pace()), Timing(Pace())
+    timing.sent()
+    timing.received(100.5)
+    other.sent()
+    other.received(100.75)
+    clock[0] = 101.0
+    other.waited_since(100.0)
+    timing.include(other)
+    assert (timing.latency, timing.waited) == (0.75, 1.0)
+    assert (timing.answers, timing.answering) == (1, 0.5)
