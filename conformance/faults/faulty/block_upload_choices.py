@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
+from conformance.reference.segmented_server import SEGMENT_LENGTH
 from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -109,7 +110,8 @@ class CrcAbortRepeats(Server):
 
     def on_abort(self, request: Abort) -> list[Response]:
         transfer = self.transfer
-        if request.code == AbortCode.CRC_ERROR and isinstance(transfer, BlockUpload):
+        wrong = request.code == AbortCode.CRC_ERROR
+        if wrong and isinstance(transfer, BlockUpload) and transfer.ended:
             return [self.block_end(transfer)]
         return super().on_abort(request)
 
@@ -169,7 +171,8 @@ class SameAgainGoesOn(_OnInitiate):
         responses = super().on_initiate(transfer, request)
         new = self.transfer
         if isinstance(new, BlockUpload) and new.mux == transfer.mux and not transfer.ended:
-            new.offset = transfer.sent * 7
+            last_segment = max(len(new.data) - 1, 0) // SEGMENT_LENGTH * SEGMENT_LENGTH
+            new.offset = min(transfer.sent * SEGMENT_LENGTH, last_segment)
         return responses
 
 

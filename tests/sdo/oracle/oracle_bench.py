@@ -47,12 +47,14 @@ def known_entries(node: Node | None = None, *, roomy: bool = True) -> Knowledge:
     return Knowledge.complete({mux: facts_of(entry, roomy=roomy) for mux, entry in entries})
 
 
-def of_the_protocol(deviations: list[Deviation]) -> list[str]:
+def of_the_protocol(
+    deviations: list[Deviation], about: tuple[About, ...] = (About.TRANSFERS,)
+) -> list[str]:
     """Return the names of those that differ in what the oracle follows: one channel's transfers.
 
     It knows nothing of other channels, of NMT, of clocks, and little of the object dictionary.
     """
-    return [found.name for found in deviations if found.about is About.TRANSFERS]
+    return [found.name for found in deviations if found.about in about and not found.timed]
 
 
 @dataclass

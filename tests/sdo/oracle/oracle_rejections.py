@@ -10,11 +10,12 @@ from functools import cache
 from multiprocessing import Pool
 from pathlib import Path
 
-from oracle_bench import NODE_ID, Lockstep, of_the_protocol, started
+from oracle_bench import NODE_ID, Lockstep, known_entries, of_the_protocol, started
 from oracle_scripts import Transfer, play
 from oracle_sequences import conversations
 
 from conformance.faults.catalogue import build_node, faults, find_deviation
+from conformance.sdo.oracle import Knowledge, Oracle
 from conformance.sdo.rules import Level, Violation
 
 PATH = Path(__file__).with_name("rejections.json")
@@ -25,14 +26,25 @@ def all_conversations() -> list[list[Transfer]]:
     return list(conversations())
 
 
+@cache
+def known_device() -> Knowledge:
+    """Return what is known of the built-in device, which a faulty one ought to be."""
+    return known_entries(started(build_node(None, NODE_ID)))
+
+
+def minded(name: str | None, number: int) -> list[Violation]:
+    """Hold a conversation with a faulty server, or the right one; return what the oracle minds."""
+    lockstep = Lockstep(started(build_node(name, NODE_ID)), Oracle(known_device(), NODE_ID))
+    play(all_conversations()[number], lockstep.ask, lockstep.wait)
+    return lockstep.found
+
+
 def rejected(name: str, number: int) -> Violation | None:
-    """Hold a conversation with a faulty server; return what the oracle minds most."""
+    """Return the first thing in a conversation that a fault may not do."""
     deviation = find_deviation(name)
     assert deviation is not None
-    lockstep = Lockstep(started(build_node(name, NODE_ID)))
-    play(all_conversations()[number], lockstep.ask, lockstep.wait)
-    grave = [one for one in lockstep.found if one.rule.level is Level.MUST or deviation.soft]
-    return grave[0] if grave else None
+    found = minded(name, number)
+    return next((one for one in found if one.rule.level is Level.MUST or deviation.soft), None)
 
 
 def search(name: str) -> int | None:

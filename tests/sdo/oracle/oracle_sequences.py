@@ -64,6 +64,10 @@ def conversations() -> Iterator[list[Transfer]]:
     yield from _changed_bits()
     yield from _lost_segments()
     yield from _pairs()
+    yield from _numbers_kept()
+    yield from _texts_read_at_once()
+    yield from _thresholds()
+    yield from _uploads_left()
 
 
 def _read_back(mux: Multiplexer) -> list[Transfer]:
@@ -322,3 +326,70 @@ def _pairs() -> Iterator[list[Transfer]]:
                             *(Transfer(kind, DOMAIN) for kind in UPLOADS),
                             Transfer("upload", Multiplexer(0x1009)),
                         ]
+
+
+def _numbers_kept() -> Iterator[list[Transfer]]:
+    """Yield downloads to numbers that do not get to their end: a string may keep a part of one."""
+    for mux in (Multiplexer(0x2004), Multiplexer(0x2008)):
+        own, length = Transfer("upload", mux), NUMBERS[mux]
+        end = -(-length // 7) + 1
+        for kind in DOWNLOADS:
+            for position in range(1, end + 1):
+                for broken in (
+                    Disturbance(position, Noise.ABORTED),
+                    Disturbance(position, Noise.REPLACED, UploadInitiate(VENDOR_ID).encode()),
+                    Disturbance(
+                        position, Noise.REPLACED, DownloadInitiate.with_size(TEXT, 14).encode()
+                    ),
+                ):
+                    yield [Transfer(kind, mux, payload(length), disturbed=(broken,)), own]
+        for byte in (1, 2):
+            wrong = (Disturbance(end, Noise.CHANGED, bytes(byte) + b"\1" + bytes(7 - byte)),)
+            yield [Transfer("block download", mux, payload(length), disturbed=wrong), own]
+        written = Transfer("expedited download", mux, payload(4))
+        yield [written, _loose(Abort(mux, AbortCode.GENERAL_ERROR).encode()), own]
+
+
+def _texts_read_at_once() -> Iterator[list[Transfer]]:
+    """Yield downloads that are disturbed, or without data, and what is there right behind them."""
+    for position in range(1, 4):
+        for noise in (Noise.TWICE, Noise.SILENCE):
+            disturbed = (Disturbance(position, noise),)
+            for kind in DOWNLOADS:
+                yield [Transfer(kind, TEXT, payload(20), disturbed=disturbed), *_read_back(TEXT)]
+    refused = Transfer("segmented download", TEXT, payload(14), announced=20)
+    yield [refused, Transfer("segmented download", TEXT, payload(30, 1)), *_read_back(TEXT)]
+    for kind in DOWNLOADS:  # zeros at the end of a text are none of it
+        yield [Transfer(kind, DOMAIN), *(Transfer(upload, DOMAIN) for upload in UPLOADS)]
+
+
+def _thresholds() -> Iterator[list[Transfer]]:
+    """Yield block uploads of what is longer than pst allows to send otherwise."""
+    for block_size in (0, 2, 127):
+        for threshold in (1, 20, 255):
+            for size in (30, 100):
+                text = Transfer("segmented download", TEXT, payload(size))
+                upload = Transfer("block upload", TEXT, block_size=block_size)
+                yield [text, replace(upload, threshold=threshold), *_read_back(TEXT)]
+
+
+def _uploads_left() -> Iterator[list[Transfer]]:
+    """Yield uploads that the client aborts or leaves, and begins again."""
+    text = Transfer("segmented download", TEXT, payload(20))
+    aborted = Transfer("upload", TEXT, disturbed=(Disturbance(1, Noise.ABORTED),))
+    yield [text, *[aborted] * 40, Transfer("upload", TEXT)]
+    abort = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()
+    left = Transfer("upload", TEXT, disturbed=(Disturbance(1, Noise.REPLACED, abort),))
+    for mux in (VENDOR_ID, Multiplexer(0x1000)):
+        yield [text, left, *[Transfer("upload", mux)] * 3]
+    idle = _loose(Abort(VENDOR_ID, AbortCode.GENERAL_ERROR).encode())
+    yield [idle, *[Transfer("upload", Multiplexer(0x1000))] * 3]
+    for size, taken in ((20, 127), (100, 1), (100, 127)):
+        text = Transfer("segmented download", TEXT, payload(size))
+        upload = Transfer("block upload", TEXT, block_size=3, taken=taken)
+        for position in range(2, 7):
+            vanished = tuple(Disturbance(later, Noise.LOST) for later in range(position, 40))
+            yield [text, replace(upload, disturbed=vanished), Transfer("block upload", TEXT)]
+            for code in (AbortCode.CRC_ERROR, AbortCode.GENERAL_ERROR):
+                ended = (Disturbance(position, Noise.REPLACED, Abort(TEXT, code).encode()),)
+                yield [text, replace(upload, disturbed=ended), Transfer("block upload", TEXT)]

@@ -9,13 +9,18 @@ from oracle_strategies import SCRIPTS
 from sdo_strategies import UNHURRIED
 
 from conformance.faults.catalogue import build_node, find_deviation, unusual
+from conformance.faults.registry import About
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Level, Violation
 
 NODE_ID = 5
 # What aborts its transfers now and then is told apart by trying again, which an oracle cannot.
 ABORTS_NOW_AND_THEN = "seventh-transfer-aborted"
-VARIANTS = [name for name in of_the_protocol(unusual()) if not name.startswith(ABORTS_NOW_AND_THEN)]
+VARIANTS = [
+    name
+    for name in of_the_protocol(unusual(), (About.TRANSFERS, About.LENGTHS))
+    if not name.startswith(ABORTS_NOW_AND_THEN)
+]
 # Every so many of the generated conversations are held with each variant, and with the reference.
 STRIDE, REFERENCE_STRIDE = 360, 10
 
