@@ -4,9 +4,11 @@ from collections import Counter, deque
 
 # Requests that were left unanswered for the whole time-out, before it is cut short.
 PROVEN = 10
-# How much longer than nearly all of its answers took a device is waited for then, and at least, in
-# seconds.
-MARGIN, SHORTEST = 10.0, 0.1
+# How much longer than nearly all of its answers took a device is waited for then.
+MARGIN = 10.0
+# At least so many seconds; and where an answer need not come. A busy machine may take longer than
+# the one for a device that is a program on it.
+SHORTEST, SHORTEST_OF_OPEN = 0.25, 0.1
 # Of so many answers one may have been kept waiting by the machine.
 NEARLY_ALL = 100
 # Of so many plain reads, each behind an answer, a device that is sound leaves none unanswered.
@@ -53,11 +55,14 @@ class Pace:
         A device that was seen again and again to leave a request unanswered is waited for only
         as long as makes sure: far longer than nearly all of its answers took, and any late one.
         """
-        return timeout if self.silences < PROVEN else self.soon(timeout)
+        return timeout if self.silences < PROVEN else self._sure(timeout, SHORTEST)
 
     def soon(self, timeout: float) -> float:
         """Return how long to wait for what comes as soon as this device answers, if it does."""
-        return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, SHORTEST))
+        return self._sure(timeout, SHORTEST_OF_OPEN)
+
+    def _sure(self, timeout: float, shortest: float) -> float:
+        return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, shortest))
 
     @property
     def nearly_all(self) -> float:

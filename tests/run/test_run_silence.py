@@ -77,7 +77,7 @@ def test_silences_that_were_proven_are_waited_out_no_more() -> None:
     with undiscovered(node, timeout=2 * SHORTEST) as bench:
         bench.channel.pace.silences = PROVEN - 1
         sdo = Dialogue(bench.channel, bench.device, CaseRecord(RULE), 1)
-        for waited in (200, 100):
+        for waited in (500, 250):
             with pytest.raises(Violation, match=f"nothing within {waited} ms"):
                 sdo.upload(MANY[0])
             sdo.end_transfer()
