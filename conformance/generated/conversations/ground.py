@@ -73,6 +73,10 @@ class Ground:
         chosen = random.Random(f"{transfer.content}/{transfer.size}")
         return text(chosen, transfer.size, self.device.beliefs.nowhere)
 
+    def longest(self, mux: Multiplexer) -> int:
+        """Return the most bytes that an upload of an object may bring."""
+        return self.device.longest(mux)
+
     def knowledge(self) -> Knowledge:
         """Return what the oracle may take for granted before the next conversation."""
         knowledge = knowledge_of(self.device, self.rooms)

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
+from conformance.generated.conversations.client import FRAMES
 from conformance.generated.conversations.ground import Ground
-from conformance.generated.conversations.perform import FRAMES
 from conformance.generated.conversations.transfers import (
     Conversation,
     Disturbance,
