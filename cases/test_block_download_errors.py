@@ -144,6 +144,26 @@ def test_read_only(sdo: Dialogue, blocks: Blocks, target: tuple[int, int]) -> No
         raise sdo.breach(f"{mux} keeps its value", "it has changed")
 
 
+@must(
+    "block-download.read-only-size-not-indicated",
+    "object.read-only",
+    "block-download.size-not-indicated",
+    target={"1000h": (0x1000, 0), "1018h-01": (0x1018, 1)},
+)
+def test_read_only_size_not_indicated(
+    sdo: Dialogue, blocks: Blocks, roles: Roles, target: tuple[int, int]
+) -> None:
+    """A read-only object refuses a block download without a size (C4h), and its value stays."""
+    # Without this a server that takes no such download at all would fail for the read-only object.
+    blocks.initiate_download(roles.writable(), None)
+    sdo.end_transfer()
+    mux = Multiplexer(*target)
+    value = sdo.upload(mux)
+    blocks.expect_download_refused(mux, value, *READ_ONLY.codes, size=None)
+    if sdo.upload(mux) != value:
+        raise sdo.breach(f"{mux} keeps its value", "it has changed")
+
+
 @must("block-download.object-missing", "object.missing-refused")
 def test_object_missing(sdo: Dialogue, blocks: Blocks) -> None:
     """A block download to an object that does not exist is aborted as such."""

@@ -278,14 +278,16 @@ class Blocks:
         return response.crc_supported
 
     def expect_download_refused(
-        self, target: Target, data: bytes, *codes: AbortCode, size: int
+        self, target: Target, data: bytes, *codes: AbortCode, size: int | None
     ) -> None:
-        """Send a download that announces ``size`` bytes and has to be refused.
+        """Send a download that announces ``size`` bytes, None for no size, and has to be refused.
 
         At which moment is the server's choice, with the end frame at the latest.
         """
         self.require_download()
-        transfer = self._sdo.client.block_download(mux_of(target), data, announced=size)
+        transfer = self._sdo.client.block_download(
+            mux_of(target), data, sized=size is not None, announced=size
+        )
         abort = self._sdo.abort_of(transfer)
         if abort is None:
             raise self._sdo.breach(

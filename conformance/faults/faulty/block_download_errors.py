@@ -165,6 +165,20 @@ class ReadOnlyRefusedAndWritten(Server):
         return super().entry_to_write_in_blocks(request)
 
 
+@fault(
+    "block-download-read-only-written-unsized",
+    Defect.ACCESS_OR_SIZE,
+    "block-download.read-only-size-not-indicated",
+)
+class ReadOnlyWrittenUnsized(Server):
+    """Looks at who may write only where a block download says its size."""
+
+    def entry_to_write_in_blocks(self, request: BlockDownloadInitiate) -> Entry:
+        if request.size is None:
+            return self.objects.find(request.mux)
+        return super().entry_to_write_in_blocks(request)
+
+
 class _NoLengths(StoresOtherwise):
     """Makes the data of a block download as long as the type is."""
 
