@@ -44,7 +44,8 @@ OBJECTS = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string", "2020=dom
 # What a test is called in the verbose output when it has ended.
 TOLD = re.compile(r"^\S*::(\S+) (?:PASSED|FAILED|INFO|NON-STRICT)", re.MULTILINE)
 INTERRUPTED = 2
-HANGS = 120.0
+# Also where the processor is emulated.
+HANGS = 900.0
 GONE_WITHIN = 15.0
 # One of so many runs is stopped while it is starting, which takes about so many seconds.
 STARTS, STARTING = 5, 2.0
@@ -140,6 +141,7 @@ def stopped(bench: Bench, folder: Path, number: int | None, moment: Moment) -> O
             outcome.wrong.append("it hangs")
             os.killpg(run.pid, signal.SIGKILL)
             run.wait()
+            return outcome
     _check(outcome, folder, bench, number)
     return outcome
 
