@@ -35,10 +35,10 @@ def own(pytester: pytest.Pytester, body: str, *arguments: str) -> pytest.RunResu
 
 def test_the_channel_and_the_device(pytester: pytest.Pytester) -> None:
     body = """
-def test_mine(sdo, device):
-    assert device.node_id == 5
-    assert device.identity["serial-number"] == "0x12345678"
-    assert sdo.upload(VENDOR) == device.values[VENDOR]
+def test_mine(sdo, sdo_device):
+    assert sdo_device.node_id == 5
+    assert sdo_device.identity["serial-number"] == "0x12345678"
+    assert sdo.upload(VENDOR) == sdo_device.values[VENDOR]
     sdo.download(NUMBER, bytes(4))
 """
     own(pytester, body).assert_outcomes(passed=1)
@@ -49,11 +49,11 @@ def test_mine(sdo, device):
 
 def test_objects_by_their_roles(pytester: pytest.Pytester) -> None:
     body = """
-def test_roles(number, variable, text, write_only, read_only_text, device, sdo):
-    for known in (number, variable, text):
+def test_roles(sdo, sdo_number, sdo_variable, sdo_text, sdo_write_only, sdo_read_only_text):
+    for known in (sdo_number, sdo_variable, sdo_text):
         sdo.download(known, sdo.upload(known))
-    assert str(read_only_text) == "1008h:00"
-    assert not write_only.access.readable
+    assert str(sdo_read_only_text) == "1008h:00"
+    assert not sdo_write_only.access.readable
 """
     own(pytester, body).assert_outcomes(passed=1)
     own(pytester, body, "--sdo-object=2004=unsigned32").assert_outcomes(skipped=1)
@@ -202,8 +202,8 @@ def test_mine(sdo):
 
 def test_a_test_that_only_looks_at_the_device(pytester: pytest.Pytester) -> None:
     body = """
-def test_mine(device):
-    assert device.identity["serial-number"] == "0x12345678"
+def test_mine(sdo_device):
+    assert sdo_device.identity["serial-number"] == "0x12345678"
 """
     own(pytester, body).assert_outcomes(passed=1)
 
@@ -250,11 +250,11 @@ def test_mine():
 def test_a_test_on_each_of_several_devices(pytester: pytest.Pytester) -> None:
     body = """
 @pytest.mark.parametrize("node_id", [5, 9])
-def test_each(sdo, device, node_id):
-    assert device.node_id == node_id
+def test_each(sdo, sdo_device, node_id):
+    assert sdo_device.node_id == node_id
 
-def test_first(device, sdo):
-    assert device.node_id == 5
+def test_first(sdo_device, sdo):
+    assert sdo_device.node_id == 5
 """
     own(pytester, body, "--node-id=5,9").assert_outcomes(passed=3)
 

@@ -7,6 +7,7 @@ from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.pauses import Pauses
 from conformance.plugin.exit_code import ExitCode
+from conformance.plugin.fixtures import Fixtures
 from conformance.run import case_run
 
 pytest_plugins = ["pytester"]
@@ -89,19 +90,7 @@ def test_what_a_pause_of_the_bench_may_have_caused_is_no_failure(
     assert "[[deviations]]" not in (pytester.path / "drafted.toml").read_text()
 
 
-NAMES = (
-    "device_session",
-    "device",
-    "sdo",
-    "conversations",
-    "whole_run",
-    "number",
-    "variable",
-    "text",
-    "write_only",
-    "read_only_text",
-    "server_timeout",
-)
+NAMES = [name for name in vars(Fixtures) if name.startswith("sdo")]
 FEW = (
     "abort.frame or test_whole_run or expedited-download.size or segmented-download.toggle "
     "or upload.identity or dictionary.write-only"
@@ -117,15 +106,17 @@ def test_fixtures_of_the_user_are_not_for_the_suite(pytester: pytest.Pytester) -
     pytester.makeconftest("import pytest\n" + functions)
     result = self_test(pytester, "-k", FEW)
     assert result.parseoutcomes() == plain
+    assert len(NAMES) > 10
     assert plain["passed"] > 10
     assert "failed" not in plain
 
 
 def test_but_for_the_users_own_tests(pytester: pytest.Pytester) -> None:
     pytester.makeconftest(
-        "import pytest\n\n@pytest.fixture\ndef text(device):\n    return device.node_id\n"
+        "import pytest\n\n"
+        "@pytest.fixture\ndef sdo_text(sdo_device):\n    return sdo_device.node_id\n"
     )
-    pytester.makepyfile(test_mine="def test_mine(sdo, text):\n    assert text == 5\n")
+    pytester.makepyfile(test_mine="def test_mine(sdo, sdo_text):\n    assert sdo_text == 5\n")
     result = self_test(pytester, "test_mine.py")
     result.assert_outcomes(passed=1)
     assert case_ids(the_report(pytester) / "junit.xml") == ["test_mine"]

@@ -130,8 +130,8 @@ OWN = """
         assert sdo.fence() == []
 
     @pytest.mark.parametrize("node_id", [5, 9])
-    def test_each(device, node_id):
-        assert device.node_id == node_id
+    def test_each(sdo_device, node_id):
+        assert sdo_device.node_id == node_id
 
     def test_without_a_device():
         pass
@@ -242,7 +242,7 @@ CRASHES = """
     def test_first(sdo):
         assert sdo.fence() == []
 
-    def test_crash(device):
+    def test_crash(sdo_device):
         os._exit(3)
 
     def test_last(sdo):
