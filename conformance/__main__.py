@@ -19,9 +19,9 @@ from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
-from conformance.log_listing import Judged, decoded
+from conformance.logs.listing import Judged, decoded
+from conformance.logs.reading import RecordedLog
 from conformance.plugin.arguments import named_value
-from conformance.recorded_logs import RecordedLog
 from conformance.reference.host import NodeHost
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run

@@ -12,7 +12,7 @@ from conformance.plugin.case_fixtures import CaseFixtures
 from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
-from conformance.plugin.items import CASES, SLOW, CaseFunction, make_items, make_module, ordered
+from conformance.plugin.items import SLOW, CaseFunction, make_items, make_module, ordered
 from conformance.plugin.options import Options, read_options
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, is_beside, read_arguments
@@ -23,6 +23,7 @@ from conformance.plugin.unrestored import left_lines
 from conformance.plugin.worker_reports import Receiver, Sender
 from conformance.plugin.workers import Controller, is_controller
 from conformance.run.bench import RunSettings
+from conformance.run.case_files import CASES
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

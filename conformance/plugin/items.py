@@ -12,11 +12,9 @@ from conformance.device.listing import Listing
 from conformance.plugin.outcome import CaseFailed
 from conformance.plugin.worker_reports import BUNDLED, Bundle
 from conformance.run.case import CaseInfo, case_info
+from conformance.run.case_files import CASE_FILES, CASES
 from conformance.run.risks import Risk
 
-_WITHIN = Path(__file__).parents[1] / "cases"
-CASES = _WITHIN if _WITHIN.is_dir() else Path(__file__).parents[2] / "cases"
-CASE_FILES = "test_*.py"
 # What stands before the names of the fixtures that the suite's own cases get.
 OWN = "_conformance_"
 WHOLE_RUN = f"{OWN}whole_run"
@@ -109,11 +107,6 @@ class CaseFunction(pytest.Function):
         cited = " ".join(each.id for each in self.case.cites)
         rules = f"  rules {cited}" if cited else ""
         return f"<Case {self.name}  {rule.level}  clause {rule.clause}{rules}>"
-
-
-def case_files() -> list[Path]:
-    """Return the files of the cases that come with the suite."""
-    return sorted(CASES.glob(CASE_FILES))
 
 
 def make_module(path: Path, parent: pytest.Collector) -> pytest.Module | None:

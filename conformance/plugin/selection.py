@@ -12,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from conformance.plugin.items import CASE_FILES, CASES, CaseFunction, case_files
+from conformance.plugin.items import CaseFunction
+from conformance.run.case_files import CASE_FILES, CASES, case_files
 
 FOLDER = CASES.name
 # The files of which cases are named, and their ids, or what they begin with; else all are meant.

@@ -8,7 +8,8 @@ import pytest
 from conformance.bus.errors import BenchError, SuiteError
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.pauses import NOT_JUDGED
-from conformance.plugin.items import CASES, CaseFunction
+from conformance.plugin.items import CaseFunction
+from conformance.run.case_files import CASES
 from conformance.run.case_run import CaseRun
 from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted

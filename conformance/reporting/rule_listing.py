@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
-from conformance.plugin.items import case_files
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.run.case import CaseInfo, case_info
+from conformance.run.case_files import case_files
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.rules import CHAPTERS, RULES, Rule, rule_of
 from conformance.sdo.rules.accepted import ANY, GENERAL

@@ -25,7 +25,8 @@ from case_runs import AT_THE_END, Choice, Run, run_cases
 from conformance.faults.catalogue import all_deviations, unusual
 from conformance.faults.registry import About, Deviation
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.items import CASES, CaseFunction, case_files
+from conformance.plugin.items import CaseFunction
+from conformance.run.case_files import CASES, case_files
 
 # A faulty server may keep silent a hundred times; a right one never does.
 TIMEOUT_OF_FAULTS = "0.25"

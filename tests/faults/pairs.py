@@ -28,7 +28,7 @@ from case_runs import Choice, Run, run_cases
 from detection import files_of
 
 from conformance.faults.catalogue import find_deviation
-from conformance.plugin.items import CASES
+from conformance.run.case_files import CASES
 
 PERVASIVE = (
     "every-abort-answered",

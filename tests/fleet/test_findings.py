@@ -15,7 +15,7 @@ from findings import CANOPEN, DURAND, Finding
 from foreign_objects import NODE_ID, ForeignDevice, named_objects, readable
 
 from conformance.device.objects import KnownObject
-from conformance.plugin.items import case_files
+from conformance.run.case_files import case_files
 from conformance.run.verdict import Verdict
 
 pytest_plugins = ["pytester"]

@@ -14,9 +14,9 @@ import pytest
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node
-from conformance.plugin.items import case_files
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.run.bench import private_channel
+from conformance.run.case_files import case_files
 
 NO_HYPOTHESIS = ("-p", "no:hypothesispytest")
 QUICK = (*NO_HYPOTHESIS, "-p", "no:cacheprovider")

@@ -10,10 +10,10 @@ from plugin_runs import NODE_ID, hosted, parsed, reference, reports, run, self_t
 from conformance.faults.catalogue import build_node
 from conformance.plugin.case_reports import MOST_FULL
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.items import CASES
 from conformance.reference.host import HostedNode
 from conformance.reference.node import Node
 from conformance.reference.simulated_bus import SimulatedBus
+from conformance.run.case_files import CASES
 from conformance.sdo.can_frame import CanFrame
 
 pytest_plugins = ["pytester"]

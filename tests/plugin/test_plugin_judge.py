@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import self_test, the_report
 
-from conformance import judging
 from conformance.__main__ import DONE, NOT_ALLOWED, main
+from conformance.logs import judging
 
 pytest_plugins = ["pytester"]
 CASES = "block-upload.acknowledged or segmented-upload.toggle or frame or block-download.lost"

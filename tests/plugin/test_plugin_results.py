@@ -9,8 +9,8 @@ from plugin_runs import QUICK, parsed, reports, run, self_test, the_report
 
 from conformance.__main__ import DONE, WRONG_USE, main
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.items import CASES
 from conformance.reporting.recorded import RecordedRun, read_run
+from conformance.run.case_files import CASES
 from conformance.run.verdict import Verdict
 
 pytest_plugins = ["pytester"]

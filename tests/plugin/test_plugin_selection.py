@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import NO_HYPOTHESIS, case_ids, reference, reports, run, self_test, the_report
 
-from conformance.plugin.items import CASES
 from conformance.plugin.selection import read_arguments
+from conformance.run.case_files import CASES
 
 pytest_plugins = ["pytester"]
 

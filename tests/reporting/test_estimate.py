@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from conformance.plugin.items import case_files
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.reporting.workload import UNKNOWN, counted, work_of
+from conformance.run.case_files import case_files
 
 FILES = ("abort", "block_download", "expedited_download", "matrix", "segmented_upload")
 # So long takes a second of work, and an answer.

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.items import case_files
 from conformance.reference.device import REFERENCE_OBJECTS
+from conformance.run.case_files import case_files
 from conformance.sdo.objects import DataType
 
 from .programs import (

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.items import CASES
 from conformance.reference.device import REFERENCE_OBJECTS
+from conformance.run.case_files import CASES
 
 from .programs import (
     QUIET,

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from itertools import chain
 from operator import itemgetter
 
-from conformance.judging import PATIENCE, Finding, LogJudge, NotFollowed
-from conformance.recorded_logs import RecordedLog, Seen
+from conformance.logs.judging import PATIENCE, Finding, LogJudge, NotFollowed
+from conformance.logs.reading import RecordedLog, Seen
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH

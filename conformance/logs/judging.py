@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from conformance.recorded_logs import Seen
+from conformance.logs.reading import Seen
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.describe import describe_response
 from conformance.sdo.layout import FRAME_LENGTH

@@ -11,9 +11,9 @@ from pathlib import Path
 import can
 import pytest
 
-from conformance import recorded_logs
 from conformance.__main__ import BROKEN_BENCH, DONE, WRONG_USE, main
-from conformance.recorded_logs import LARGEST_CONTAINER, MOST_BLANK_LINES, LogError, RecordedLog
+from conformance.logs import reading as recorded_logs
+from conformance.logs.reading import LARGEST_CONTAINER, MOST_BLANK_LINES, LogError, RecordedLog
 
 LINES = (
     "(1700000000.000100) can0 605#4018100100000000\n",

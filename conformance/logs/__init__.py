@@ -1,0 +1,1 @@
+"""Recorded logs of a bus: read, listed in words, judged by the oracle."""
