@@ -1,7 +1,7 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
@@ -27,14 +27,16 @@ class CaseModule(pytest.Module):
 
 
 class Variation(partial[object]):
-    """A case's function with its argument, if it has one.
-
-    pytest asks each for its signature, which is the same for all variations of a function.
-    """
+    """A case's function with its argument, if it has one."""
 
     @property
     def __signature__(self) -> Signature:
-        return _signature(self.func, tuple(self.keywords))
+        found = signature(self.func)
+        return found.replace(
+            parameters=[
+                each for name, each in found.parameters.items() if name not in self.keywords
+            ]
+        )
 
 
 class OwnVariation(Variation):
@@ -42,29 +44,15 @@ class OwnVariation(Variation):
 
     @property
     def __signature__(self) -> Signature:
-        return _own_signature(self.func, tuple(self.keywords))
+        found = super().__signature__
+        return found.replace(
+            parameters=[each.replace(name=OWN + name) for name, each in found.parameters.items()]
+        )
 
     def __call__(self, /, **arguments: object) -> object:
         """Call the function with what bears its own names."""
         given = {name.removeprefix(OWN): value for name, value in arguments.items()}
         return super().__call__(**given)
-
-
-# Its variations are made one after another, and a function may be gone in the next run.
-@lru_cache(maxsize=1)
-def _signature(function: Callable[..., object], given: tuple[str, ...]) -> Signature:
-    found = signature(function)
-    return found.replace(
-        parameters=[each for name, each in found.parameters.items() if name not in given]
-    )
-
-
-@lru_cache(maxsize=1)
-def _own_signature(function: Callable[..., object], given: tuple[str, ...]) -> Signature:
-    found = _signature(function, given)
-    return found.replace(
-        parameters=[each.replace(name=OWN + name) for name, each in found.parameters.items()]
-    )
 
 
 class CaseFunction(pytest.Function):

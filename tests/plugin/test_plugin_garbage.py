@@ -56,7 +56,7 @@ def test_a_run_without_devices_is_left_alone(pytester: pytest.Pytester) -> None:
 
 
 def test_the_functions_of_an_earlier_run_are_let_go() -> None:
-    """Only the last one whose signature was asked for is kept."""
+    """Nothing keeps them for the signature that pytest has asked for."""
     functions = []
     for _ in range(3):
 
@@ -66,4 +66,4 @@ def test_the_functions_of_an_earlier_run_are_let_go() -> None:
         functions.append(ref(case))
         del case
     gc.collect()
-    assert [function() is None for function in functions] == [True, True, False]
+    assert [function() is None for function in functions] == [True, True, True]
