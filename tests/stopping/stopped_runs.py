@@ -44,6 +44,7 @@ OBJECTS = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string", "2020=dom
 # What a test is called in the verbose output when it has ended.
 TOLD = re.compile(r"^\S*::(\S+) (?:PASSED|FAILED|INFO|NON-STRICT)", re.MULTILINE)
 INTERRUPTED = 2
+MOST_SAID = 12
 # Also where the processor is emulated.
 HANGS = 900.0
 GONE_WITHIN = 15.0
@@ -153,7 +154,8 @@ def _check(outcome: Outcome, folder: Path, bench: Bench, number: int | None) -> 
     if number is not None and (number == signal.SIGKILL or not has_begun):
         allowed.add(-number)  # Python itself was starting, or nothing could be done
     if outcome.status not in allowed:
-        outcome.wrong.append(f"exit status {outcome.status}")
+        said = " / ".join(output.splitlines()[-MOST_SAID:])
+        outcome.wrong.append(f"exit status {outcome.status}: {said}")
     if has_begun and ("Traceback" in output or "INTERNALERROR" in output):
         outcome.wrong.append("it shows a traceback")
     if has_begun:
