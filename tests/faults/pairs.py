@@ -87,6 +87,10 @@ HIDDEN: dict[tuple[str, str], str] = {
     ("blocks-refused-without-multiplexer", name): NO_BLOCKS
     for name in SPECIFIC
     if name.startswith("block-")
+} | {
+    ("gives-up-after-25-ms", "block-upload-next-request-lost"): (
+        "in place of the answer that is lost comes the abort of a transfer that is over"
+    ),
 }
 """Pairs that cannot be told from the pervasive fault alone, and why."""
 
