@@ -15,7 +15,6 @@ from conformance.run.case import may, must
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     BlockEnd,
@@ -188,15 +187,15 @@ def test_repeated_segment(sdo: Dialogue, room: Room, blocks: Blocks, variable: K
     blocks.send_segments(chunks[:twice])
     blocks.send_segments(chunks[twice - 1 : twice], first=twice)
     blocks.send_segments(chunks[twice:], first=twice + 1, last=True)
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, variable.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, variable.mux)
         # The segments behind the repeated one meet an idle server, which may refuse each.
         for answer in sdo.fence():
             sdo.checks.abort(answer, None)
         sdo.info("a repeated segment is refused")
         return
-    ack = sdo.checks.block_ack(frame, variable.mux, len(chunks))
+    ack = sdo.checks.block_ack(answer, variable.mux, len(chunks))
     if ack.sequence < len(chunks):
         sdo.info(f"a repeated segment counts as a gap behind segment {ack.sequence}")
         return
@@ -216,12 +215,12 @@ def test_sequence_zero(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObj
         sdo.expect_silence_or_abort()
         return
     blocks.send_segments(chunks, last=True)
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, text.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, text.mux)
         sdo.expect_refusals()
         return
-    if sdo.checks.block_ack(frame, text.mux, len(chunks)).sequence == len(chunks):
+    if sdo.checks.block_ack(answer, text.mux, len(chunks)).sequence == len(chunks):
         crc = crc16(data) if response.crc_supported else 0
         blocks.end_download(text, unused=unused_in(data), crc=crc)
         sdo.expect_value(text, data)
@@ -239,12 +238,11 @@ def test_crc_unused(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownOb
     blocks.send_segments(chunks, last=True)
     blocks.acknowledged(variable, len(chunks))
     sdo.send(BlockEnd(unused_in(data), 0x1234))
-    frame = sdo.receive()
-    answer = decode_response(frame)
+    answer = sdo.receive()
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
         raise sdo.breach("no look at the CRC", "abort 05040004h (CRC error)")
     if not isinstance(answer, Abort):
-        sdo.checks.block_end_response(frame, variable.mux)
+        sdo.checks.block_end_response(answer, variable.mux)
         sdo.expect_value(variable, data)
 
 

@@ -20,7 +20,7 @@ from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -39,11 +39,11 @@ SERVICE = "7.2.4.2.10"
 
 def expect_end_or_abort(sdo: Dialogue, known: KnownObject, due: bytes, *codes: AbortCode) -> None:
     """Expect the end of a block download confirmed and ``due`` stored, or an abort."""
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, codes, known)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.take_abort(answer, codes, known)
         return
-    sdo.checks.block_end_response(frame, known.mux)
+    sdo.checks.block_end_response(answer, known.mux)
     sdo.expect_value(known, due)
 
 
@@ -52,11 +52,11 @@ def test_largest_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: Known
     """A size of FFFFFFFFh is refused, or taken for what is announced; the server stays usable."""
     blocks.require_download()
     sdo.send(BlockDownloadInitiate.with_size(variable.mux, 0xFFFF_FFFF))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, HUGE_SIZE.codes, variable)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.take_abort(answer, HUGE_SIZE.codes, variable)
     else:
-        sdo.checks.block_download_initiate(frame, variable.mux)
+        sdo.checks.block_download_initiate(answer, variable.mux)
         sdo.end_transfer()
         sdo.info("a block download of FFFFFFFFh bytes is not refused at its initiate")
     data = sdo.payload(room.fit(variable, 9))
@@ -77,15 +77,15 @@ def test_old_numbers(sdo: Dialogue, blocks: Blocks, variable: KnownObject) -> No
         sdo.info("the next sub-block has no such numbers")
         return
     blocks.send_segments(gap.segments, first=gap.position + 1, last=True)
-    frame = sdo.wait(sdo.channel.response_timeout)
-    if frame is None:
+    answer = sdo.wait(sdo.channel.response_timeout)
+    if answer is None:
         sdo.info("old numbers are ignored")
         return
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, variable.mux)
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, variable.mux)
         sdo.expect_refusals()
         return
-    ack = sdo.checks.block_ack(frame, variable.mux, number)
+    ack = sdo.checks.block_ack(answer, variable.mux, number)
     if ack.sequence == 0:
         send_again(sdo, variable, replace(gap, block_size=ack.block_size))
     else:
@@ -112,17 +112,17 @@ def test_beyond_block_size(sdo: Dialogue, room: Room, blocks: Blocks, text: Know
     beyond = response.block_size + 1
     sdo.send(BlockSegment(beyond, sdo.payload(7 * beyond)[-7:]))
     blocks.send_segments(chunks[:count], last=count == len(chunks))
-    frame = sdo.receive()
-    refused = isinstance(decode_response(frame), Abort)
+    answer = sdo.receive()
+    refused = isinstance(answer, Abort)
     if refused:
-        sdo.checks.abort(frame, text.mux)
-    ack = None if refused else sdo.checks.block_ack(frame, text.mux, count)
+        sdo.checks.abort(answer, text.mux)
+    ack = None if refused else sdo.checks.block_ack(answer, text.mux, count)
     if ack is None or ack.sequence < count:
         # The segments behind it are discarded, start a new sub-block, or meet an idle server.
         sdo.end_transfer()
         for answer in sdo.fence():
-            if not isinstance(decode_response(answer), Abort | BlockAck):
-                raise sdo.breach("an acknowledgement or an abort", describe_response(answer))
+            if not isinstance(answer, Abort | BlockAck):
+                raise sdo.breach("an acknowledgement or an abort", in_words(answer))
         return
     crc = crc16(data) if response.crc_supported else 0
     send_again(sdo, text, Gap(data, chunks[count:], count, ack.block_size, crc))
@@ -140,12 +140,11 @@ def test_crc_not_offered(
         return
     data = begin_block_download(sdo, text, None, size)
     sdo.send(BlockEnd(unused_in(data), field))
-    frame = sdo.receive()
-    answer = decode_response(frame)
+    answer = sdo.receive()
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
-        raise sdo.breach("no look at the CRC", describe_response(frame))
+        raise sdo.breach("no look at the CRC", in_words(answer))
     if not isinstance(answer, Abort):
-        sdo.checks.block_end_response(frame, text.mux)
+        sdo.checks.block_end_response(answer, text.mux)
         sdo.expect_value(text, data)
 
 
@@ -188,23 +187,21 @@ def test_last_segment_repeated(
     waiting = sdo.channel.waiting()
     ended = bool(waiting) and isinstance(decode_response(waiting[0].data), Abort)
     # It may have ended the transfer before the end is sent, which is dead then all the same.
-    frame = sdo.receive() if ended else b""
+    answer = sdo.receive() if ended else None
     sdo.send(BlockEnd(unused_in(data), crc16(data) if response.crc_supported else 0))
-    frame = frame or sdo.receive()
-    answer = decode_response(frame)
+    answer = answer or sdo.receive()
     if isinstance(answer, BlockAck) and answer.sequence == number:
         sdo.info("a repeated last segment is acknowledged again")
-        frame = sdo.receive()
-        answer = decode_response(frame)
+        answer = sdo.receive()
     if isinstance(answer, Abort):
-        sdo.checks.abort(frame, None)
+        sdo.checks.abort(answer, None)
         sdo.info("a repeated last segment ends the transfer")
         # The end frame behind it may be refused for itself.
         for further in sdo.fence():
             sdo.checks.abort(further, None)
         sdo.expect_kept(text, before)
         return
-    sdo.checks.block_end_response(frame, text.mux)
+    sdo.checks.block_end_response(answer, text.mux)
     sdo.expect_value(text, data)
 
 
@@ -234,7 +231,7 @@ def test_new_initiate_at_end(
     data = begin_block_download(sdo, text, None, size)
     refused = initiate(sdo, text)
     if refused is not None:
-        sdo.info(f"refused: {describe_response(refused.encode())}")
+        sdo.info(f"refused: {in_words(refused)}")
         sdo.expect_kept(text, before)
     with sdo.one_transfer():
         sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))

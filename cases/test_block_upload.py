@@ -11,8 +11,7 @@ from conformance.generated.stimuli import BEYOND_16_BITS, BLOCK_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, describe_response
+from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -39,12 +38,11 @@ def expect_data(sdo: Dialogue, known: KnownObject, due: bytes, uploaded: Uploade
 def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInitiate) -> None:
     """Expect a block upload to begin, where pst does not let it become an ordinary one."""
     sdo.send(request)
-    frame = sdo.receive()
-    response = decode_response(frame)
+    response = sdo.receive()
     if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
-        raise Unimplemented(describe_response(frame))
+        raise Unimplemented(in_words(response))
     if not isinstance(response, BlockUploadInitiateResponse):
-        raise sdo.breach(f"C0h to C6h: a block upload of {known}", describe_response(frame))
+        raise sdo.breach(f"C0h to C6h: a block upload of {known}", in_words(response))
     sdo.end_transfer()
 
 
@@ -304,7 +302,7 @@ def test_empty(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject)
         return
     uploaded = blocks.try_upload(variable)
     if isinstance(uploaded, Abort):
-        sdo.info(f"{variable} is empty and refused: {describe_response(uploaded.encode())}")
+        sdo.info(f"{variable} is empty and refused: {in_words(uploaded)}")
         return
     sdo.expect_empty(variable, uploaded.data, before)
 

@@ -23,8 +23,8 @@ from conformance.generated.states import (
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.decoding import decode_response, decode_segment
-from conformance.sdo.describe import describe_response
+from conformance.sdo.decoding import as_segment
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -55,11 +55,11 @@ def test_threshold_without_block_size(
     blocks.initiate_upload(variable)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(variable.mux, 0, threshold=255))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, THRESHOLD_WITHOUT_BLOCK_SIZE.codes, variable)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.take_abort(answer, THRESHOLD_WITHOUT_BLOCK_SIZE.codes, variable)
         return
-    found = sdo.finish_upload(variable, sdo.checks.upload_initiate(frame, variable.mux))
+    found = sdo.finish_upload(variable, sdo.checks.upload_initiate(answer, variable.mux))
     if not same_value(variable, found, data):
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
@@ -69,13 +69,12 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
     begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(BLOCK_SIZE, BLOCK_SIZE, reserved_bits=bits))
-    frame = sdo.receive()
-    response = decode_segment(frame)
-    if isinstance(response, Abort):
-        sdo.take_abort(frame, ACKNOWLEDGEMENT_RESERVED_BITS.codes, begun.known)
+    answer = as_segment(sdo.receive())
+    if isinstance(answer, Abort):
+        sdo.take_abort(answer, ACKNOWLEDGEMENT_RESERVED_BITS.codes, begun.known)
         sdo.expect_dead(begun.due)
         return
-    segment = sdo.checks.block_segment(frame, begun.known.mux, 1)
+    segment = sdo.checks.block_segment(answer, begun.known.mux, 1)
     if not segment.last:
         sdo.checks.block_segment(sdo.receive(), begun.known.mux, 2)
 
@@ -87,7 +86,7 @@ def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     sdo.send(BlockUploadStart())
     sdo.send(BlockAck(1, BLOCK_SIZE))
     sdo.end_transfer()
-    answers = [decode_segment(answer) for answer in sdo.fence()]
+    answers = [as_segment(answer) for answer in sdo.fence()]
     segments = [answer for answer in answers if isinstance(answer, BlockSegment)]
     if len(segments) > 2 * BLOCK_SIZE or any(one.sequence > BLOCK_SIZE for one in segments):
         raise sdo.breach(
@@ -111,10 +110,10 @@ def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     sdo.send(ack)
     sdo.send(BlockEndResponse())
     for answer in sdo.fence():
-        if answer == end:
+        if answer.encode() == end.encode():
             sdo.info("the end frame comes again")
-        elif not isinstance(decode_segment(answer), Abort):
-            raise sdo.breach("the same end frame, an abort, or nothing", describe_response(answer))
+        elif not isinstance(as_segment(answer), Abort):
+            raise sdo.breach("the same end frame, an abort, or nothing", in_words(answer))
 
 
 @must("block-upload.crc-refused-by-client", "block-upload.client-abort-at-end")
@@ -153,7 +152,7 @@ def expect_served_or_refused(
     with whatever_comes(state):
         refused = initiate(sdo, begun.known)
     if refused is not None:
-        sdo.info(f"refused: {describe_response(refused.encode())}")
+        sdo.info(f"refused: {in_words(refused)}")
         sdo.upload(VENDOR_ID)
     sdo.expect_dead(begun.due)
 
@@ -201,7 +200,7 @@ def test_same_again(sdo: Dialogue, state: State[Request]) -> None:
     with whatever_comes(state):
         found = sdo.attempt(sdo.client.block_upload(begun.known.mux))
     if isinstance(found, Abort):
-        sdo.info(f"refused: {describe_response(found.encode())}")
+        sdo.info(f"refused: {in_words(found)}")
         return
     known = begun.known
     due = sdo.upload(known)

@@ -20,8 +20,7 @@ from conformance.generated.stimuli import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -132,10 +131,9 @@ def test_client_abort_then_ack(sdo: Dialogue) -> None:
 def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> None:
     """Expect a block upload of ``mux`` to be refused by a server that has block uploads."""
     sdo.send(BlockUploadInitiate(IDENTITY_COUNT, 127))
-    frame = sdo.receive()
-    response = decode_response(frame)
+    response = sdo.receive()
     if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
-        raise Unimplemented(describe_response(frame))
+        raise Unimplemented(in_words(response))
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(mux, 127))
     sdo.expect_abort(*codes, of=mux)

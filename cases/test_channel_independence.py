@@ -14,10 +14,11 @@ from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadSegment,
+    Response,
     UploadInitiate,
     UploadSegment,
 )
@@ -28,7 +29,7 @@ INDEPENDENT = "7.2.4.2"
 SIZE = 19
 KINDS = ("upload", "download", "block-upload", "block-download")
 PAIRS = {f"{one}-and-{other}": (one, other) for one in KINDS for other in KINDS}
-Transfer = Generator[Step, bytes, object]
+Transfer = Generator[Step, Response, object]
 
 
 def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
@@ -141,7 +142,7 @@ def test_interleaved(
         )
         for result, known, value in zip(results, objects, data, strict=True):
             if isinstance(result, Abort):
-                raise sdo.breach("both transfers served", describe_response(result.encode()))
+                raise sdo.breach("both transfers served", in_words(result))
             if isinstance(result, Uploaded) and not same_value(known, result.data, value):
                 raise sdo.breach(f"{known} reads {shown(value)}", shown(result.data))
             sdo.expect_value(known, value)
@@ -269,16 +270,14 @@ def test_same_object(
         aborts = [result for result in results if isinstance(result, Abort)]
         for abort in aborts:
             if abort.code not in BUSY.codes or len(aborts) > 1:
-                raise sdo.breach(
-                    "both served, or one refused as busy", describe_response(abort.encode())
-                )
+                raise sdo.breach("both served, or one refused as busy", in_words(abort))
         allowed = [before, first, second]
         uploads = [result.data for result in results if isinstance(result, Uploaded)]
         for found in (sdo.upload(text), *uploads):
             if not any(same_value(text, found, value) for value in allowed):
                 raise sdo.breach("one of the values, whole", shown(found))
         if aborts:
-            sdo.info(f"busy object: {describe_response(aborts[0].encode())}")
+            sdo.info(f"busy object: {in_words(aborts[0])}")
 
 
 @must("independence.next-request", "channel.independent")

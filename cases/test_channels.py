@@ -22,7 +22,7 @@ from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import RESTRICTED, ChannelIds, CobId
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
@@ -50,7 +50,7 @@ def default_value(sdo: Dialogue, sub_index: int) -> bytes:
     try:
         return sdo.read(mux)
     except ServerAborted as aborted:
-        shown = describe_response(aborted.abort.encode())
+        shown = in_words(aborted.abort)
         if aborted.abort.code not in NOT_THERE:
             raise sdo.breach(f"{mux} to be served, or 06020000h", shown) from aborted
         raise Unimplemented(shown) from aborted
@@ -125,7 +125,7 @@ def test_missing_refused(sdo: Dialogue, channels: Channels) -> None:
         try:
             sdo.read(mux)
         except ServerAborted as aborted:
-            sdo.take_abort(aborted.abort.encode(), MISSING.codes, mux)
+            sdo.take_abort(aborted.abort, MISSING.codes, mux)
 
 
 @must("channel.count", "channel.entry-count")
@@ -240,7 +240,7 @@ def test_same_value_while_valid(sdo: Dialogue, channels: Channels) -> None:
     with channels.further() as other:
         abort = channels.try_cob_id(index, REQUEST, FIRST.request)
         if abort is not None and abort.code not in SAME_IDENTIFIER.codes:
-            raise sdo.breach("a confirmation or 06090030h", describe_response(abort.encode()))
+            raise sdo.breach("a confirmation or 06090030h", in_words(abort))
         expect_cob_id(sdo, index, REQUEST, FIRST.request)
         other.fence()
 
@@ -300,9 +300,8 @@ def test_extended(sdo: Dialogue, parameters: Parameters, channels: Channels) -> 
     channels.disable_channel(index)
     write(sdo, parameters, index, REQUEST, bytes(LONG_CHANNEL.request.disabled()))
     if (refused := channels.take_confirmation(index, REQUEST)) is not None:
-        frame = refused.encode()
-        sdo.take_abort(frame, EXTENDED_IDENTIFIER.codes, Multiplexer(index, REQUEST))
-        raise Unimplemented(describe_response(frame))
+        sdo.take_abort(refused, EXTENDED_IDENTIFIER.codes, Multiplexer(index, REQUEST))
+        raise Unimplemented(in_words(refused))
     channels.configure(index, LONG_CHANNEL)
     with channels.on(LONG_CHANNEL) as other:
         known, data = Room(other).long_object()
@@ -320,7 +319,7 @@ def test_extended_is_another(sdo: Dialogue, channels: Channels) -> None:
             wrong.send(UploadInitiate(VENDOR_ID.mux))
         stray = other.fence()
         if stray:
-            raise sdo.breach("no answer to the 29-bit frame", describe_response(stray[0]))
+            raise sdo.breach("no answer to the 29-bit frame", in_words(stray[0]))
 
 
 @must("channel.client-node-id", value={"0": 0, "128": 128, "255": 255})

@@ -22,7 +22,7 @@ from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.storage import require_command, write_signature
 from conformance.run.case import must
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.storage import SAVE_ALL
@@ -43,7 +43,7 @@ def records(sdo: Dialogue, indices: Iterable[int]) -> Records:
             if aborted.abort.code not in NOT_THERE:
                 raise sdo.breach(
                     f"{index:04X}h:01 to be served, or 06020000h",
-                    describe_response(aborted.abort.encode()),
+                    in_words(aborted.abort),
                 ) from aborted
             continue
         found[index] = (request, sdo.upload(Multiplexer(index, RESPONSE)))
@@ -128,7 +128,7 @@ def test_client_stored(
     new = bytes((before[0] % 127 + 1,))
     refused = parameters.write(mux, new)
     if refused is not None:
-        raise NotTestable(f"{mux} does not take {new[0]}: {describe_response(refused.encode())}")
+        raise NotTestable(f"{mux} does not take {new[0]}: {in_words(refused)}")
     device.keeping.to_store = {mux: before}
     write_signature(sdo, SAVE_ALL)
     network.reset(NmtCommand.RESET_COMMUNICATION)

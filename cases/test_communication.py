@@ -14,7 +14,7 @@ from conformance.dialogue.parameters import (
 from conformance.dialogue.values import shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
@@ -202,6 +202,6 @@ def refuse_mapping(
     if abort is None:
         raise sdo.breach("abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped")
     if abort.code in (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS):
-        raise Unimplemented(describe_response(abort.encode()))
+        raise Unimplemented(in_words(abort))
     rule = communication.MAPPED_OBJECT
-    sdo.take_abort(abort.encode(), rule.codes, None, rule.tolerated)
+    sdo.take_abort(abort, rule.codes, None, rule.tolerated)

@@ -10,8 +10,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.run.case import may, must, should
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     UploadInitiate,
@@ -178,14 +177,13 @@ def test_behind_another(sdo: Dialogue) -> None:
     sdo.send(UploadInitiate(IDENTITY_COUNT))
     sdo.send(UploadInitiate(VENDOR_ID.mux))
     answers = sdo.fence()
-    for frame in answers:
-        response = decode_response(frame)
+    for response in answers:
         if isinstance(response, Abort):
-            sdo.checks.abort(frame, None)
+            sdo.checks.abort(response, None)
         elif not isinstance(response, UploadInitiateResponse) or response.mux not in due:
-            raise sdo.breach("the answer to one of two uploads", describe_response(frame))
+            raise sdo.breach("the answer to one of two uploads", in_words(response))
         elif response.expedited and not response.data.startswith(due[response.mux]):
             expected = f"{response.mux} reads {due[response.mux].hex(' ')}"
-            raise sdo.breach(expected, describe_response(frame))
+            raise sdo.breach(expected, in_words(response))
     if not 1 <= len(answers) <= 2:
         raise sdo.breach("one or two answers", f"{len(answers)}")

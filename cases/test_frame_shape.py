@@ -14,8 +14,7 @@ from conformance.run.risks import EXTENDED, REMOTE, of_length
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockEnd,
@@ -47,7 +46,7 @@ def test_one_identifier(sdo: Dialogue) -> None:
     sdo.expect_nothing()
     others = asked_by_others(sdo.channel.overheard)
     for frame in sdo.channel.overheard:
-        if frame.data == answer and frame.can_id & 0x7F not in others:
+        if frame.data == answer.encode() and frame.can_id & 0x7F not in others:
             raise sdo.breach(f"nothing but {sdo.channel.ids.response}", f"also {frame}")
 
 
@@ -111,15 +110,15 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
     answer = sdo.reaction()
     if answer is None:
         return
-    if isinstance(decode_response(answer), Abort):
+    if isinstance(answer, Abort):
         sdo.checks.abort(answer, None)
         return
     whole = dlc >= 4
     if not whole:
-        raise sdo.breach("no answer, or an abort", describe_response(answer))
+        raise sdo.breach("no answer, or an abort", in_words(answer))
     response = sdo.checks.upload_initiate(answer, VENDOR_ID.mux)
     if response.expedited and response.data[: len(due)] != due:
-        raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", describe_response(answer))
+        raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", in_words(answer))
 
 
 @may(
@@ -135,8 +134,8 @@ def test_short_download(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -
         wanted = bytes(byte ^ 1 for byte in value)
         sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[:dlc])
         answer = sdo.reaction()
-        if answer is not None and not isinstance(decode_response(answer), Abort):
-            raise sdo.breach("no answer, or an abort", describe_response(answer))
+        if answer is not None and not isinstance(answer, Abort):
+            raise sdo.breach("no answer, or an abort", in_words(answer))
 
 
 @may("frame.short-download-whole", risk=lambda length: of_length(4 + length), length=[1, 2])
@@ -147,7 +146,7 @@ def test_short_download_whole(sdo: Dialogue, roles: Roles, length: int) -> None:
     wanted = bytes([before[0] ^ 1]) + before[1:]
     sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[: 4 + length])
     answer = sdo.reaction()
-    served = answer is not None and not isinstance(decode_response(answer), Abort)
+    served = answer is not None and not isinstance(answer, Abort)
     sdo.expect_value(known, wanted if served else before)
 
 
@@ -160,8 +159,8 @@ def test_short_segment(sdo: Dialogue, room: Room, text: KnownObject, dlc: int) -
         sdo.initiate_download(text, size)
         sdo.send((b"\x01" + sdo.payload(7))[:dlc])
         answer = sdo.reaction()
-        if answer is not None and not isinstance(decode_response(answer), Abort):
-            raise sdo.breach("no answer, or an abort", describe_response(answer))
+        if answer is not None and not isinstance(answer, Abort):
+            raise sdo.breach("no answer, or an abort", in_words(answer))
 
 
 @may("frame.short-segment-request", risk=of_length, dlc=[1, 4, 7])
@@ -173,12 +172,12 @@ def test_short_segment_request(sdo: Dialogue, room: Room, dlc: int) -> None:
     answer = sdo.reaction()
     if answer is None:
         return
-    if isinstance(decode_response(answer), Abort):
+    if isinstance(answer, Abort):
         sdo.checks.abort(answer, None)
         return
     segment = sdo.checks.upload_segment(answer, known.mux, 0)
     if not data.startswith(segment.data):
-        raise sdo.breach(f"the first segment of {known}, or no data", describe_response(answer))
+        raise sdo.breach(f"the first segment of {known}, or no data", in_words(answer))
 
 
 @may("frame.short-block-segment", risk=of_length, dlc=[1, 4])
@@ -198,8 +197,8 @@ def test_short_block_segment(
         sdo.send(end)
         sdo.end_transfer()
         for answer in sdo.fence():
-            if isinstance(decode_response(answer), BlockEndResponse):
-                served = sdo.breach("an abort of the end, or no answer", describe_response(answer))
+            if isinstance(answer, BlockEndResponse):
+                served = sdo.breach("an abort of the end, or no answer", in_words(answer))
                 served.request = end
                 raise served
 
@@ -221,6 +220,6 @@ def test_mirror(sdo: Dialogue) -> None:
         request = UploadInitiate(mux)
         sdo.send(request)
         answer = sdo.receive()
-        if answer == request.encode():
-            raise sdo.breach("an answer", f"the request itself: {describe_response(answer)}")
+        if answer.encode() == request.encode():
+            raise sdo.breach("an answer", f"the request itself: {in_words(answer)}")
         sdo.end_transfer()

@@ -9,7 +9,7 @@ from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -116,7 +116,7 @@ def test_stopped_in_transfer(
         response = decode_response(frame.data)
         allowed = isinstance(response, Abort) and response.code in NMT_INTERRUPTED.codes
         if not allowed or len(farewell) > 1:
-            raise sdo.breach("silence, or one abort 060A0023h", describe_response(frame.data))
+            raise sdo.breach("silence, or one abort 060A0023h", in_words(response))
     sdo.send(next_segment(sdo, kind))
     network.settle()
     network.send(NmtCommand.ENTER_PRE_OPERATIONAL)
@@ -193,8 +193,8 @@ def test_heartbeat(sdo: Dialogue, network: Network, command: NmtCommand) -> None
     refusal = network.produce_heartbeats()
     if refusal is not None:
         if refusal.code not in NO_HEARTBEAT_TIME:
-            raise sdo.breach("1017h to be served, or refused", describe_response(refusal.encode()))
-        raise Unimplemented(describe_response(refusal.encode()))
+            raise sdo.breach("1017h to be served, or refused", in_words(refusal))
+        raise Unimplemented(in_words(refusal))
     network.send(command)
     network.settle()
     sdo.fence()

@@ -29,8 +29,7 @@ from conformance.run import listed as choose
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
     Abort,
@@ -58,7 +57,7 @@ def test_read(sdo: Dialogue, entry: KnownObject) -> None:
     try:
         sdo.read(entry.mux)
     except ServerAborted as aborted:
-        refusal = describe_response(aborted.abort.encode())
+        refusal = in_words(aborted.abort)
         if aborted.abort.code not in NOT_NOW:
             raise sdo.breach(f"{entry.title} is read", refusal) from aborted
         sdo.info(f"{entry} cannot be read now: {refusal}")
@@ -349,12 +348,12 @@ def test_structure(sdo: Dialogue, of: ListedObject) -> None:
     """Sub-index FFh is missing, or tells the data type and the object type that the EDS states."""
     mux = Multiplexer(of.index, STRUCTURE_OF_OBJECT)
     sdo.send(UploadInitiate(mux))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, STRUCTURE_ENTRY.codes, mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.take_abort(answer, STRUCTURE_ENTRY.codes, mux)
         return
     entry = KnownObject(mux, DataType.UNSIGNED32, Access.CONST)
-    response = sdo.checks.upload_initiate(frame, mux)
+    response = sdo.checks.upload_initiate(answer, mux)
     data = sdo.finish_upload(entry, response)
     due = bytes([of.object_type])
     if of.type_code is not None:

@@ -9,7 +9,6 @@ from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.generated.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -167,12 +166,12 @@ def test_unused_not_stated(sdo: Dialogue, room: Room, text: KnownObject) -> None
     for number, chunk in enumerate(chunks[:-1]):
         sdo.download_segment(chunk, toggle=number % 2)
     sdo.send(DownloadSegment(chunks[-1].ljust(7, b"#"), toggle, 0, True))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, text.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, text.mux)
         sdo.expect_kept(text, before)
     else:
-        sdo.checks.download_segment(frame, text.mux, toggle)
+        sdo.checks.download_segment(answer, text.mux, toggle)
         sdo.expect_value(text, data)
 
 
@@ -269,11 +268,11 @@ def test_number_empty(sdo: Dialogue, roles: Roles, length: int) -> None:
 def test_huge_size(sdo: Dialogue, variable: KnownObject, size: int) -> None:
     """A size beyond any memory is accepted for the time being, or refused; the server lives on."""
     sdo.send(DownloadInitiate.with_size(variable.mux, size))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, variable.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, variable.mux)
     else:
-        sdo.checks.download_initiate(frame, variable.mux)
+        sdo.checks.download_initiate(answer, variable.mux)
     sdo.end_transfer()
     sdo.upload(VENDOR_ID)
 
@@ -351,11 +350,11 @@ def test_request_reserved_bytes(sdo: Dialogue, room: Room, text: KnownObject) ->
     """Without a size (20h) bytes 4 to 7 are reserved: ignored, or at most refused."""
     data = room.prepare(text, 9)
     sdo.send(DownloadInitiate(text.mux, payload=b"\xff\xff\xff\xff"))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, text.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, text.mux)
         return
-    sdo.checks.download_initiate(frame, text.mux)
+    sdo.checks.download_initiate(answer, text.mux)
     sdo.download_segments(data)
     sdo.expect_value(text, data)
 

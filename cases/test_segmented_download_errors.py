@@ -26,8 +26,7 @@ from conformance.generated.stimuli import FOREIGN_IN_DOWNLOAD
 from conformance.run.case import may, must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -62,17 +61,17 @@ def test_toggle(
         right = due.toggle
         sdo.send(DownloadSegment.with_data(b"#######", toggle=1 - right))
         sdo.send(replace(due, last=False))
-        frame = sdo.receive()
-        if isinstance(decode_response(frame), Abort):
-            abort = sdo.checks.abort(frame, text.mux)
+        answer = sdo.receive()
+        if isinstance(answer, Abort):
+            abort = sdo.checks.abort(answer, text.mux)
             if abort.code not in TOGGLE.codes:
-                raise sdo.breach("abort 05030000h, or no answer", describe_response(frame))
+                raise sdo.breach("abort 05030000h, or no answer", in_words(answer))
             sdo.expect_over()
             return
         expected = f"no answer to the wrong segment, {0x20 | right << 4:02X}h to the right one"
-        if frame[0] & 0x10 != right << 4:
-            raise sdo.breach(expected, describe_response(frame))
-        sdo.checks.download_segment(frame, text.mux, right)
+        if answer.encode()[0] & 0x10 != right << 4:
+            raise sdo.breach(expected, in_words(answer))
+        sdo.checks.download_segment(answer, text.mux, right)
         sdo.info(IGNORED)
     sdo.expect_nothing()
 
@@ -86,14 +85,14 @@ def test_toggle_ignored_data(sdo: Dialogue, room: Room, text: KnownObject) -> No
     sdo.download_segment(data[:7], toggle=0)
     sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
     sdo.send(DownloadSegment.with_data(data[7:14], toggle=1))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, text.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, text.mux)
         sdo.expect_over()
         return
-    if not frame[0] & 0x10:
-        raise sdo.breach("no answer to the repeated segment", describe_response(frame))
-    sdo.checks.download_segment(frame, text.mux, 1)
+    if not answer.encode()[0] & 0x10:
+        raise sdo.breach("no answer to the repeated segment", in_words(answer))
+    sdo.checks.download_segment(answer, text.mux, 1)
     sdo.info(IGNORED)
     sdo.download_segments(data, first=2)
     sdo.expect_value(text, data)
@@ -166,10 +165,10 @@ def test_restart(
     data = sdo.payload(room.fit(text, 9))
     state.reach(sdo, text, stored(room, text, state.least))
     request = DownloadInitiate.with_size(text.mux, len(data))
-    frame = sdo.expect_restart_or_abort(request, text, text)
-    if frame is not None:
+    answer = sdo.expect_restart_or_abort(request, text, text)
+    if answer is not None:
         with sdo.one_transfer():
-            sdo.checks.download_initiate(frame, text.mux)
+            sdo.checks.download_initiate(answer, text.mux)
             sdo.download_segments(data)
             sdo.expect_value(text, data)
 
@@ -191,10 +190,10 @@ def test_new_upload(
     size = stored(room, text, state.least)
     with sdo.unchanged(text):
         rest = state.reach(sdo, text, size)
-        frame = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
+        answer = sdo.expect_restart_or_abort(UploadInitiate(number.mux), text, number)
         with sdo.one_transfer():
-            if frame is not None:
-                response = sdo.checks.upload_initiate(frame, number.mux)
+            if answer is not None:
+                response = sdo.checks.upload_initiate(answer, number.mux)
                 found = sdo.finish_upload(number, response)
                 if found != due:
                     raise sdo.breach(f"{number} reads {due.hex()}", f"it reads {found.hex()}")
@@ -217,10 +216,10 @@ def test_new_download(
     with sdo.unchanged(text):
         state.reach(sdo, text, size)
         request = DownloadInitiate.with_size(number.mux, len(value))
-        frame = sdo.expect_restart_or_abort(request, text, number)
+        answer = sdo.expect_restart_or_abort(request, text, number)
         with sdo.one_transfer():
-            if frame is not None:
-                sdo.checks.download_initiate(frame, number.mux)
+            if answer is not None:
+                sdo.checks.download_initiate(answer, number.mux)
                 sdo.download_segments(value)
             sdo.expect_value(number, value)
 
@@ -272,9 +271,9 @@ def test_number_kept(
         data = bytes(byte ^ 1 for byte in value)
         sdo.initiate_download(known, len(data))
         sdo.send(DownloadSegment.with_data(data[:7], toggle=0))
-        frame = sdo.receive()
-        if not isinstance(decode_response(frame), Abort):
-            sdo.checks.download_segment(frame, known.mux, 0)
+        answer = sdo.receive()
+        if not isinstance(answer, Abort):
+            sdo.checks.download_segment(answer, known.mux, 0)
             ending(sdo, known)
 
 

@@ -17,8 +17,7 @@ from conformance.generated.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_S
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -158,10 +157,10 @@ def test_restart(sdo: Dialogue, room: Room, state: State[UploadSegment]) -> None
     """The same initiate again starts from the first byte, or is refused and ends the transfer."""
     known, data = room.long_object()
     state.reach(sdo, known, len(data))
-    frame = sdo.expect_restart_or_abort(UploadInitiate(known.mux), known, known)
-    if frame is not None:
+    answer = sdo.expect_restart_or_abort(UploadInitiate(known.mux), known, known)
+    if answer is not None:
         with sdo.one_transfer():
-            response = sdo.checks.upload_initiate(frame, known.mux)
+            response = sdo.checks.upload_initiate(answer, known.mux)
             found = sdo.finish_upload(known, response)
             if found != data and found.rstrip(b"\0") != data:
                 raise sdo.breach("the object from its first byte", f"{found!r}")
@@ -177,10 +176,12 @@ def test_new_upload(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """An upload of another object is served with its data, or refused; the old one is over."""
     due = sdo.upload(IDENTITY_COUNT)
     begun = begin(sdo, state)
-    frame = sdo.expect_restart_or_abort(UploadInitiate(IDENTITY_COUNT), begun.known, IDENTITY_COUNT)
+    answer = sdo.expect_restart_or_abort(
+        UploadInitiate(IDENTITY_COUNT), begun.known, IDENTITY_COUNT
+    )
     with sdo.one_transfer():
-        if frame is not None:
-            response = sdo.checks.upload_initiate(frame, IDENTITY_COUNT)
+        if answer is not None:
+            response = sdo.checks.upload_initiate(answer, IDENTITY_COUNT)
             found = sdo.finish_upload(IDENTITY_COUNT, response)
             if found[: len(due)] != due:
                 raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
@@ -199,10 +200,10 @@ def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
         if len(value) <= 4
         else DownloadInitiate.with_size(number.mux, len(value))
     )
-    frame = sdo.expect_restart_or_abort(request, begun.known, number)
+    answer = sdo.expect_restart_or_abort(request, begun.known, number)
     with sdo.one_transfer():
-        if frame is not None:
-            sdo.checks.download_initiate(frame, number.mux)
+        if answer is not None:
+            sdo.checks.download_initiate(answer, number.mux)
         sdo.end_transfer()
         sdo.expect_dead(begun.due)
         sdo.expect_value(number, value)
@@ -288,15 +289,15 @@ def _compare_or_abort(
 ) -> None:
     """Expect the first segment in answer to ``request``, or a refusal of it."""
     sdo.send(request)
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        abort = sdo.checks.abort(frame, known.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        abort = sdo.checks.abort(answer, known.mux)
         if abort.code not in (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE):
-            raise sdo.breach("the segment, or abort 05040001h", describe_response(frame))
+            raise sdo.breach("the segment, or abort 05040001h", in_words(answer))
         return
-    segment = sdo.checks.upload_segment(frame, known.mux, 0)
+    segment = sdo.checks.upload_segment(answer, known.mux, 0)
     if not data.startswith(segment.data) or response.size not in (None, len(data), len(data) + 1):
-        raise sdo.breach(f"the first bytes of {data!r}", describe_response(frame))
+        raise sdo.breach(f"the first bytes of {data!r}", in_words(answer))
 
 
 @may("segmented-upload.empty", "data.empty")
@@ -307,9 +308,9 @@ def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
         sdo.info(f"{variable} refuses to become empty")
         return
     sdo.send(UploadInitiate(variable.mux))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.checks.abort(frame, variable.mux)
+    answer = sdo.receive()
+    if isinstance(answer, Abort):
+        sdo.checks.abort(answer, variable.mux)
         return
-    response = sdo.checks.upload_initiate(frame, variable.mux)
+    response = sdo.checks.upload_initiate(answer, variable.mux)
     sdo.expect_empty(variable, sdo.finish_upload(variable, response), before)

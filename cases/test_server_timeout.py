@@ -21,7 +21,7 @@ from conformance.generated.states import (
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step
-from conformance.sdo.frames import Abort, Request
+from conformance.sdo.frames import Abort, Request, Response
 from conformance.sdo.stepping import Ended, advance
 
 SERVICE = "7.2.4.2"
@@ -29,7 +29,7 @@ SIZE = 26
 WAITING: dict[str, State[Request]] = by_name(
     SEGMENTED_DOWNLOAD_MIDDLE, BLOCK_DOWNLOAD_INSIDE, BLOCK_UPLOAD_BETWEEN
 )
-Transfer = Generator[Step, bytes, object]
+Transfer = Generator[Step, Response, object]
 
 
 @must(
@@ -69,7 +69,7 @@ def test_once(sdo: Dialogue, server_timeout: float, state: State[Request]) -> No
     sdo.expect_timed_out(begun.known, server_timeout)
     further = sdo.wait(server_timeout * (1 + PROMPT))
     if further is not None:
-        raise sdo.breach("no further frame", further.hex(" "))
+        raise sdo.breach("no further frame", further.encode().hex(" "))
     sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
     sdo.expect_nothing()
 

@@ -10,8 +10,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.generated.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -88,11 +87,11 @@ def test_block_download_reserved_bits(
     sdo.end_transfer()
     request = BlockDownloadInitiate.with_size(variable.mux, size)
     sdo.send(replace(request, reserved_bits=bits))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, BLOCK_DOWNLOAD_RESERVED_BITS.codes, None)
+    response = sdo.receive()
+    if isinstance(response, Abort):
+        sdo.take_abort(response, BLOCK_DOWNLOAD_RESERVED_BITS.codes, None)
     else:
-        sdo.checks.block_download_initiate(frame, variable.mux)
+        sdo.checks.block_download_initiate(response, variable.mux)
 
 
 @may(
@@ -106,11 +105,11 @@ def test_block_upload_reserved_bits(sdo: Dialogue, blocks: Blocks, bits: int) ->
     blocks.initiate_upload(VENDOR_ID)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(VENDOR_ID.mux, 127, reserved_bits=bits))
-    frame = sdo.receive()
-    if isinstance(decode_response(frame), Abort):
-        sdo.take_abort(frame, BLOCK_UPLOAD_RESERVED_BITS.codes, None)
+    response = sdo.receive()
+    if isinstance(response, Abort):
+        sdo.take_abort(response, BLOCK_UPLOAD_RESERVED_BITS.codes, None)
     else:
-        sdo.checks.block_upload_initiate(frame, VENDOR_ID.mux)
+        sdo.checks.block_upload_initiate(response, VENDOR_ID.mux)
 
 
 @must(
@@ -149,14 +148,13 @@ def _served_or_unimplemented(
     mux: object,
     kind: type[BlockUploadInitiateResponse] | type[BlockDownloadInitiateResponse],
 ) -> None:
-    frame = sdo.receive()
-    response = decode_response(frame)
+    response = sdo.receive()
     if isinstance(response, Abort):
-        abort = sdo.take_abort(frame, BLOCK_UNSUPPORTED.codes, response.mux)
+        abort = sdo.take_abort(response, BLOCK_UNSUPPORTED.codes, response.mux)
         if abort.mux != mux:
-            raise sdo.breach(f"an abort of {mux}", describe_response(frame))
-        raise Unimplemented(describe_response(frame))
+            raise sdo.breach(f"an abort of {mux}", in_words(response))
+        raise Unimplemented(in_words(response))
     if not isinstance(response, kind) or response.mux != mux:
         raise sdo.breach(
-            f"a block initiate response for {mux}, or abort 05040001h", describe_response(frame)
+            f"a block initiate response for {mux}, or abort 05040001h", in_words(response)
         )

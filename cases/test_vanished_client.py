@@ -7,7 +7,7 @@ from conformance.generated.begun import begin
 from conformance.generated.states import SILENT, State
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Request
 
 
@@ -30,7 +30,7 @@ def test_next_transfer(sdo: Dialogue, state: State[Request]) -> None:
     with sdo.one_transfer():
         found = sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
         if isinstance(found, Abort):
-            sdo.info(f"the first request is refused: {describe_response(found.encode())}")
+            sdo.info(f"the first request is refused: {in_words(found)}")
         due, value = sdo.device.values[VENDOR_ID.mux], sdo.upload(VENDOR_ID)
         if value != due:
             raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))

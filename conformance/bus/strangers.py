@@ -51,12 +51,12 @@ class Strangers:
         """Say whether a frame of another format holds an answer to what was asked last."""
         if frame.remote or not frame.data or not self._asked:
             return False
-        data = frame.data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
-        response, request = decode_response(data), self._asked[-1]
+        response = decode_response(frame.data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0"))
+        request = self._asked[-1]
         if isinstance(response, Abort):
             return response.code in _CODES
         # What names no object could be anything, unless the request had the other format too.
-        return is_answer(data, request) and (self._oddly or names_object(request))
+        return is_answer(response, request) and (self._oddly or names_object(request))
 
     def is_abort(self, frame: CanFrame) -> bool:
         """Say whether a frame on the identifier of the requests may be the device's."""

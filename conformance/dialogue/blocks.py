@@ -11,8 +11,8 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.decoding import as_answer
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -24,6 +24,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiateResponse,
     BlockUploadStart,
     Request,
+    Response,
     UploadInitiateResponse,
 )
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation, accepted
@@ -63,26 +64,26 @@ class Blocks:
         request = BlockUploadInitiate(mux, block_size, crc_supported=crc)
         try:
             self._sdo.send(request)
-            frame = self._sdo.receive()
-            self._check_not_ordinary(frame)
-            return self._sdo.checks.block_upload_initiate(frame, mux)
+            response = self._sdo.receive()
+            self._check_not_ordinary(response)
+            return self._sdo.checks.block_upload_initiate(response, mux)
         except ServerAborted as aborted:
             ordinary = BlockUploadInitiate(mux, LARGEST_BLOCK)
             raise self._why_refused(aborted.abort, request, ordinary) from aborted
 
-    def _check_not_ordinary(self, frame: bytes) -> None:
+    def _check_not_ordinary(self, response: Response) -> None:
         """Raise NotTestable for a server that answers every block upload with an ordinary one.
 
         It has no block uploads; that it does not refuse them is for the cases on refusals to say,
         which read 1000h. A server that does so for some objects only goes on to fail.
         """
-        if not isinstance(decode_response(frame), UploadInitiateResponse):
+        if not isinstance(as_answer(response), UploadInitiateResponse):
             return
         self._sdo.end_transfer()
         self._sdo.send(BlockUploadInitiate(DEVICE_TYPE, LARGEST_BLOCK))
         answer = self._sdo.receive()
         self._sdo.end_transfer()
-        if isinstance(decode_response(answer), UploadInitiateResponse):
+        if isinstance(as_answer(answer), UploadInitiateResponse):
             raise NotTestable(
                 "the server answers block uploads with ordinary ones though pst = 0 forbids it: "
                 "see specifier.block-upload"
@@ -131,13 +132,12 @@ class Blocks:
         first = ""
         for request in requests:
             self._sdo.send(request)
-            frame = self._sdo.receive()
-            response = decode_response(frame)
+            response = as_answer(self._sdo.receive())
             if self._sdo.tracker.open is not None:
                 self._recover()  # the first abort of the run, as often as not: it may be answered
             if not isinstance(response, Abort):
                 return ""
-            first = first or describe_response(frame)
+            first = first or in_words(response)
             if response.code in NOT_THERE:
                 break
         return first
@@ -148,11 +148,11 @@ class Blocks:
             self.require_download()
         else:
             self.require_upload()
-        shown = describe_response(abort.encode())
+        shown = in_words(abort)
         served = False
         if abort.code in NOT_THERE and request != ordinary:
             self._sdo.send(ordinary)
-            served = not isinstance(decode_response(self._sdo.receive()), Abort)
+            served = not isinstance(as_answer(self._sdo.receive()), Abort)
             self._sdo.end_transfer()
         if abort.code in NOT_THERE and not served:
             return Unimplemented(shown)
@@ -174,12 +174,9 @@ class Blocks:
     def acknowledged(self, target: Target, sequence: int) -> BlockAck:
         """Expect the acknowledgement of the segments up to ``sequence``."""
         with self._sdo.served():
-            frame = self._sdo.receive()
-            ack = self._sdo.checks.block_ack(frame, mux_of(target), LARGEST_BLOCK)
+            ack = self._sdo.checks.block_ack(self._sdo.receive(), mux_of(target), LARGEST_BLOCK)
         if ack.sequence != sequence:
-            raise Violation(
-                BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(frame)
-            )
+            raise Violation(BLOCK_ACK, expected=f"ackseq {sequence}", actual=in_words(ack))
         return ack
 
     def gap_acknowledged(self, target: Target, sequence: int) -> BlockAck | None:
@@ -190,31 +187,28 @@ class Blocks:
         it is not, silence is recorded. Returns None, and no transfer runs, if there is none.
         """
         declared, seconds = self._sdo.device.server_timeout, self._sdo.channel.response_timeout
-        data = self._sdo.wait(seconds + PATIENCE * (declared or 0))
-        if data is None and declared is None:
+        response = self._sdo.wait(seconds + PATIENCE * (declared or 0))
+        if response is None and declared is None:
             self._sdo.info(
                 f"a gap is not acknowledged within {seconds * 1000:g} ms: declare the time after "
                 "which the device acknowledges it, or gives up, with --sdo-server-timeout=SECONDS"
             )
             self._sdo.end_transfer()
             return None
-        if data is None:
+        if response is None:
             raise Violation(
                 BLOCK_ACK,
                 expected=f"ackseq {sequence}, with the declared time-out at the latest",
                 actual=f"nothing within {seconds + PATIENCE * (declared or 0):.3g} s",
             )
-        response = decode_response(data)
         if declared and isinstance(response, Abort) and response.code == AbortCode.TIMED_OUT:
-            self._sdo.checks.abort(data, mux_of(target))
+            self._sdo.checks.abort(response, mux_of(target))
             self._sdo.info("a gap is not acknowledged: the server gives up")
             return None
         with self._sdo.served():
-            ack = self._sdo.checks.block_ack(data, mux_of(target), LARGEST_BLOCK)
+            ack = self._sdo.checks.block_ack(response, mux_of(target), LARGEST_BLOCK)
         if ack.sequence != sequence:
-            raise Violation(
-                BLOCK_ACK, expected=f"ackseq {sequence}", actual=describe_response(data)
-            )
+            raise Violation(BLOCK_ACK, expected=f"ackseq {sequence}", actual=in_words(ack))
         return ack
 
     def end_download(self, target: Target, *, unused: int, crc: int) -> None:
@@ -293,7 +287,7 @@ class Blocks:
             raise self._sdo.breach(
                 f"abort with {named(codes)}, at the end at the latest", "the end was confirmed"
             )
-        self._sdo.take_abort(abort.encode(), codes, target, accepted.IMPRECISE)
+        self._sdo.take_abort(abort, codes, target, accepted.IMPRECISE)
 
     def upload(
         self,
@@ -317,17 +311,17 @@ class Blocks:
         )
         return self._run_block(transfer, BlockUploadInitiate(mux, LARGEST_BLOCK))
 
-    def _run_block(self, transfer: Generator[Step, bytes, Result], ordinary: Request) -> Result:
+    def _run_block(self, transfer: Generator[Step, Response, Result], ordinary: Request) -> Result:
         """Run a transfer; a refusal of its initiate may mean that there are no block transfers."""
         initiate = next(transfer)
         if isinstance(initiate, Burst):
             raise TypeError("a block transfer begins with one request")
         self._sdo.send(initiate)
-        frame = self._sdo.receive()
+        response = self._sdo.receive()
         if isinstance(initiate, BlockUploadInitiate) and not initiate.threshold:
-            self._check_not_ordinary(frame)
+            self._check_not_ordinary(response)
         try:
-            step = advance(transfer, frame)
+            step = advance(transfer, response)
         except ServerAborted as aborted:
             raise self._why_refused(aborted.abort, initiate, ordinary) from aborted
         with self._sdo.served():

@@ -20,6 +20,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     DownloadInitiate,
     Request,
+    Response,
     Unknown,
 )
 from conformance.sdo.layout import Multiplexer
@@ -184,7 +185,7 @@ class Standing:
     shown_by: set[str] = field(default_factory=set)
 
 
-Way = Callable[[BlockClient, Multiplexer, bytes], Generator[Step, bytes, object]]
+Way = Callable[[BlockClient, Multiplexer, bytes], Generator[Step, Response, object]]
 
 
 class Causes:

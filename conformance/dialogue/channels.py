@@ -17,8 +17,8 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds, CobId
-from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort, UploadInitiate
+from conformance.sdo.describe import in_words
+from conformance.sdo.frames import Abort, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
 from conformance.sdo.stepping import Ended, advance
@@ -39,7 +39,7 @@ TEST_CHANNELS = (
 )
 LONG_CHANNEL = ChannelIds(CobId(0x18FF_0681, True), CobId(0x18FF_06A1, True))
 
-Running = tuple[Dialogue, Generator[Step, bytes, object]]
+Running = tuple[Dialogue, Generator[Step, Response, object]]
 
 
 def is_cob_id(mux: Multiplexer) -> bool:
@@ -120,7 +120,7 @@ class Channels:
         try:
             self._sdo.read(mux)
         except ServerAborted as aborted:
-            shown = describe_response(aborted.abort.encode())
+            shown = in_words(aborted.abort)
             if aborted.abort.code in (NO_SUCH_ENTRY if mux.sub_index == CLIENT else NOT_THERE):
                 return shown
             raise self._sdo.breach(f"{mux} to be refused as missing", shown) from aborted
@@ -143,7 +143,7 @@ class Channels:
             raise Violation(
                 NOT_REFUSED,
                 expected=f"{cob_id} to be taken for {Multiplexer(index, sub_index)}",
-                actual=describe_response(abort.encode()),
+                actual=in_words(abort),
             )
 
     def take_confirmation(self, index: int, sub_index: int) -> Abort | None:
@@ -160,7 +160,7 @@ class Channels:
         if abort is not None and abort.code not in BAD_VALUE:
             raise self._sdo.breach(
                 "a confirmation, or an abort for the value (06090030h)",
-                describe_response(abort.encode()),
+                in_words(abort),
             )
         return abort is not None
 
@@ -203,7 +203,7 @@ class Channels:
                 raise Violation(
                     IDLE_AFTERWARDS,
                     expected=f"nothing but the answer to a read of 1000h on {ids}",
-                    actual="; ".join(map(describe_response, stray)),
+                    actual="; ".join(map(in_words, stray)),
                 )
 
     @contextmanager

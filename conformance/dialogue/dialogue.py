@@ -15,13 +15,14 @@ from conformance.dialogue.transfers import Target, Transfers, mux_of
 from conformance.dialogue.values import filled_up, same_value, segments_of, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
     DownloadInitiate,
     DownloadSegment,
     Request,
+    Response,
 )
 from conformance.sdo.layout import Message
 from conformance.sdo.objects import DataType, same_data
@@ -58,9 +59,9 @@ class Dialogue(Transfers):
 
     def expect(self, response: Message) -> None:
         """Expect exactly this response."""
-        frame = self.receive()
-        if frame != response.encode():
-            raise self.breach(describe_response(response.encode()), self.words(frame))
+        found = self.receive()
+        if found.encode() != response.encode():
+            raise self.breach(in_words(response), in_words(found))
 
     def expect_abort(
         self,
@@ -76,24 +77,24 @@ class Dialogue(Transfers):
 
     def take_abort(
         self,
-        frame: bytes,
+        response: Response,
         codes: tuple[AbortCode, ...],
         of: Target | None,
         tolerated: tuple[AbortCode, ...] = accepted.GENERAL,
     ) -> Abort:
-        """Hold a frame that was received to what ``expect_abort`` expects."""
+        """Hold a response that came to what ``expect_abort`` expects."""
         due = f"abort with {named(codes)}"
-        if not isinstance(self.read_as(frame), Abort):
-            raise self.breach(due, self.words(frame))
-        abort = self.checks.abort(frame, None)
+        if not isinstance(response, Abort):
+            raise self.breach(due, in_words(response))
+        abort = self.checks.abort(response, None)
         if of is not None and abort.mux != mux_of(of):
             # The case goes on: whether the transfer has ended is another question.
             expected = f"multiplexer {mux_of(of)}"
-            self.note(Violation(MULTIPLEXER, expected=expected, actual=self.words(frame)))
+            self.note(Violation(MULTIPLEXER, expected=expected, actual=in_words(abort)))
         if abort.code not in codes:
             if abort.code not in tolerated:
-                raise self.breach(due, self.words(frame))
-            self.note(Violation(SUBSTITUTE, expected=due, actual=self.words(frame)))
+                raise self.breach(due, in_words(abort))
+            self.note(Violation(SUBSTITUTE, expected=due, actual=in_words(abort)))
         return abort
 
     def expect_download_refused(
@@ -105,26 +106,25 @@ class Dialogue(Transfers):
         that the server took before it refused.
         """
         self.send(DownloadInitiate.with_size(mux_of(target), size))
-        frame = self.receive()
-        response = self.read_as(frame)
+        response = self.receive()
         if isinstance(response, Abort):
             if size is None and response.code == AbortCode.COMMAND_NOT_VALID not in codes:
                 raise ServerAborted(response)  # it takes no download that indicates no size
-            self.take_abort(frame, codes, target)
+            self.take_abort(response, codes, target)
             return 0
-        self.checks.download_initiate(frame, mux_of(target))
+        self.checks.download_initiate(response, mux_of(target))
         chunks = segments_of(data)
         for number, chunk in enumerate(chunks):
             last = number == len(chunks) - 1
             self.send(DownloadSegment.with_data(chunk, toggle=number % 2, last=last))
-            frame = self.receive()
-            if isinstance(self.read_as(frame), Abort):
-                self.take_abort(frame, codes, target)
+            response = self.receive()
+            if isinstance(response, Abort):
+                self.take_abort(response, codes, target)
                 return number + 1
-            self.checks.download_segment(frame, mux_of(target), number % 2)
+            self.checks.download_segment(response, mux_of(target), number % 2)
         raise self.breach(
             f"abort with {named(codes)}, at the last segment at the latest",
-            f"{self.words(frame)} for the last segment",
+            f"{in_words(response)} for the last segment",
         )
 
     def expect_upload_or_abort(
@@ -135,12 +135,12 @@ class Dialogue(Transfers):
         A refusal with a code that is only tolerated counts as a breach of a SHOULD. Which
         multiplexer it carries is open: a server may not know what it was asked.
         """
-        frame = self.receive()
-        if isinstance(self.read_as(frame), Abort):
-            self.take_abort(frame, codes, None, (*accepted.GENERAL, *warned))
+        response = self.receive()
+        if isinstance(response, Abort):
+            self.take_abort(response, codes, None, (*accepted.GENERAL, *warned))
             return
-        response = self.checks.upload_initiate(frame, known.mux)
-        found = self.finish_upload(known, response)
+        initiated = self.checks.upload_initiate(response, known.mux)
+        found = self.finish_upload(known, initiated)
         if not same_value(known, found, due):
             raise self.breach(f"{known} reads {shown(due)}", shown(found))
 
@@ -151,25 +151,26 @@ class Dialogue(Transfers):
 
         A refusal with a code that is only tolerated counts as a breach of a SHOULD.
         """
-        frame = self.receive()
-        if isinstance(self.read_as(frame), Abort):
-            self.take_abort(frame, codes, None, (*accepted.GENERAL, *tolerated))
+        response = self.receive()
+        if isinstance(response, Abort):
+            self.take_abort(response, codes, None, (*accepted.GENERAL, *tolerated))
         else:
-            self.checks.download_initiate(frame, known.mux)
+            self.checks.download_initiate(response, known.mux)
 
-    def expect_restart_or_abort(self, request: Request, old: Target, new: Target) -> bytes | None:
+    def expect_restart_or_abort(
+        self, request: Request, old: Target, new: Target
+    ) -> Response | None:
         """Send an initiate in mid-transfer: it is served, or refused and the server is idle.
 
         Returns the positive response, or None for a refusal, which counts as a breach of a SHOULD.
         """
         self.send(request)
-        frame = self.receive()
-        response = self.read_as(frame)
+        response = self.receive()
         if not isinstance(response, Abort):
-            return frame
-        self.checks.abort(frame, None)
+            return response
+        self.checks.abort(response, None)
         if response.mux not in (mux_of(old), mux_of(new)):
-            raise self.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", self.words(frame))
+            raise self.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", in_words(response))
         served = self.behind_superseded(response, mux_of(old))
         if served is not None:
             return served
@@ -177,7 +178,7 @@ class Dialogue(Transfers):
             Violation(
                 RESTART,
                 expected=f"{mux_of(new)} served",
-                actual=self.words(frame),
+                actual=in_words(response),
             )
         )
         return None
@@ -191,7 +192,7 @@ class Dialogue(Transfers):
         try:
             yield
         except ServerAborted as refused:
-            actual = describe_response(refused.abort.encode())
+            actual = in_words(refused.abort)
             breach = Violation(NOT_REFUSED, expected="the new transfer to be served", actual=actual)
             breach.habit = OLD_GOES_ON
             raise breach from None
@@ -223,8 +224,8 @@ class Dialogue(Transfers):
     def expect_refusals(self) -> None:
         """Expect no more than aborts of segments that are behind an abort: the server is idle."""
         for answer in self.fence():
-            if not isinstance(self.read_as(answer), Abort):
-                breach = self.breach("an abort of each segment at the most", self.words(answer))
+            if not isinstance(answer, Abort):
+                breach = self.breach("an abort of each segment at the most", in_words(answer))
                 breach.habit = GOES_ON
                 raise breach
             self.checks.abort(answer, None)
@@ -233,7 +234,7 @@ class Dialogue(Transfers):
         """Expect that what was sent last is not answered."""
         answer = self.reaction()
         if answer is not None:
-            raise self.breach("no answer", self.words(answer))
+            raise self.breach("no answer", in_words(answer))
 
     def expect_silence_or_abort(self, *codes: AbortCode) -> None:
         """Expect no answer, or an abort with one of the codes; without codes, with any.
@@ -243,9 +244,8 @@ class Dialogue(Transfers):
         answer = self.reaction()
         if answer is None:
             return
-        response = self.read_as(answer)
-        if not isinstance(response, Abort) or (codes and response.code not in codes):
-            raise self.breach(f"no answer, or an abort with {named(codes)}", self.words(answer))
+        if not isinstance(answer, Abort) or (codes and answer.code not in codes):
+            raise self.breach(f"no answer, or an abort with {named(codes)}", in_words(answer))
         self.checks.abort(answer, None)
 
     def expect_timed_out(self, target: Target, seconds: float) -> None:
@@ -257,13 +257,13 @@ class Dialogue(Transfers):
             time.monotonic() if self.wire.pauses.active_at is None else self.wire.pauses.active_at
         )
         for _ in range(MOST_ACKNOWLEDGEMENTS):
-            frame = self.wait(seconds + self.channel.response_timeout)
-            if frame is None or not isinstance(self.read_as(frame), BlockAck):
+            response = self.wait(seconds + self.channel.response_timeout)
+            if not isinstance(response, BlockAck):
                 break
         due = f"abort with {named(SERVER_TIME_OUT.codes)} after {seconds:g} s of silence"
-        if frame is None:
+        if response is None:
             raise self.breach(due, f"nothing within {time.monotonic() - begin:.3g} s")
-        self.take_abort(frame, SERVER_TIME_OUT.codes, target, SERVER_TIME_OUT.tolerated)
+        self.take_abort(response, SERVER_TIME_OUT.codes, target, SERVER_TIME_OUT.tolerated)
         elapsed = self.channel.arrived - begin
         if elapsed < seconds * PROMPT:
             raise self.breach(due, f"it came after {elapsed:.3g} s")
@@ -273,10 +273,10 @@ class Dialogue(Transfers):
 
         It need not where it waits for segments of a block: it may acknowledge what it has.
         """
-        frame = self.wire.pause(seconds)
-        if frame is not None and not isinstance(self.read_as(frame), BlockAck):
-            raise self.breach(f"no answer for {seconds:g} s", self.words(frame))
-        return frame is None
+        response = self.wire.pause(seconds)
+        if response is not None and not isinstance(response, BlockAck):
+            raise self.breach(f"no answer for {seconds:g} s", in_words(response))
+        return response is None
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``; a string may end in 00h."""

@@ -6,11 +6,11 @@ in the same way is no chance: the server refuses the service.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 from conformance.dialogue.causes import kind_of_request
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     Abort,
@@ -18,6 +18,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     DownloadInitiate,
     Request,
+    Response,
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
@@ -82,11 +83,10 @@ class EarlyAborts:
         if abort not in self._all:
             self._all.append(abort)
 
-    def received(self, frame: bytes, running: Multiplexer | None) -> None:
+    def received(self, response: Response, running: Multiplexer | None) -> None:
         """Take a response; ``running`` is the object of the transfer that is, if there is one."""
-        abort = decode_response(frame)
-        if is_early(frame, running) and isinstance(abort, Abort):
-            self.note(abort)
+        if is_early(response, running):
+            self.note(response)
 
     def forget(self) -> None:
         """Begin with something else."""
@@ -116,13 +116,12 @@ def _bytes_of(abort: Abort) -> str:
     return hex_bytes(abort.encode())
 
 
-def is_early(frame: bytes, running: Multiplexer | None) -> bool:
-    """Say whether a frame is an abort of what runs, and nothing is wrong with it."""
-    response = decode_response(frame)
+def is_early(response: Response, running: Multiplexer | None) -> TypeGuard[Abort]:
+    """Say whether a response is an abort of what runs, and nothing is wrong with it."""
     return (
         running is not None
         and isinstance(response, Abort)
         and response.mux == running
         and response.code in _CODES
-        and Abort(response.mux, response.code).encode() == frame
+        and not response.reserved_bits
     )

@@ -12,11 +12,11 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
+    Response,
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
@@ -116,7 +116,7 @@ def expect_written_back(
         if entry.is_steady:
             sdo.expect_value(entry, value)
         return
-    refusal = describe_response(abort.encode())
+    refusal = in_words(abort)
     if abort.code not in NOT_NOW and value:
         raise sdo.breach(f"a download of {shown(value)} to {entry} to be confirmed", refusal)
     sdo.info(f"{entry} does not take {shown(value)} now: {refusal}")
@@ -151,19 +151,18 @@ def unchanged(sdo: Dialogue, entry: KnownObject) -> Iterator[bytes]:
     expect_kept(sdo, entry, value)
 
 
-def expect_unlisted(sdo: Dialogue, frame: bytes, mux: Multiplexer) -> None:
+def expect_unlisted(sdo: Dialogue, response: Response, mux: Multiplexer) -> None:
     """Expect what the EDS does not list to be missing; that it is there breaks a SHOULD only."""
-    response = decode_response(frame)
     if isinstance(response, Abort) and response.code not in _THERE:
-        sdo.take_abort(frame, MISSING_REFUSED.codes, mux)
+        sdo.take_abort(response, MISSING_REFUSED.codes, mux)
         return
     if not isinstance(response, Abort):
-        sdo.checks.upload_initiate(frame, mux)
+        sdo.checks.upload_initiate(response, mux)
     sdo.note(
         Violation(
             ALL_LISTED,
             expected=f"{mux} to be missing, as the EDS does not list it",
-            actual=describe_response(frame),
+            actual=in_words(response),
         )
     )
 
@@ -177,7 +176,7 @@ def scan(sdo: Dialogue, indices: Iterable[int]) -> tuple[set[int], set[int]]:
     missing: set[int] = set()
     for index in indices:
         sdo.send(UploadInitiate(Multiplexer(index)))
-        response = decode_response(sdo.receive())
+        response = sdo.receive()
         sdo.end_transfer()
         lacking = isinstance(response, Abort) and response.code == AbortCode.OBJECT_MISSING
         (missing if lacking else there).add(index)

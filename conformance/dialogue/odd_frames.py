@@ -1,19 +1,16 @@
 """Frames that are no proper response, or none that was asked for, as breaches."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import CobId
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, hex_bytes
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Response
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Violation
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 MOST_SHOWN = 3
-# Reads a frame in the state in which it came.
-Reader = Callable[[bytes], Response]
 
 
 def check_shape(frame: CanFrame, response: CobId) -> None:
@@ -38,29 +35,21 @@ def check_shape(frame: CanFrame, response: CobId) -> None:
         )
 
 
-def unsolicited(
-    frames: Sequence[bytes], expected: str = "no answer", *, read: Reader = decode_response
-) -> Violation:
+def unsolicited(responses: Sequence[Response], expected: str = "no answer") -> Violation:
     """Build the breach that answers came though none, or fewer, had to come."""
-    shown = [in_words(read(frame), frame) for frame in frames[:MOST_SHOWN]]
-    more = [f"{len(frames) - MOST_SHOWN} more"] if len(frames) > MOST_SHOWN else []
+    shown = [in_words(response) for response in responses[:MOST_SHOWN]]
+    more = [f"{len(responses) - MOST_SHOWN} more"] if len(responses) > MOST_SHOWN else []
     return Violation(UNSOLICITED, expected=expected, actual="; ".join([*shown, *more]))
 
 
-def unasked(frame: bytes, *, aborted: bool, read: Reader = decode_response) -> Violation:
-    """Build the breach that a frame came though nothing asked for it.
+def unasked(response: Response, *, aborted: bool) -> Violation:
+    """Build the breach that a response came though nothing asked for it.
 
     ``aborted``: the client had aborted a transfer before.
     """
-    response = read(frame)
     answers_abort = aborted and isinstance(response, Abort)
     return Violation(
         ABORT_NOT_ANSWERED if answers_abort else UNSOLICITED,
         expected="no answer to an abort" if answers_abort else "no further answer",
-        actual=in_words(response, frame),
+        actual=in_words(response),
     )
-
-
-def in_words(response: Response, frame: bytes) -> str:
-    """Return what a frame of the server was read as, with its bytes."""
-    return f"{describe(response)} [{hex_bytes(frame)}]"

@@ -12,7 +12,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
@@ -96,7 +96,7 @@ class Parameters:
         abort = self.write(mux, value)
         if abort is None:
             return
-        shown = describe_response(abort.encode())
+        shown = in_words(abort)
         if abort.code in CONSTANT:
             raise Unimplemented(shown)
         raise NotTestable(f"{mux} does not take {value.hex(' ')} now: {shown}")
@@ -106,7 +106,7 @@ class Parameters:
         try:
             return self._sdo.read(mux)
         except ServerAborted as aborted:
-            shown = describe_response(aborted.abort.encode())
+            shown = in_words(aborted.abort)
             if aborted.abort.code in (*MISSING, AbortCode.GENERAL_ERROR):
                 raise Unimplemented(shown) from aborted
             raise NotTestable(f"{mux} cannot be read: {shown}") from aborted
@@ -127,7 +127,7 @@ class Parameters:
         if unused == before:
             abort = self._sdo.try_download(entry.mux, unused)
             if abort is not None and abort.code in CONSTANT:
-                raise Unimplemented(describe_response(abort.encode()))
+                raise Unimplemented(in_words(abort))
         else:
             self.write_if_configurable(entry.mux, unused)
         try:

@@ -9,7 +9,7 @@ import time
 from conformance.device.lacking import NotTestable
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, Response
 
 # The part of its declared time after which a server may have given up, as its clock goes.
 MAY_GIVE_UP = 0.75
@@ -55,7 +55,7 @@ class Pauses:
         """Take a response, and when it arrived: since then it may have waited for the bench."""
         if within:
             self.longest = max(self.longest, time.monotonic() - arrived)
-        if self.longest >= self._limit and is_timeout(data):
+        if self.longest >= self._limit and is_timeout(decode_response(data)):
             self._given_up = True
         self.active_at = arrived
 
@@ -91,9 +91,9 @@ class Pauses:
             )
         return self.in_doubt
 
-    def excuses(self, data: bytes) -> bool:
+    def excuses(self, response: Response) -> bool:
         """Whether a response that nobody asked for tells of a transfer that was given up."""
-        return self.longest >= self._limit and is_timeout(data)
+        return self.longest >= self._limit and is_timeout(response)
 
     def forget(self) -> None:
         """Begin anew: what was met so far has been dealt with."""
@@ -105,7 +105,6 @@ class Pauses:
         return NotTestable(NOT_JUDGED)
 
 
-def is_timeout(data: bytes) -> bool:
+def is_timeout(response: Response) -> bool:
     """Say whether a response tells that the client was silent for too long."""
-    response = decode_response(data)
     return isinstance(response, Abort) and response.code == AbortCode.TIMED_OUT

@@ -11,7 +11,7 @@ from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
 from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
@@ -73,7 +73,7 @@ class Room:
             refused = Violation(
                 NOT_REFUSED,
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
-                actual=describe_response(abort.encode()),
+                actual=in_words(abort),
             )
             refused.request = asked
             if exactly:
@@ -185,7 +185,7 @@ class Room:
             return Violation(
                 NOT_REFUSED,
                 expected=f"a download of {size} bytes to {known}, or that it is too small",
-                actual=describe_response(abort.encode()),
+                actual=in_words(abort),
             )
         why = f"(refused with {describe_code(abort.code)})"
         longer = any(taken > size for taken in self._device.lengths[known.mux].taken)

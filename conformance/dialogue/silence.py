@@ -11,9 +11,9 @@ from conformance.dialogue.wire import ABORTS, Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.describe import hex_bytes
+from conformance.sdo.describe import hex_bytes, in_words
 from conformance.sdo.emergency import ERROR_REGISTER
-from conformance.sdo.frames import Abort, BlockSegment, UploadInitiate
+from conformance.sdo.frames import Abort, BlockSegment, Response, UploadInitiate
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
 
@@ -58,7 +58,7 @@ class Silence:
         """
         stray = self.fence()
         if stray:
-            raise unsolicited(stray, read=self._wire.read_as)
+            raise unsolicited(stray)
 
     def _calm_before(self, data: bytes) -> None:
         begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
@@ -70,17 +70,17 @@ class Silence:
 
     # The fence
 
-    def fence(self, most: int = MOST_STRAY) -> list[bytes]:
-        """Read 1000h and return what came before its answer: so many frames at the most.
+    def fence(self, most: int = MOST_STRAY) -> list[Response]:
+        """Read 1000h and return what came before its answer: so many at the most.
 
         Not the refusals of segments that crossed with an abort of the server.
         """
         with self._wire.aside():
             return self._fence(most)
 
-    def _fence(self, most: int) -> list[bytes]:
+    def _fence(self, most: int) -> list[Response]:
         wire = self._wire
-        stray: list[bytes] = []
+        stray: list[Response] = []
         crossed, wire.crossed = wire.crossed, 0
         at_rest = wire.channel.at_rest and wire.tracker.open is None
         self._send_baseline()
@@ -96,40 +96,40 @@ class Silence:
                 wire.unanswered()
                 self._send_baseline()
                 continue
-            data = wire.take(frame)
-            if data == self._device.baseline[0][1]:
+            response = wire.take(frame)
+            if response.encode() == self._device.baseline[0][1]:
                 if at_rest:
                     wire.channel.pace.read(answered=not retried)
                 break
-            if crossed and isinstance(wire.read_as(data), Abort):
+            if crossed and isinstance(response, Abort):
                 crossed -= 1
                 continue
-            if wire.pauses.excuses(data):
+            if wire.pauses.excuses(response):
                 continue
-            stray.append(data)
+            stray.append(response)
             wire.timing.came_late()
             if len(stray) > most:
-                raise unsolicited(stray, read=wire.read_as)
+                raise unsolicited(stray)
         if retried:
             self._take_second_answer()
         self._read_the_rest()
         return stray
 
-    def _no_answer(self, stray: list[bytes]) -> Violation:
+    def _no_answer(self, stray: list[Response]) -> Violation:
         heard = self._wire.heard_elsewhere()
         return Violation(
             SPECIFIER if stray else ANSWERED,
             expected="an answer to the read of 1000h that follows",
-            actual="; ".join(["no answer", *map(self._wire.words, stray)]) + heard,
+            actual="; ".join(["no answer", *map(in_words, stray)]) + heard,
         )
 
     def _read_the_rest(self) -> None:
         """Read the segments of 1000h, where it takes any."""
         for request, due in self._device.baseline[1:]:
             self._wire.transmit(request)
-            data = self._wire.receive()
-            if data != due:
-                actual = self._wire.words(data)
+            response = self._wire.receive()
+            if response.encode() != due:
+                actual = in_words(response)
                 raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=actual)
 
     def _take_second_answer(self) -> None:
@@ -141,7 +141,7 @@ class Silence:
         wire = self._wire
         baseline = self._device.baseline[0][1]
         wire.transmit(UploadInitiate(ERROR_REGISTER).encode())
-        while (frame := wire.next_frame()) is not None and wire.take(frame) == baseline:
+        while (frame := wire.next_frame()) is not None and wire.take(frame).encode() == baseline:
             pass
         if len(self._device.baseline) > 1:
             self._send_baseline()
@@ -150,7 +150,7 @@ class Silence:
     def _send_baseline(self) -> None:
         self._wire.transmit(self._device.baseline[0][0])
 
-    def reaction(self) -> bytes | None:
+    def reaction(self) -> Response | None:
         """Return the answer to what was sent last, or None when there was none.
 
         Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
@@ -161,18 +161,18 @@ class Silence:
         if own is not None:
             self._take_answer_to_abort(own, stray)
         if len(stray) > 1:
-            raise unsolicited(stray, "one answer at most", read=self._wire.read_as)
+            raise unsolicited(stray, "one answer at most")
         return stray[0] if stray else None
 
-    def _take_answer_to_abort(self, own: Abort, stray: list[bytes]) -> None:
+    def _take_answer_to_abort(self, own: Abort, stray: list[Response]) -> None:
         """Take away what answers the suite's own abort, which came behind the point of a case.
 
         One abort may be the answer to what the case has sent, unless the device is known to answer
         aborts.
         """
         least = 0 if self._causes.aborts_are_answered else 1
-        while len(stray) > least and isinstance(self._wire.read_as(stray[-1]), Abort):
-            violation = unasked(stray.pop(), aborted=True, read=self._wire.read_as)
+        while len(stray) > least and isinstance(stray[-1], Abort):
+            violation = unasked(stray.pop(), aborted=True)
             violation.request = own
             self._wire.note(violation)
 
@@ -207,10 +207,10 @@ class Silence:
 
         Not the segments of a sub-block that were on their way when the client ended the transfer.
         """
-        aborted, read = self._wire.has_aborted, self._wire.read_as
-        for frame in self.fence():
-            if not (aborted and isinstance(read(frame), BlockSegment)):
-                self._wire.note(unasked(frame, aborted=aborted, read=read))
+        aborted = self._wire.has_aborted
+        for response in self.fence():
+            if not (aborted and isinstance(response, BlockSegment)):
+                self._wire.note(unasked(response, aborted=aborted))
 
     def recover(self) -> bool:
         """Leave the server idle after a breach, whatever it may still send.

@@ -14,7 +14,7 @@ from conformance.dialogue.network import Network
 from conformance.dialogue.transfers import NOT_NOW
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
@@ -37,7 +37,7 @@ def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
     try:
         data = sdo.read(mux)
     except ServerAborted as aborted:
-        raise Unimplemented(describe_response(aborted.abort.encode())) from aborted
+        raise Unimplemented(in_words(aborted.abort)) from aborted
     if not data or not data[0] & 1:
         raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
 
@@ -48,15 +48,15 @@ def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
     words = f'"{signature.decode()}" to {mux}'
     seconds = max(sdo.device.storage_time, sdo.channel.response_timeout)
     sdo.send(DownloadInitiate.with_data(mux, signature))
-    frame = sdo.wait(seconds)
-    if frame is None:
+    response = sdo.wait(seconds)
+    if response is None:
         raise Violation(
             ANSWERED, expected=f"an answer to {words}", actual=f"nothing within {seconds:g} s"
         )
     try:
-        sdo.checks.download_initiate(frame, mux)
+        sdo.checks.download_initiate(response, mux)
     except ServerAborted as aborted:
-        refusal = describe_response(aborted.abort.encode())
+        refusal = in_words(aborted.abort)
         if aborted.abort.code in NOT_NOW:
             raise NotTestable(f"the device does not take {words} now: {refusal}") from aborted
         raise sdo.breach(f"{words} to be confirmed, as bit 0 of it says", refusal) from aborted

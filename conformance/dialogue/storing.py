@@ -4,9 +4,10 @@ from collections.abc import Generator
 
 from conformance.dialogue.causes import Way
 from conformance.sdo.block_client import BlockClient, Step
+from conformance.sdo.frames import Response
 from conformance.sdo.layout import Multiplexer
 
-Transfer = Generator[Step, bytes, object]
+Transfer = Generator[Step, Response, object]
 
 
 def in_segments(client: BlockClient, mux: Multiplexer, data: bytes) -> Transfer:

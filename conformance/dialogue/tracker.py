@@ -1,5 +1,6 @@
 """Whether a transfer is open on a channel, by what went over the wire."""
 
+from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
     Abort,
@@ -27,16 +28,15 @@ class TransferTracker:
     """Follows requests and responses.
 
     ``open`` is the object of the running transfer or None, ``latest`` that of the last one.
-    ``segments`` are the frames of the server that were segments of a block; ``in_blocks`` says that
-    a block upload has begun. A block download is ``abandoned`` when the client has aborted it and
-    the server has not sent anything since: what it sent last ``asks_for_segments``.
+    ``in_blocks`` says that a block upload has begun. A block download is ``abandoned`` when the
+    client has aborted it and the server has not sent anything since: what it sent last
+    ``asks_for_segments``.
     """
 
     def __init__(self) -> None:
         """Start with no transfer."""
         self.open: Multiplexer | None = None
         self.latest: Multiplexer | None = None
-        self.segments: set[bytes] = set()
         self.in_blocks = False
         self.abandoned = False
         self.asks_for_segments = False
@@ -52,19 +52,28 @@ class TransferTracker:
             self.open = None
         return request
 
-    def response(self, frame: bytes) -> None:
-        """Take what the server sent."""
+    def response(self, frame: bytes) -> Response:
+        """Take what the server sent; return which response it is, by the state in which it came.
+
+        A segment of a block uses all of byte 0, and looks like any other response.
+        """
         response = self._decoder.response(frame)
-        if isinstance(response, BlockSegment):
-            self.segments.add(frame)
-        else:
-            self.segments.discard(frame)
         self.in_blocks |= isinstance(response, BlockUploadInitiateResponse)
         self.abandoned = False
         self.asks_for_segments = isinstance(response, BlockDownloadInitiateResponse | BlockAck)
         self._follow(response, self._request)
         if self.open is not None:
             self.latest = self.open
+        return response if isinstance(response, BlockSegment) else self.read(frame)
+
+    def read(self, frame: bytes) -> Response:
+        """Return which response has arrived, as far as that can be told before it is taken.
+
+        Where a block upload may be running still, exactly 80h is an abort, and 81h a segment.
+        """
+        response = decode_response(frame)
+        may_be_segment = isinstance(response, Abort) and response.reserved_bits != 0
+        return decode_segment(frame) if may_be_segment and self.in_blocks else response
 
     def _follow(self, response: Response, request: Request | None) -> None:
         match response:

@@ -22,8 +22,8 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, describe_response, hex_bytes
+from conformance.sdo.decoding import as_answer
+from conformance.sdo.describe import describe, hex_bytes, in_words
 from conformance.sdo.frames import (
     Abort,
     BlockSegment,
@@ -109,30 +109,22 @@ class Transfers:
         """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
         self.wire.send_frame(frame)
 
-    def receive(self) -> bytes:
-        """Return the data bytes of the next response, which has to come.
+    def receive(self) -> Response:
+        """Return the next response, which has to come, read by the state in which it came.
 
         Raises Violation when none comes in time, or one that has not the shape of a response.
         """
         return self.wire.receive()
 
-    def wait(self, seconds: float) -> bytes | None:
+    def wait(self, seconds: float) -> Response | None:
         """Send nothing for so many seconds; return the response that is due within them."""
         return self.wire.wait(seconds)
 
-    def read_as(self, frame: bytes) -> Response:
-        """Return what a response is by the state in which it came, a segment of a block perhaps."""
-        return self.wire.read_as(frame)
-
-    def words(self, frame: bytes) -> str:
-        """Return a response in words, by the state in which it came, with its bytes."""
-        return self.wire.words(frame)
-
-    def fence(self) -> list[bytes]:
+    def fence(self) -> list[Response]:
         """Read 1000h, and return what came before its answer."""
         return self.silence.fence()
 
-    def reaction(self) -> bytes | None:
+    def reaction(self) -> Response | None:
         """Return the answer to what was sent last, or None when there was none.
 
         Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
@@ -220,7 +212,7 @@ class Transfers:
             raise Violation(
                 NOT_REFUSED,
                 expected=f"40h or 41h: {mux_of(target)} is longer than 4 bytes",
-                actual=describe_response(response.encode()),
+                actual=in_words(response),
             )
         return response
 
@@ -261,7 +253,7 @@ class Transfers:
             if aborted.abort.code not in EXISTS:
                 return None
             raise self.breach(
-                f"{mux} to be refused as missing", describe_response(aborted.abort.encode())
+                f"{mux} to be refused as missing", in_words(aborted.abort)
             ) from aborted
 
     def download(
@@ -279,7 +271,7 @@ class Transfers:
             self.client.download(mux_of(target), data, segmented=segmented, sized=sized)
         )
 
-    def abort_of(self, transfer: Generator[Step, bytes, object]) -> Abort | None:
+    def abort_of(self, transfer: Generator[Step, Response, object]) -> Abort | None:
         """Run a transfer; return the abort that ends it, or None when it is served."""
         try:
             self.run(transfer)
@@ -303,7 +295,7 @@ class Transfers:
                 raise Violation(
                     NOT_REFUSED,
                     expected=f"a download of {hex_bytes(value)} to {known} to be confirmed",
-                    actual=describe_response(abort.encode()),
+                    actual=in_words(abort),
                 )
         raise NotTestable(
             f"{known} takes no value near its present one ({hex_bytes(before)}): name another"
@@ -318,7 +310,7 @@ class Transfers:
             rest = self.client.upload_segments(mux_of(target), response.size)
             return self.run(rest).data
 
-    def attempt(self, transfer: Generator[Step, bytes, Result]) -> Result | Abort:
+    def attempt(self, transfer: Generator[Step, Response, Result]) -> Result | Abort:
         """Run a transfer that the server may refuse at its initiate; return its result or abort.
 
         Which multiplexer such an abort carries is for the caller to check.
@@ -328,37 +320,38 @@ class Transfers:
             raise TypeError("a transfer begins with one request")
         superseded = self.tracker.open
         self.send(initiate)
-        frame = self.receive()
-        response = decode_response(frame)
+        response = as_answer(self.receive())
         if isinstance(response, Abort):
-            self.checks.abort(frame, None)
+            self.checks.abort(response, None)
             served = self.behind_superseded(response, superseded) if superseded else None
             if served is None:
                 return response
-            frame = served
-        step = advance(transfer, frame)
+            response = served
+        step = advance(transfer, response)
         with self.served():
             return self.go_on(transfer, step)
 
-    def behind_superseded(self, abort: Abort, superseded: Multiplexer) -> bytes | None:
+    def behind_superseded(self, abort: Abort, superseded: Multiplexer) -> Response | None:
         """Return the answer to a new initiate that follows an abort of the superseded transfer.
 
         None where there is none: the server has refused the new one.
         """
         if abort.mux != superseded:
             return None
-        frame = self.wait(self.channel.pace.soon(self.channel.response_timeout))
-        if frame is not None:
+        response = self.wait(self.channel.pace.soon(self.channel.response_timeout))
+        if response is not None:
             self.info("the superseded transfer is aborted, and the new one is served")
-        return frame
+        return response
 
     # What transfers are made of
 
-    def run(self, transfer: Generator[Step, bytes, Result]) -> Result:
+    def run(self, transfer: Generator[Step, Response, Result]) -> Result:
         """Run a transfer and return its result; raises ServerAborted for one that is refused."""
         return self.go_on(transfer, next(transfer))
 
-    def go_on(self, transfer: Generator[Step, bytes, Result], step: Step | Ended[Result]) -> Result:
+    def go_on(
+        self, transfer: Generator[Step, Response, Result], step: Step | Ended[Result]
+    ) -> Result:
         """Run what is left of a transfer, from one of its steps on."""
         try:
             while not isinstance(step, Ended):
@@ -387,7 +380,7 @@ class Transfers:
             refused = Violation(
                 NOT_REFUSED,
                 expected=f"an answer to: {describe(self.wire.last_sent)}",
-                actual=describe_response(aborted.abort.encode()),
+                actual=in_words(aborted.abort),
             )
             refused.request = self.wire.last_sent
             raise refused from aborted

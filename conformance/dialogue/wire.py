@@ -17,7 +17,7 @@ from conformance.device.safety import written_by
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered
 from conformance.dialogue.early import INITIATES, is_early
-from conformance.dialogue.odd_frames import check_shape, in_words
+from conformance.dialogue.odd_frames import check_shape
 from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.record import CaseRecord
@@ -27,8 +27,8 @@ from conformance.dialogue.tracker import TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.decoding import decode_request, decode_response, decode_segment
-from conformance.sdo.describe import describe, describe_response
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -173,8 +173,8 @@ class Wire:
 
     # What is received
 
-    def receive(self) -> bytes:
-        """Return the data bytes of the next response, which has to come.
+    def receive(self) -> Response:
+        """Return the next response, which has to come.
 
         Raises Violation when none comes in time, or one that has not the shape of a response.
         """
@@ -215,16 +215,16 @@ class Wire:
             self.channel.receive()  # the first answer has come after all, so there is another one
         return frame
 
-    def wait(self, seconds: float) -> bytes | None:
+    def wait(self, seconds: float) -> Response | None:
         """Send nothing for so many seconds; return the response that is due within them."""
         frame = self.channel.receive(seconds)
         if frame is None:
             self._note_missed()
-        data = None if frame is None else self.take(frame)
+        response = None if frame is None else self.take(frame)
         self.pauses.waited()
-        return data
+        return response
 
-    def pause(self, seconds: float) -> bytes | None:
+    def pause(self, seconds: float) -> Response | None:
         """Send nothing for so many seconds by the clock; return the response that ends the pause.
 
         To the server that is a silence of its client like any other.
@@ -266,8 +266,8 @@ class Wire:
         if self.channel.in_doubt:
             self.pauses.missed(self.channel.missed)
 
-    def take(self, frame: CanFrame) -> bytes:
-        """Return 8 data bytes of a response; that it has another length is noted."""
+    def take(self, frame: CanFrame) -> Response:
+        """Return a response as a message; that it has not 8 bytes is noted."""
         data = frame.data
         try:
             check_shape(frame, self.channel.ids.response)
@@ -278,10 +278,10 @@ class Wire:
             self.misshapen = odd
             data = data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
         refused = self.owed and isinstance(self.last_sent, INITIATES)
+        running = self.tracker.open
+        response = self.tracker.response(data)
         if not refused and not self.fencing:
-            self.record.early.received(data, self.tracker.open)
-        self.tracker.response(data)
-        response = decode_response(data)
+            self.record.early.received(response, running)
         self.delivered.response(response)
         self.owed = False
         if not self.fencing:
@@ -290,25 +290,9 @@ class Wire:
             self.crossed = max(self.segments - 1, 0)
         elif isinstance(response, BlockAck) and response.sequence == self.segments:
             self.segments = 0
-        return data
-
-    # What it means
-
-    def read_as(self, frame: bytes) -> Response:
-        """Return what a response is by the state in which it came: a segment of a block may be it.
-
-        A segment uses all of byte 0, and looks like any other response; also like an abort, but for
-        80h, where a block upload may be running still.
-        """
-        response = decode_response(frame)
-        unlike_abort = isinstance(response, Abort) and frame[:1] != ABORTS
-        if frame in self.tracker.segments or (unlike_abort and self.tracker.in_blocks):
-            return decode_segment(frame)
         return response
 
-    def words(self, frame: bytes) -> str:
-        """Return a response in words, by the state in which it came, with its bytes."""
-        return in_words(self.read_as(frame), frame)
+    # What is found
 
     def note(self, violation: Violation) -> None:
         """Keep a breach that does not stop a transfer."""
@@ -333,7 +317,7 @@ class Wire:
         self.misshapen = None
         # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
         if self.leaves_unasked(within_burst=data[:1] != ABORTS):
-            actual = describe_response(self.receive())
+            actual = in_words(self.receive())
             found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=actual)
             found.request = self.last_sent
             raise found
@@ -350,7 +334,7 @@ class Wire:
         if running is None or owed or self.fencing:
             return False
         waiting = self.channel.waiting()
-        return bool(waiting) and is_early(waiting[0].data, running)
+        return bool(waiting) and is_early(self.tracker.read(waiting[0].data), running)
 
     def has_left(self) -> bool:
         """Say whether the server has said something else than that it takes segments.

@@ -15,7 +15,7 @@ from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.frames import Abort, Request
+from conformance.sdo.frames import Abort, Request, Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
@@ -133,7 +133,7 @@ class Lockstep:
             if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
                 return  # it was noted, and is no answer
             self._find(self.oracle.response(captured.frame))
-            self._aborted |= isinstance(self._sdo.read_as(captured.frame.data), Abort)
+            self._aborted |= isinstance(self._sdo.tracker.read(captured.frame.data), Abort)
             if self.oracle.ended is not None:
                 self._sdo.record.early.note(self.oracle.ended.abort)
 
@@ -158,8 +158,8 @@ class Lockstep:
                 self._sdo.record.own.add(found)
             self._findings.append(found)
 
-    def send(self, frame: CanFrame, *, point: bool = False) -> list[bytes]:
-        """Send any frame, take the answers that have to come, and return their data bytes.
+    def send(self, frame: CanFrame, *, point: bool = False) -> list[Response]:
+        """Send any frame, take the answers that have to come, and return them.
 
         ``point``: what is wrong with them is what the case is about, and a fence follows, which
         finds what else comes without waiting. (Not if that looks like the answer to the fence.)
@@ -175,33 +175,33 @@ class Lockstep:
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
         told_by_fence = point and getattr(self._point, "mux", None) != DEVICE_TYPE
-        aborted = answers and isinstance(self._sdo.read_as(answers[-1]), Abort)
+        aborted = answers and isinstance(answers[-1], Abort)
         if aborted and not told_by_fence:
             answers += self._behind_abort()
         return answers
 
-    def _behind_abort(self) -> list[bytes]:
+    def _behind_abort(self) -> list[Response]:
         """Take the answer that comes behind an abort where that is of a superseded transfer."""
-        answers: list[bytes] = []
+        answers: list[Response] = []
         while not self.oracle.lost and (more := self._what_may_come()):
             answers += more
         return answers
 
-    def behind_gap(self) -> list[bytes]:
+    def behind_gap(self) -> list[Response]:
         """Take the acknowledgements of a sub-block that may come behind a gap."""
-        answers: list[bytes] = []
+        answers: list[Response] = []
         while SubBlock.name in self.oracle.states and (more := self._what_may_come()):
             answers += more
         return answers
 
-    def _answer(self) -> list[bytes]:
+    def _answer(self) -> list[Response]:
         answer = self._sdo.wire.next_frame()
         if answer is None:
             self._sdo.wire.unanswered()
             self._find(self.oracle.settled())
         return self._taken(answer)
 
-    def _what_may_come(self) -> list[bytes]:
+    def _what_may_come(self) -> list[Response]:
         """Take what may come and need not, if it comes as soon as this device answers.
 
         A silence settles nothing: what comes later crosses with what is sent next.
@@ -211,19 +211,17 @@ class Lockstep:
         channel = self._sdo.channel
         return self._taken(self._sdo.wire.next_frame(channel.pace.soon(channel.response_timeout)))
 
-    def _taken(self, answer: CanFrame | None) -> list[bytes]:
+    def _taken(self, answer: CanFrame | None) -> list[Response]:
         self.check()
         if answer is None:
             return []
-        self._sdo.tracker.response(answer.data)
-        return [answer.data]
+        return [self._sdo.tracker.response(answer.data)]
 
-    def arrived(self) -> list[bytes]:
+    def arrived(self) -> list[Response]:
         """Take what has come though it did not have to."""
         answers = []
         for frame in self._sdo.drain():
-            self._sdo.tracker.response(frame.data)
-            answers.append(frame.data)
+            answers.append(self._sdo.tracker.response(frame.data))
         self.check()
         return answers
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 
 from conformance.logs.reading import Seen
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.describe import describe_response
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.nmt import ALL_NODES, NmtCommand, NmtState, decode_nmt
 from conformance.sdo.oracle import Awaited, Oracle
@@ -295,7 +296,7 @@ class LogJudge:
         """Yield that a node answers in Stopped, unless it ended what was running before."""
         owing, stopped.owing = stopped.owing, False
         if stopped.asked and not (owing and seen.time - stopped.since < PATIENCE):
-            actual = describe_response(seen.frame.data)
+            actual = in_words(decode_response(seen.frame.data))
             broken = Violation(NMT_STOPPED, expected="no answer in Stopped", actual=actual)
             yield Finding(node_id, seen, broken)
 

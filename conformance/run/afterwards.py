@@ -17,6 +17,7 @@ from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import EXPEDITED_LENGTH
+from conformance.sdo.frames import Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage import SAVE_ALL
@@ -32,12 +33,12 @@ MOST_SILENCES = 5
 class Leaving:
     """How the case left the server, and what was found on the way.
 
-    ``stray`` are the frames that came before the answer to the read of 1000h.
+    ``stray`` are the responses that came before the answer to the read of 1000h.
     """
 
     afterwards: Afterwards
     violation: Violation | None = None
-    stray: Sequence[bytes] = ()
+    stray: Sequence[Response] = ()
 
 
 def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
@@ -83,13 +84,13 @@ def _look(sdo: Dialogue) -> Leaving:
         return _recover(sdo, error)
     if not stray:
         return Leaving(Afterwards.IDLE)
-    first = unasked(stray[0], aborted=aborted, read=sdo.read_as)
+    first = unasked(stray[0], aborted=aborted)
     others = stray[1:]
     if others:
         first = Violation(
             first.rule,
             expected=first.expected,
-            actual="; ".join([first.actual, unsolicited(others, read=sdo.read_as).actual]),
+            actual="; ".join([first.actual, unsolicited(others).actual]),
         )
     return Leaving(Afterwards.IDLE, first, stray)
 

@@ -19,8 +19,8 @@ from conformance.run.verdict import (
     Verdict,
 )
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe_response
+from conformance.sdo.decoding import as_answer
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.rules import (
     IDLE_AFTERWARDS,
@@ -37,7 +37,7 @@ def as_violation(error: BaseException | None) -> BaseException | None:
     """Return a refusal as the breach that it is, anything else as it is."""
     if not isinstance(error, ServerAborted):
         return error
-    actual = describe_response(error.abort.encode())
+    actual = in_words(error.abort)
     return Violation(NOT_REFUSED, expected="a positive answer", actual=actual)
 
 
@@ -176,7 +176,7 @@ class CaseRun:
         self.tools.network.end()
         leaving = leave(sdo, failed=True)
         # What crossed with the abort has met an idle server, which may refuse it.
-        refused = all(isinstance(decode_response(stray), Abort) for stray in leaving.stray)
+        refused = all(isinstance(as_answer(stray), Abort) for stray in leaving.stray)
         booted = session.channel.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups
         if leaving.afterwards is not Afterwards.IDLE or not refused or booted:
             return False
@@ -239,7 +239,7 @@ class CaseRun:
         found = [*sdo.record.minor[len(self._minor) :]]
         late = sdo.wire.timing.answered_after
         if late is not None and leaving.stray:
-            answer = sdo.words(leaving.stray[0])
+            answer = in_words(leaving.stray[0])
             result.actual += f"; answered after {late * 1000:.0f} ms: {answer}"
         elif leaving.violation is not None:
             follows = result.cause and result.verdict is Verdict.NOT_TESTABLE

@@ -7,7 +7,7 @@ from conformance.run.habits import FIRST_SEEN
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, describe_response
+from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse
 from conformance.sdo.rules import FIRST_REQUEST, Violation
 
@@ -30,7 +30,7 @@ def ask_first(channel: Channel) -> Violation | None:
         serves = isinstance(response, UploadInitiateResponse | Abort)
         if serves and getattr(response, "mux", None) == DEVICE_TYPE:
             return None
-        wrong = describe_response(frame.data)
+        wrong = in_words(response)
     while channel.receive(REST) is not None:
         pass
     channel.send(request)

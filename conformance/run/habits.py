@@ -19,7 +19,7 @@ from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
+from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
@@ -131,7 +131,7 @@ def _sub_block_of_one(mux: Multiplexer) -> Probe:
 
     def begin(sdo: Dialogue) -> None:
         sdo.send(BlockUploadInitiate(mux, 1))
-        if isinstance(decode_response(sdo.receive()), BlockUploadInitiateResponse):
+        if isinstance(as_answer(sdo.receive()), BlockUploadInitiateResponse):
             sdo.send(BlockUploadStart())
             sdo.receive()
 

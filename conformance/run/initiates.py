@@ -10,8 +10,8 @@ from conformance.dialogue.transfers import Target, mux_of
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
-from conformance.sdo.describe import describe_response
-from conformance.sdo.frames import Abort
+from conformance.sdo.describe import in_words
+from conformance.sdo.frames import Abort, Response
 
 # How many bytes a download writes to a string that takes them; cases find that out before.
 INITIATE_SIZE = 9
@@ -50,7 +50,10 @@ def _fitting(sdo: Dialogue, text: KnownObject) -> bytes:
 
 
 def _read(
-    sdo: Dialogue, old: KnownObject, known: KnownObject, transfer: Generator[Step, bytes, Uploaded]
+    sdo: Dialogue,
+    old: KnownObject,
+    known: KnownObject,
+    transfer: Generator[Step, Response, Uploaded],
 ) -> Abort | None:
     found = sdo.attempt(transfer)
     if isinstance(found, Abort):
@@ -66,7 +69,7 @@ def _write(
     old: KnownObject,
     known: KnownObject,
     data: bytes,
-    transfer: Generator[Step, bytes, object],
+    transfer: Generator[Step, Response, object],
 ) -> Abort | None:
     refused = sdo.attempt(transfer)
     if isinstance(refused, Abort):
@@ -77,9 +80,7 @@ def _write(
 
 def _refused(sdo: Dialogue, abort: Abort, old: Target, new: Target) -> Abort:
     if abort.mux not in (mux_of(old), mux_of(new)):
-        raise sdo.breach(
-            f"an abort of {mux_of(old)} or {mux_of(new)}", describe_response(abort.encode())
-        )
+        raise sdo.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", in_words(abort))
     return abort
 
 

@@ -12,9 +12,9 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.causes import Cause, Causes, Standing, cause_of, kind_of_answer
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, describe_response
-from conformance.sdo.frames import Abort, DownloadSegment, Request
+from conformance.sdo.decoding import as_answer
+from conformance.sdo.describe import describe, in_words
+from conformance.sdo.frames import Abort, DownloadSegment, Request, Response
 from conformance.sdo.pairing import is_answer
 from conformance.sdo.rules import (
     MULTIPLEXER,
@@ -87,7 +87,7 @@ class Judgement:
             case Violation():
                 self.breach(error, asked, own=own, in_the_way=True)
             case ServerAborted():
-                actual = describe_response(error.abort.encode())
+                actual = in_words(error.abort)
                 refused = Violation(NOT_REFUSED, expected="a positive answer", actual=actual)
                 self.breach(refused, asked, in_the_way=True)
             case NotTestable():
@@ -168,7 +168,7 @@ class Judgement:
 
 
 def crossing(
-    error: BaseException | None, stray: Sequence[bytes], asked: Request
+    error: BaseException | None, stray: Sequence[Response], asked: Request
 ) -> Violation | None:
     """Return what was wrong where the true answer came behind what was taken for it.
 
@@ -176,12 +176,12 @@ def crossing(
     """
     match error:
         case ServerAborted():
-            actual = describe_response(error.abort.encode())
+            actual = in_words(error.abort)
         case Violation() if error.rule.id in WRONG_ANSWERS:
             actual = error.actual
         case _:
             return None
-    if not is_answer(stray[0], asked):
+    if not is_answer(as_answer(stray[0]), asked):
         return None
     return Violation(
         UNSOLICITED, expected=f"nothing before the answer to: {describe(asked)}", actual=actual
@@ -189,18 +189,18 @@ def crossing(
 
 
 def confirmed_and_refused(
-    error: BaseException | None, stray: Sequence[bytes], asked: Request
+    error: BaseException | None, stray: Sequence[Response], asked: Request
 ) -> Violation | None:
     """Return what was wrong where an abort came behind the confirmation of a download.
 
     ``stray`` is what came when the case was over, ``asked`` what it had sent last.
     """
     last = isinstance(asked, DownloadSegment) and asked.last
-    if not (isinstance(error, Violation) and last and isinstance(decode_response(stray[0]), Abort)):
+    if not (isinstance(error, Violation) and last and isinstance(as_answer(stray[0]), Abort)):
         return None
     if kind_of_answer(error.actual) != "download segment response":
         return None
-    both = f"{error.actual}, and {describe_response(stray[0])} behind it"
+    both = f"{error.actual}, and {in_words(as_answer(stray[0]))} behind it"
     found = Violation(UNSOLICITED, expected=error.expected, actual=both)
     found.habit = (UNSOLICITED.id, "an abort behind the confirmation of a download")
     return found

@@ -18,7 +18,8 @@ from conformance.run.habits import SURVEY, survey
 from conformance.run.recording import Recording
 from conformance.run.revival import Revival
 from conformance.sdo.cob_id import ChannelIds
-from conformance.sdo.describe import describe_response
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.rules import (
     UNSOLICITED,
     Level,
@@ -147,7 +148,7 @@ class DeviceSession:
         while (frame := self.channel.receive(0)) is not None:
             if asked or self._may_be_lost(CAME_LATE):
                 continue
-            actual = f"{describe_response(frame.data)} ({frame})"
+            actual = f"{in_words(decode_response(frame.data))} ({frame})"
             late = Violation(UNSOLICITED, expected="nothing", actual=actual)
             self.whole_run.late.append(Incident(self._last_case, late))
 

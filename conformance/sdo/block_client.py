@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from conformance.sdo.client import Client, Uploaded
 from conformance.sdo.crc import crc16
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, describe_response
+from conformance.sdo.decoding import as_answer
+from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -20,6 +20,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     BlockUploadStart,
     Request,
+    Response,
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
@@ -68,7 +69,7 @@ class BlockClient(Client):
         announced: int | None = None,
         crc: bool = True,
         mangle: Mangle = as_it_is,
-    ) -> Generator[Step, bytes, int]:
+    ) -> Generator[Step, Response, int]:
         """Write an object in blocks; returns the number of segments that were sent again.
 
         ``announced`` is the size to indicate instead of the true one.
@@ -77,8 +78,8 @@ class BlockClient(Client):
         reordered segments.
         """
         size = (len(data) if announced is None else announced) if sized else None
-        frame = yield BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
-        response = self.checks.block_download_initiate(frame, mux)
+        answer = yield BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
+        response = self.checks.block_download_initiate(answer, mux)
         block_size, done, repeated, stalled = response.block_size, 0, 0, 0
         segments = max(-(-len(data) // SEGMENT_LENGTH), 1)
         while done < segments:
@@ -90,8 +91,8 @@ class BlockClient(Client):
                 )
                 for number, at in enumerate(range(begin, end, SEGMENT_LENGTH), 1)
             ]
-            frame = yield Burst(tuple(mangle(sub_block)))
-            ack = self.checks.block_ack(frame, mux, count)
+            answer = yield Burst(tuple(mangle(sub_block)))
+            ack = self.checks.block_ack(answer, mux, count)
             done += ack.sequence
             repeated += count - ack.sequence
             block_size = ack.block_size
@@ -100,19 +101,19 @@ class BlockClient(Client):
                 raise Violation(
                     BLOCK_PROGRESS,
                     expected="segments that were sent again to be taken at last",
-                    actual=f"{stalled} times none; last {describe_response(frame)}",
+                    actual=f"{stalled} times none; last {in_words(ack)}",
                 )
             if repeated > MOST_REPEATED * (segments + LARGEST_BLOCK):
                 raise Violation(
                     BLOCK_PROGRESS,
                     expected="segments that were sent again to be taken at last",
                     actual=f"{repeated} were sent again to bring {done} of {segments}; "
-                    f"last {describe_response(frame)}",
+                    f"last {in_words(ack)}",
                 )
         use_crc = crc and response.crc_supported
         unused = segments * SEGMENT_LENGTH - len(data)
-        frame = yield BlockEnd(unused, crc16(data) if use_crc else 0)
-        self.checks.block_end_response(frame, mux)
+        answer = yield BlockEnd(unused, crc16(data) if use_crc else 0)
+        self.checks.block_end_response(answer, mux)
         return repeated
 
     def block_upload(
@@ -124,19 +125,19 @@ class BlockClient(Client):
         crc: bool = True,
         acknowledge: Callable[[int], int] = all_of_it,
         next_block_size: Callable[[int], int] | None = None,
-    ) -> Generator[Step, bytes, Uploaded]:
+    ) -> Generator[Step, Response, Uploaded]:
         """Read an object in blocks, or as an ordinary upload where ``threshold`` (pst) allows it.
 
         ``acknowledge`` is handed the number of segments that came and returns how many of them
         to acknowledge; ``next_block_size`` changes the block size for the next sub-block.
         """
-        frame = yield BlockUploadInitiate(mux, block_size, threshold, crc)
-        if threshold and isinstance(decode_response(frame), UploadInitiateResponse):
-            ordinary = self.checks.upload_initiate(frame, mux)
+        answer = yield BlockUploadInitiate(mux, block_size, threshold, crc)
+        if threshold and isinstance(as_answer(answer), UploadInitiateResponse):
+            ordinary = self.checks.upload_initiate(answer, mux)
             if ordinary.expedited:
                 return Uploaded(ordinary.data, counted=ordinary.sized)
             return (yield from self.upload_segments(mux, ordinary.size))
-        response = self.checks.block_upload_initiate(frame, mux)
+        response = self.checks.block_upload_initiate(answer, mux)
         data, segments, limit = bytearray(), 0, self.longest(mux)
         request: Request = BlockUploadStart()
         complete, sub_block = False, list[BlockSegment]()
@@ -151,24 +152,24 @@ class BlockClient(Client):
             request = BlockAck(taken, block_size)
             if not complete:
                 self._check_unfinished(len(data), response.size, limit, sub_block[-1])
-        frame = yield request
-        end = self.checks.block_end(frame, mux, bytes(data[-SEGMENT_LENGTH:]))
+        answer = yield request
+        end = self.checks.block_end(answer, mux, bytes(data[-SEGMENT_LENGTH:]))
         del data[len(data) - end.unused :]
-        self._check_uploaded(bytes(data), response.size, frame)
+        self._check_uploaded(bytes(data), response.size, end)
         due = crc16(bytes(data)) if crc and response.crc_supported else 0
         if end.crc != due:
-            raise Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=describe_response(frame))
+            raise Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=in_words(end))
         yield Burst((BlockEndResponse(),), awaited=False)
         return Uploaded(bytes(data), True, response.size, segments)
 
     def _sub_block(
         self, request: Request, mux: Multiplexer, block_size: int, *, before: int
-    ) -> Generator[Step, bytes, list[BlockSegment]]:
-        frame = yield request
-        segments = [self.checks.block_segment(frame, mux, 1, before=before)]
+    ) -> Generator[Step, Response, list[BlockSegment]]:
+        answer = yield request
+        segments = [self.checks.block_segment(answer, mux, 1, before=before)]
         while not segments[-1].last and len(segments) < block_size:
-            frame = yield NEXT_FRAME
-            segments.append(self.checks.block_segment(frame, mux, len(segments) + 1))
+            answer = yield NEXT_FRAME
+            segments.append(self.checks.block_segment(answer, mux, len(segments) + 1))
         return segments
 
     def _check_unfinished(
@@ -191,10 +192,10 @@ class BlockClient(Client):
                 actual=f"{size} bytes and none marked as last",
             )
 
-    def _check_uploaded(self, data: bytes, announced: int | None, frame: bytes) -> None:
+    def _check_uploaded(self, data: bytes, announced: int | None, end: BlockEnd) -> None:
         if announced is not None and len(data) != announced:
             raise Violation(
                 SIZE,
                 expected=f"{announced} bytes, as announced",
-                actual=f"{len(data)} bytes by {describe_response(frame)}",
+                actual=f"{len(data)} bytes by {in_words(end)}",
             )

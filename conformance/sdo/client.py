@@ -1,6 +1,6 @@
 """The reference client: whole transfers as generators, without a bus and without a clock.
 
-A transfer yields requests and is sent the data bytes of each response:
+A transfer yields requests and is sent each response:
 
     transfer = client.upload(Multiplexer(0x1008))
     request = next(transfer)
@@ -15,11 +15,12 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field
 
 from conformance.sdo.checks import ResponseChecks
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadSegment,
     Request,
+    Response,
     UploadInitiate,
     UploadSegment,
 )
@@ -65,25 +66,25 @@ class Client:
     checks: ResponseChecks = field(default_factory=ResponseChecks)
     longest: Callable[[Multiplexer], int] = unknown_length
 
-    def upload(self, mux: Multiplexer) -> Generator[Request, bytes, Uploaded]:
+    def upload(self, mux: Multiplexer) -> Generator[Request, Response, Uploaded]:
         """Read an object, expedited or in segments as the server decides."""
-        frame = yield UploadInitiate(mux)
-        response = self.checks.upload_initiate(frame, mux)
+        answer = yield UploadInitiate(mux)
+        response = self.checks.upload_initiate(answer, mux)
         if response.expedited:
             return Uploaded(response.data, counted=response.sized)
         return (yield from self.upload_segments(mux, response.size))
 
     def upload_segments(
         self, mux: Multiplexer, announced: int | None
-    ) -> Generator[Request, bytes, Uploaded]:
+    ) -> Generator[Request, Response, Uploaded]:
         """Read all segments of an upload that was initiated."""
         data = bytearray()
         limit = self.longest(mux) if announced is None else min(announced, self.longest(mux))
         toggle = segments = empty = 0
         last = False
         while not last:
-            frame = yield UploadSegment(toggle)
-            response = self.checks.upload_segment(frame, mux, toggle)
+            answer = yield UploadSegment(toggle)
+            response = self.checks.upload_segment(answer, mux, toggle)
             data += response.data
             last = response.last
             segments += 1
@@ -93,7 +94,7 @@ class Client:
                 raise Violation(
                     SIZE,
                     expected=f"{announced} bytes, as announced",
-                    actual=f"{len(data)} bytes, the last in {describe_response(frame)}",
+                    actual=f"{len(data)} bytes, the last in {in_words(response)}",
                 )
             too_many = segments > MOST_SEGMENTS or empty > MOST_EMPTY_SEGMENTS
             if not last and (len(data) > limit or too_many):
@@ -111,7 +112,7 @@ class Client:
         *,
         segmented: bool | None = None,
         sized: bool = True,
-    ) -> Generator[Request, bytes, None]:
+    ) -> Generator[Request, Response, None]:
         """Write an object: expedited where it fits, else in segments.
 
         ``segmented`` chooses one or the other; ``sized`` says whether the size is indicated.
@@ -129,13 +130,13 @@ class Client:
 
     def _download_segments(
         self, mux: Multiplexer, data: bytes, *, sized: bool
-    ) -> Generator[Request, bytes, None]:
-        frame = yield DownloadInitiate.with_size(mux, len(data) if sized else None)
-        self.checks.download_initiate(frame, mux)
+    ) -> Generator[Request, Response, None]:
+        answer = yield DownloadInitiate.with_size(mux, len(data) if sized else None)
+        self.checks.download_initiate(answer, mux)
         toggle = 0
         for start in range(0, max(len(data), 1), SEGMENT_LENGTH):
             chunk = data[start : start + SEGMENT_LENGTH]
             last = start + SEGMENT_LENGTH >= len(data)
-            frame = yield DownloadSegment.with_data(chunk, toggle=toggle, last=last)
-            self.checks.download_segment(frame, mux, toggle)
+            answer = yield DownloadSegment.with_data(chunk, toggle=toggle, last=last)
+            self.checks.download_segment(answer, mux, toggle)
             toggle ^= 1

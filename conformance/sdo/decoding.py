@@ -101,3 +101,17 @@ def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
     if len(frame) != FRAME_LENGTH:
         return Unknown(bytes(frame))
     return Abort.decode(frame) if frame[0] == _ABORT_COMMAND else BlockSegment.decode(frame)
+
+
+def as_answer(response: Response) -> Response:
+    """Return what a response is where no segment of a block is due, whatever it was read as."""
+    if isinstance(response, BlockSegment):
+        return decode_response(response.encode())
+    return response
+
+
+def as_segment(response: Response) -> BlockSegment | Abort | Unknown:
+    """Return what a response is where a segment of a block is due, whatever it was read as."""
+    if isinstance(response, BlockSegment):
+        return response
+    return decode_segment(response.encode())

@@ -59,9 +59,9 @@ def _bytes(count: int) -> str:
     return "1 byte" if count == 1 else f"{count} bytes"
 
 
-def describe_response(frame: bytes) -> str:
-    """Return a server's frame in words, with its bytes."""
-    return f"{describe(decode_response(frame))} [{hex_bytes(frame)}]"
+def in_words(message: Message | Unknown) -> str:
+    """Return a message in words, with its bytes."""
+    return f"{describe(message)} [{hex_bytes(message.encode())}]"
 
 
 @singledispatch

@@ -1,6 +1,5 @@
 """Which response answers which request, by specifier and multiplexer."""
 
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockDownloadInitiateResponse,
@@ -13,6 +12,7 @@ from conformance.sdo.frames import (
     DownloadSegment,
     DownloadSegmentResponse,
     Request,
+    Response,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
@@ -30,9 +30,8 @@ ANSWERS: dict[type, type] = {
 }
 
 
-def is_answer(frame: bytes, request: Request) -> bool:
-    """Say whether a frame is a positive answer to a request, by its specifier and multiplexer."""
-    response = decode_response(frame)
+def is_answer(response: Response, request: Request) -> bool:
+    """Say whether a response is a positive answer to a request, by specifier and multiplexer."""
     kind = ANSWERS.get(type(request))
     if kind is None or not isinstance(response, kind):
         return False

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from conformance.sdo.block_client import Step
+from conformance.sdo.frames import Response
 
 Result = TypeVar("Result")
 
@@ -17,11 +18,11 @@ class Ended(Generic[Result]):
 
 
 def advance(
-    transfer: Generator[Step, bytes, Result], response: bytes | None = None
+    transfer: Generator[Step, Response, Result], response: Response | None = None
 ) -> Step | Ended[Result]:
     """Return the next step of a transfer, or its end.
 
-    ``response`` are the data bytes that answered the step before, None where none was awaited.
+    ``response`` answered the step before, None where none was awaited.
     Raises Violation and ServerAborted as the transfer does.
     """
     try:

@@ -17,6 +17,7 @@ from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.wire import SEGMENTS_PER_LOOK
 from conformance.reference.simulated_bus import SimulatedBus
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, BlockAck, BlockDownloadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import UNSOLICITED, Level, Rule, Violation
@@ -99,7 +100,7 @@ def test_what_crosses_with_an_abort_may_be_refused(unheard: int) -> None:
     with talking_to(node) as sdo:
         assert Blocks(sdo).try_download(DOMAIN, DATA) == ABORT
         sdo.send(READ)
-        assert sdo.receive() == BASELINE
+        assert sdo.receive().encode() == BASELINE
         assert sdo.fence() == []
     assert node.requests.count(READ) == 3
 
@@ -128,7 +129,7 @@ def test_an_abort_is_answered_once_where_nothing_crosses() -> None:
 
     with talking_to(Scripted(answers)) as sdo:
         assert Blocks(sdo).try_download(DOMAIN, bytes(7)) == ABORT
-        assert sdo.fence() == [REFUSED]
+        assert sdo.fence() == [decode_response(REFUSED)]
 
 
 def test_an_acknowledgement_does_not_stop_a_sub_block() -> None:

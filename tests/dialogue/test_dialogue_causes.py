@@ -13,7 +13,8 @@ from conformance.dialogue.causes import (
 )
 from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.describe import describe_response
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -55,7 +56,7 @@ def violation(rule: Rule, actual: str) -> Violation:
 
 
 def from_hex(frame: str) -> str:
-    return describe_response(bytes.fromhex(frame))
+    return in_words(decode_response(bytes.fromhex(frame)))
 
 
 # The kind of answer
@@ -323,7 +324,7 @@ def test_a_habit_is_told_as_what_it_is() -> None:
 
 def test_giving_up_where_nothing_is_due_to_end_is_one_cause() -> None:
     """But not where a time-out is what the rule is about."""
-    actual = describe_response(Abort(MUX, AbortCode.TIMED_OUT).encode())
+    actual = in_words(Abort(MUX, AbortCode.TIMED_OUT))
     cause = f"{UNSOLICITED.id}: {TIMED_OUT} though no transfer is due to end"
     for rule in (TOGGLE, rule_of("block-upload.invalid-block-size")):
         assert str(cause_of(violation(rule, actual), rule, READ)) == cause

@@ -4,7 +4,7 @@ from collections.abc import Generator
 from dataclasses import replace
 
 import pytest
-from run_bench import BASELINE, NODE_ID, NUMBER, TEXT, Workbench, discovered
+from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
 from conformance.device.deny import PERMISSIONS
 from conformance.device.device import DEVICE_TYPE
@@ -21,7 +21,7 @@ from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.cob_id import CobId
-from conformance.sdo.frames import Abort, UploadInitiate
+from conformance.sdo.frames import Abort, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand, NmtState
 from conformance.sdo.rules import Level, Rule, Violation
@@ -178,7 +178,7 @@ def test_a_refused_transfer_does_not_stop_the_others(node: Node) -> None:
 def test_a_breach_on_one_channel_leaves_nothing_of_the_others_behind(node: Node) -> None:
     """What they were asked is answered before anything else is sent."""
 
-    def breach() -> Generator[Step, bytes, None]:
+    def breach() -> Generator[Step, Response, None]:
         yield UploadInitiate(NUMBER.mux)
         raise violation()
 
@@ -230,8 +230,8 @@ def test_what_is_odd_on_another_channel_came_of_what_was_sent_there(node: Node) 
         sdo = bench.dialogue()
         with Channels(sdo).further() as other:
             other.send(UploadInitiate(DEVICE_TYPE))
-            reserved_bit_set = bytes((other.receive()[0] | 0x10, *BASELINE[1:]))
-            other.checks.upload_initiate(reserved_bit_set, DEVICE_TYPE)
+            answer = other.checks.upload_initiate(other.receive(), DEVICE_TYPE)
+            other.checks.upload_initiate(replace(answer, reserved_bits=1), DEVICE_TYPE)
     assert [found.request for found in sdo.record.minor] == [UploadInitiate(DEVICE_TYPE)]
 
 

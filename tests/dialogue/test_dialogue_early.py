@@ -7,6 +7,7 @@ import pytest
 from conformance.dialogue.early import EarlyAborts, Way, is_early, is_systematic
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, UploadInitiate, UploadSegment
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import NOT_REFUSED, SIZE, Violation
@@ -32,7 +33,7 @@ ASKED = UploadSegment(toggle=0)
 def test_early_is_a_proper_abort_of_what_runs(
     frame: bytes, running: Multiplexer | None, early: bool
 ) -> None:
-    assert is_early(frame, running) is early
+    assert is_early(decode_response(frame), running) is early
 
 
 @pytest.mark.parametrize(
@@ -58,7 +59,7 @@ def test_another_abort_is_another_way() -> None:
 def test_way_says_what_ended_a_try() -> None:
     early = EarlyAborts()
     early.sent(UploadInitiate(TEXT))
-    early.received(FRAME, TEXT)
+    early.received(ABORT, TEXT)
     way = early.way(ServerAborted(ABORT), ASKED)
     assert way is not None
     assert (way.abort, way.transfers) == (ABORT, 1)
@@ -68,7 +69,7 @@ def test_way_says_what_ended_a_try() -> None:
 
 def test_breach_behind_the_next_initiate_is_another_matter_unless_it_tells_of_the_abort() -> None:
     early = EarlyAborts()
-    early.received(FRAME, TEXT)
+    early.received(ABORT, TEXT)
     early.sent(UploadInitiate(OTHER))
     assert early.way(Violation(SIZE, expected="14 bytes", actual="13 bytes"), ASKED) is None
     told = Violation(SIZE, expected="both served", actual=f"abort [{FRAME.hex(' ').upper()}]")

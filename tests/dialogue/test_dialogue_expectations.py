@@ -25,6 +25,7 @@ from conformance.sdo.frames import (
     DownloadInitiate,
     DownloadInitiateResponse,
     DownloadSegment,
+    Response,
     UploadInitiate,
     UploadSegment,
 )
@@ -264,7 +265,7 @@ def test_a_download_or_an_abort() -> None:
 def test_a_restart_or_an_abort() -> None:
     new = UploadInitiate(OTHER)
 
-    def expect(sdo: Dialogue) -> bytes | None:
+    def expect(sdo: Dialogue) -> Response | None:
         sdo.fence()  # behind the answers to the first request
         sdo.channel.response_timeout = HASTY
         return sdo.expect_restart_or_abort(new, TEXT, OTHER)

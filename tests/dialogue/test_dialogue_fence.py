@@ -20,6 +20,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.silence import MOST_STRAY
 from conformance.faults.catalogue import build_node
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, UNSOLICITED, Violation
@@ -56,7 +57,7 @@ def test_what_came_before_it_is_returned(count: int) -> None:
     with undiscovered(after_probe(*stray)) as bench:
         sdo = bench.dialogue()
         sdo.send(PROBE)
-        assert sdo.fence() == stray
+        assert [response.encode() for response in sdo.fence()] == stray
     assert sdo.wire.timing.waited == 0
 
 
@@ -115,7 +116,7 @@ def test_both_answers_of_a_device_that_was_busy_are_taken() -> None:
         sdo = bench.dialogue()
         assert sdo.fence() == []
         sdo.send(PROBE)
-        assert sdo.receive() == ABORT
+        assert sdo.receive().encode() == ABORT
 
 
 def test_both_answers_in_segments() -> None:
@@ -140,7 +141,7 @@ def test_the_only_answer_is_the_reaction() -> None:
     with undiscovered(after_probe(ABORT)) as bench:
         sdo = bench.dialogue()
         sdo.send(PROBE)
-        assert sdo.reaction() == ABORT
+        assert sdo.reaction() == decode_response(ABORT)
 
 
 def test_two_answers_are_no_reaction() -> None:
@@ -162,7 +163,7 @@ def test_the_reaction_ends_the_open_transfer_first() -> None:
         assert sdo.tracker.open == TEXT.mux
         server.requests.clear()
         sdo.send(b"\x00ABCDEFG")
-        assert sdo.reaction() == b"\x20" + bytes(7)
+        assert sdo.reaction() == decode_response(b"\x20" + bytes(7))
         assert sdo.tracker.open is None
     abort = Abort(TEXT.mux, AbortCode.GENERAL_ERROR).encode()
     assert server.requests == [b"\x00ABCDEFG", abort, READ]

@@ -42,7 +42,7 @@ def test_request_and_response() -> None:
     with undiscovered(server) as bench:
         sdo = bench.dialogue()
         sdo.send(UploadInitiate(Multiplexer(0x1000)))
-        assert sdo.receive() == BASELINE
+        assert sdo.receive().encode() == BASELINE
     assert server.requests == [READ]
     assert 0 < sdo.wire.timing.latency < 10
     assert sdo.wire.timing.waited == 0
@@ -88,7 +88,7 @@ def test_a_response_of_another_length_is_noted_and_taken_as_if_filled_up() -> No
     with undiscovered(Scripted(lambda data: [CanFrame(0x585, BASELINE[:7])])) as bench:
         sdo = bench.dialogue()
         sdo.send(READ)
-        assert sdo.receive() == BASELINE[:7] + b"\0"
+        assert sdo.receive().encode() == BASELINE[:7] + b"\0"
     (found,) = sdo.record.minor
     assert found.rule is FRAME_SHAPE
     assert "DLC 7" in found.actual

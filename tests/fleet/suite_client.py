@@ -11,6 +11,8 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import Response
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.stepping import Ended, Result, advance
 
@@ -46,7 +48,7 @@ class SuiteClient:
         """Write an object in blocks."""
         self._run(self.client.block_download(mux, data, sized=sized, crc=crc))
 
-    def refusal(self, transfer: Generator[Step, bytes, object]) -> AbortCode:
+    def refusal(self, transfer: Generator[Step, Response, object]) -> AbortCode:
         """Run a transfer that the server has to abort; return with which code."""
         try:
             result = self._run(transfer)
@@ -61,7 +63,7 @@ class SuiteClient:
         assert frame is not None, f"no answer to {request}"
         return frame.data
 
-    def _run(self, transfer: Generator[Step, bytes, Result]) -> Result:
+    def _run(self, transfer: Generator[Step, Response, Result]) -> Result:
         step = advance(transfer)
         while not isinstance(step, Ended):
             burst = step if isinstance(step, Burst) else Burst((step,))
@@ -70,10 +72,10 @@ class SuiteClient:
             step = advance(transfer, self._answer(step) if burst.awaited else None)
         return step.result
 
-    def _answer(self, step: Step) -> bytes:
+    def _answer(self, step: Step) -> Response:
         frame = self.channel.receive()
         assert frame is not None, f"no answer to {step}"
-        return frame.data
+        return decode_response(frame.data)
 
 
 @contextmanager

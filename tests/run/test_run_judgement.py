@@ -5,7 +5,7 @@ import pytest
 from conformance.run.judgement import Point, confirmed_and_refused, crossing
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -20,12 +20,13 @@ from conformance.sdo.frames import (
     DownloadSegment,
     DownloadSegmentResponse,
     Request,
+    Response,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.pairing import is_answer
 from conformance.sdo.rules import (
     MULTIPLEXER,
@@ -40,7 +41,7 @@ from conformance.sdo.rules import (
 
 MUX, OTHER = Multiplexer(0x2010), Multiplexer(0x1018, 1)
 READ = UploadInitiate(MUX)
-VALUE = UploadInitiateResponse.with_data(MUX, b"\1\2\3\4").encode()
+VALUE = UploadInitiateResponse.with_data(MUX, b"\1\2\3\4")
 ABORT = Abort(MUX, AbortCode.GENERAL_ERROR)
 REFUSED = ServerAborted(ABORT)
 
@@ -62,14 +63,14 @@ REFUSED = ServerAborted(ABORT)
     ],
 )
 def test_an_answer_has_the_specifier_that_belongs_to_its_request(
-    request_: Request, answer: Message
+    request_: Request, answer: Response
 ) -> None:
-    assert is_answer(answer.encode(), request_)
-    assert not is_answer(ABORT.encode(), request_)
+    assert is_answer(answer, request_)
+    assert not is_answer(ABORT, request_)
 
 
 @pytest.mark.parametrize(
-    ("request_", "frame"),
+    ("request_", "response"),
     [
         (READ, UploadInitiateResponse.with_data(OTHER, b"\1")),
         (DownloadInitiate.with_size(MUX, 20), DownloadInitiateResponse(OTHER)),
@@ -79,14 +80,14 @@ def test_an_answer_has_the_specifier_that_belongs_to_its_request(
         (BlockAck(5, 127), BlockEndResponse()),
     ],
 )
-def test_another_object_or_specifier_is_no_answer(request_: Request, frame: Message) -> None:
-    assert not is_answer(frame.encode(), request_)
+def test_another_object_or_specifier_is_no_answer(request_: Request, response: Response) -> None:
+    assert not is_answer(response, request_)
 
 
 # Crossing
 
 
-def wrong(rule: Rule, actual: str = describe_response(ABORT.encode())) -> Violation:
+def wrong(rule: Rule, actual: str = in_words(ABORT)) -> Violation:
     return Violation(rule, expected="another thing", actual=actual)
 
 
@@ -98,7 +99,7 @@ def test_what_came_before_the_true_answer_came_unasked(error: Exception) -> None
     assert crossed is not None
     assert crossed.rule is UNSOLICITED
     assert crossed.expected == "nothing before the answer to: upload initiate 2010h:00"
-    assert crossed.actual == describe_response(ABORT.encode())
+    assert crossed.actual == in_words(ABORT)
 
 
 @pytest.mark.parametrize(
@@ -110,10 +111,8 @@ def test_what_cannot_be_the_answer_to_something_else_has_crossed_nothing(
     assert crossing(error, [VALUE], READ) is None
 
 
-@pytest.mark.parametrize(
-    "stray", [ABORT.encode(), UploadInitiateResponse.with_data(OTHER, b"\1").encode()]
-)
-def test_a_refusal_with_no_answer_behind_it_is_a_refusal(stray: bytes) -> None:
+@pytest.mark.parametrize("stray", [ABORT, UploadInitiateResponse.with_data(OTHER, b"\1")])
+def test_a_refusal_with_no_answer_behind_it_is_a_refusal(stray: Response) -> None:
     assert crossing(REFUSED, [stray, VALUE], READ) is None
 
 
@@ -141,13 +140,11 @@ def test_causes_name_the_rule_as_the_registry_has_it() -> None:
 # A download that is confirmed and then refused
 
 LAST = DownloadSegment.with_data(b"ABC", toggle=0, last=True)
-CONFIRMED = Violation(
-    TOGGLE, expected="an abort", actual=describe_response(DownloadSegmentResponse(0).encode())
-)
+CONFIRMED = Violation(TOGGLE, expected="an abort", actual=in_words(DownloadSegmentResponse(0)))
 
 
 def test_an_abort_behind_a_confirmation_is_a_cause_of_its_own() -> None:
-    found = confirmed_and_refused(CONFIRMED, [ABORT.encode()], LAST)
+    found = confirmed_and_refused(CONFIRMED, [ABORT], LAST)
     assert found is not None
     assert found.habit == (UNSOLICITED.id, "an abort behind the confirmation of a download")
 
@@ -155,14 +152,14 @@ def test_an_abort_behind_a_confirmation_is_a_cause_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("error", "stray", "asked"),
     [
-        (None, ABORT.encode(), LAST),
-        (REFUSED, ABORT.encode(), LAST),
+        (None, ABORT, LAST),
+        (REFUSED, ABORT, LAST),
         (CONFIRMED, VALUE, LAST),
-        (CONFIRMED, ABORT.encode(), DownloadSegment.with_data(b"ABC", toggle=0)),
-        (CONFIRMED, ABORT.encode(), READ),
+        (CONFIRMED, ABORT, DownloadSegment.with_data(b"ABC", toggle=0)),
+        (CONFIRMED, ABORT, READ),
     ],
 )
 def test_what_is_no_abort_behind_a_confirmation(
-    error: Exception | None, stray: bytes, asked: Request
+    error: Exception | None, stray: Response, asked: Request
 ) -> None:
     assert confirmed_and_refused(error, [stray], asked) is None

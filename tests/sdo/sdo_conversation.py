@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.frames import Request
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import Request, Response
 from conformance.sdo.rules import Violation
 
-Transfer = Generator[Request, bytes, Any]
+Transfer = Generator[Request, Response, Any]
 Result = TypeVar("Result")
 
 
@@ -31,7 +32,7 @@ def drive(transfer: Transfer, responses: Iterable[bytes]) -> Ended:
     requests = [next(transfer).encode()]
     try:
         for response in responses:
-            requests.append(transfer.send(response).encode())
+            requests.append(transfer.send(decode_response(response)).encode())
     except StopIteration as done:
         return Ended(requests, True, done.value)
     except (Violation, ServerAborted) as error:
@@ -40,14 +41,14 @@ def drive(transfer: Transfer, responses: Iterable[bytes]) -> Ended:
 
 
 def served(
-    transfer: Generator[Request, bytes, Result], receive: Callable[[bytes], list[bytes]]
+    transfer: Generator[Request, Response, Result], receive: Callable[[bytes], list[bytes]]
 ) -> Result:
     """Run a transfer against a server that answers each request once; return the result."""
     request = next(transfer)
     while True:
         (response,) = receive(request.encode())
         try:
-            request = transfer.send(response)
+            request = transfer.send(decode_response(response))
         except StopIteration as done:
             result: Result = done.value
             return result

@@ -16,6 +16,7 @@ from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.crc import crc16
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
     BlockAck,
@@ -24,6 +25,7 @@ from conformance.sdo.frames import (
     BlockSegment,
     BlockUploadInitiate,
     DownloadInitiate,
+    Response,
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
@@ -96,7 +98,7 @@ class Driven:
     error: Exception | None = None
 
 
-def drive(transfer: Generator[Step, bytes, object], responses: Sequence[bytes]) -> Driven:
+def drive(transfer: Generator[Step, Response, object], responses: Sequence[bytes]) -> Driven:
     """Run a transfer until it ends or the responses are used up."""
     driven, left = Driven(), list(responses)
     try:
@@ -106,7 +108,7 @@ def drive(transfer: Generator[Step, bytes, object], responses: Sequence[bytes]) 
             driven.requests += [request.encode() for request in burst.requests]
             if burst.awaited and not left:
                 break
-            step = transfer.send(left.pop(0)) if burst.awaited else next(transfer)
+            step = transfer.send(decode_response(left.pop(0))) if burst.awaited else next(transfer)
     except StopIteration:
         pass
     except (Violation, ServerAborted) as error:
@@ -130,7 +132,7 @@ def transfers(vector: Vector) -> list[list[Frame]]:
     ]
 
 
-def transfer_of(steps: list[Frame]) -> Generator[Step, bytes, Any]:
+def transfer_of(steps: list[Frame]) -> Generator[Step, Response, Any]:
     """Tell from the requests of an exchange what its client was about to do."""
     decoder, requests = Decoder(), []
     for step in steps:
@@ -202,14 +204,14 @@ NAME = Multiplexer(0x2000)
 SIZES = [*range(23), 888, 889, 890, 1778, 65_535, 65_536, 70_000]
 
 
-def converse(transfer: Generator[Step, bytes, Result], server: Server) -> Result:
+def converse(transfer: Generator[Step, Response, Result], server: Server) -> Result:
     """Run a transfer against a server; return its result."""
-    answers: list[bytes] = []
+    answers: list[Response] = []
     step = advance(transfer)
     while not isinstance(step, Ended):
         burst = step if isinstance(step, Burst) else Burst((step,))
         for request in burst.requests:
-            answers += server.receive(request.encode())
+            answers += map(decode_response, server.receive(request.encode()))
         step = advance(transfer, answers.pop(0) if burst.awaited else None)
     assert answers == []
     return step.result

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from sdo_strategies import FRAMES, REQUESTS, RESPONSES, UNHURRIED
 
 from conformance.sdo.decoding import decode_request, decode_response
-from conformance.sdo.describe import Decoder, describe, describe_response, hex_bytes
+from conformance.sdo.describe import Decoder, describe, hex_bytes, in_words
 from conformance.sdo.frames import (
     Unknown,
 )
@@ -58,7 +58,7 @@ def test_unusual_response(frame: str, words: str) -> None:
 
 
 def test_a_response_is_shown_with_its_bytes() -> None:
-    assert describe_response(bytes.fromhex("6017100000000000")) == (
+    assert in_words(decode_response(bytes.fromhex("6017100000000000"))) == (
         "download initiate response 1017h:00 [60 17 10 00 00 00 00 00]"
     )
 

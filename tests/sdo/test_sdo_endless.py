@@ -11,10 +11,11 @@ from conformance.sdo.frames import (
     BlockDownloadInitiateResponse,
     BlockSegment,
     BlockUploadInitiateResponse,
+    Response,
     UploadInitiateResponse,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
 
 MUX = Multiplexer(0x2010)
@@ -26,20 +27,20 @@ def limited(longest: int) -> BlockClient:
 
 
 def ended(
-    transfer: Generator[Step, bytes, object], initiated: Message, rest: Iterable[Message]
+    transfer: Generator[Step, Response, object], initiated: Response, rest: Iterable[Response]
 ) -> tuple[str, str, int]:
     """Return the rule by which a transfer is ended, what came, and behind how many responses."""
     next(transfer)
-    transfer.send(initiated.encode())
+    transfer.send(initiated)
     for number, response in enumerate(rest, 1):
         try:
-            transfer.send(response.encode())
+            transfer.send(response)
         except Violation as breach:
             return breach.rule.id, breach.actual, number
     raise AssertionError("it was not ended")
 
 
-def segments(data: bytes) -> Iterable[Message]:
+def segments(data: bytes) -> Iterable[Response]:
     return (UploadSegmentResponse.with_data(data, toggle=number % 2) for number in range(200_000))
 
 

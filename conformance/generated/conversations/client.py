@@ -26,7 +26,7 @@ from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.frames import Abort, BlockSegment, Request
+from conformance.sdo.frames import Abort, BlockSegment, Request, Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
 
@@ -85,9 +85,9 @@ class Then(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """What came of an action: the data bytes of the answers, and how to go on."""
+    """What came of an action: the answers, and how to go on."""
 
-    answers: Sequence[bytes] = ()
+    answers: Sequence[Response] = ()
     then: Then = Then.GO_ON
 
 
@@ -148,7 +148,7 @@ class _Client:
             yield from self.perform(value)
         steps = self._steps(transfer)
         step = next(steps)
-        responses: deque[bytes] = deque()
+        responses: deque[Response] = deque()
         sent = 0
         while True:
             burst = step if isinstance(step, Burst) else Burst((step,))
@@ -189,7 +189,7 @@ class _Client:
                 break
         yield Settle(transfer.target)
 
-    def _steps(self, transfer: Transfer) -> Generator[Step, bytes, object]:
+    def _steps(self, transfer: Transfer) -> Generator[Step, Response, object]:
         client, mux = self._client, transfer.target
         match transfer.service:
             case Service.UPLOAD:

@@ -21,7 +21,7 @@ from conformance.generated.conversations.transfers import Transfer
 from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.describe import describe_response
+from conformance.sdo.describe import in_words
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.oracle import Knowledge
@@ -149,6 +149,6 @@ def _room(sdo: Dialogue, known: KnownObject) -> int:
             raise Violation(
                 NOT_REFUSED,
                 expected=f"a download of {room} bytes to {known}, or too few bytes of room",
-                actual=describe_response(abort.encode()),
+                actual=in_words(abort),
             )
     return 0

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.decoding import decode_response, decode_segment
-from conformance.sdo.describe import describe, describe_response, hex_bytes
+from conformance.sdo.describe import describe, hex_bytes, in_words
 from conformance.sdo.frames import (
     Abort,
     BlockSegment,
@@ -158,7 +158,7 @@ def _segment(frame: bytes) -> str:
 
 def violation(rule: Rule, expected: str, frame: bytes) -> Violation:
     """Build a breach of a rule by a response."""
-    return Violation(rule, expected=expected, actual=describe_response(frame))
+    return Violation(rule, expected=expected, actual=in_words(decode_response(frame)))
 
 
 def breach(rule: Rule, expected: str, frame: bytes) -> Violation:
