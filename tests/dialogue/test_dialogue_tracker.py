@@ -3,6 +3,14 @@
 import pytest
 
 from conformance.dialogue.tracker import TransferTracker
+from conformance.sdo.frames import (
+    Abort,
+    BlockSegment,
+    BlockUploadInitiateResponse,
+    Unknown,
+    UploadInitiateResponse,
+    UploadSegmentResponse,
+)
 from conformance.sdo.layout import Multiplexer
 
 TEXT, NAME = Multiplexer(0x2010), Multiplexer(0x1008)
@@ -78,3 +86,29 @@ def test_the_latest_transfer_is_remembered() -> None:
     assert follow([*UPLOAD, ABORTED]).latest == NAME
     assert follow([*UPLOAD, *DOWNLOAD, ABORT]).latest == TEXT
     assert follow(CLOSED["expedited-upload"]).latest is None
+
+
+STARTED = [*BLOCK_UPLOAD, ">A3" + " 00" * 7]
+READ_AS = {
+    "abort": ([], "80 08 10 00 00 00 00 08", Abort),
+    "abort-with-reserved-bits": ([], "81 08 10 00 00 00 00 08", Abort),
+    "segment-response": (UPLOAD, "01 41 42 43 44 45 46 47", UploadSegmentResponse),
+    "unknown": (UPLOAD, "E0 00 00 00 00 00 00 00", Unknown),
+    "begun": (BLOCK_UPLOAD[:1], "C6 08 10 00 0E 00 00 00", BlockUploadInitiateResponse),
+    "segment": (STARTED, "01 41 42 43 44 45 46 47", BlockSegment),
+    "segment-like-an-initiate": (STARTED, "43 08 10 00 45 46 47 48", BlockSegment),
+    "last-segment-like-an-abort": (STARTED, "81 41 42 43 44 45 46 47", BlockSegment),
+    "abort-of-block-upload": (STARTED, "80 08 10 00 00 00 00 08", Abort),
+    "segment-behind-the-end": ([*STARTED, ABORT], "81 41 42 43 44 45 46 47", BlockSegment),
+    "another-transfer": ([*STARTED, ABORT, UPLOAD[0]], UPLOAD[1][1:], UploadInitiateResponse),
+}
+
+
+@pytest.mark.parametrize(("frames", "frame", "kind"), READ_AS.values(), ids=READ_AS)
+def test_a_response_is_read_by_the_state_in_which_it_comes(
+    frames: list[str], frame: str, kind: type
+) -> None:
+    data = bytes.fromhex(frame)
+    response = follow(frames).response(data)
+    assert type(response) is kind
+    assert response.encode() == data

@@ -7,7 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sdo_strategies import FRAMES, OTHER_LENGTHS, REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 
-from conformance.sdo.decoding import decode_request, decode_response, decode_segment
+from conformance.sdo.decoding import (
+    as_answer,
+    as_segment,
+    decode_request,
+    decode_response,
+    decode_segment,
+)
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -70,6 +76,14 @@ def test_any_response_frame_encodes_to_the_same_bytes(frame: bytes) -> None:
 @given(FRAMES)
 def test_any_segment_frame_encodes_to_the_same_bytes(frame: bytes) -> None:
     assert decode_segment(frame).encode() == frame
+
+
+@UNHURRIED
+@given(FRAMES | OTHER_LENGTHS)
+def test_a_response_is_read_as_what_is_due_whatever_it_was_read_as(frame: bytes) -> None:
+    for read in (decode_response(frame), decode_segment(frame)):
+        assert as_answer(read) == decode_response(frame)
+        assert as_segment(read) == decode_segment(frame)
 
 
 @UNHURRIED
