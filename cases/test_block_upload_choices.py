@@ -23,7 +23,7 @@ from conformance.generated.states import (
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.decoding import as_segment
+from conformance.sdo.decoding import as_answer, as_segment
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
@@ -55,7 +55,7 @@ def test_threshold_without_block_size(
     blocks.initiate_upload(variable)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(variable.mux, 0, threshold=255))
-    answer = sdo.receive()
+    answer = as_answer(sdo.receive())
     if isinstance(answer, Abort):
         sdo.take_abort(answer, THRESHOLD_WITHOUT_BLOCK_SIZE.codes, variable)
         return
@@ -113,7 +113,9 @@ def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
         if answer.encode() == end.encode():
             sdo.info("the end frame comes again")
         elif not isinstance(as_segment(answer), Abort):
-            raise sdo.breach("the same end frame, an abort, or nothing", in_words(answer))
+            raise sdo.breach(
+                "the same end frame, an abort, or nothing", in_words(as_answer(answer))
+            )
 
 
 @must("block-upload.crc-refused-by-client", "block-upload.client-abort-at-end")

@@ -10,6 +10,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.generated.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
+from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
@@ -105,7 +106,7 @@ def test_block_upload_reserved_bits(sdo: Dialogue, blocks: Blocks, bits: int) ->
     blocks.initiate_upload(VENDOR_ID)
     sdo.end_transfer()
     sdo.send(BlockUploadInitiate(VENDOR_ID.mux, 127, reserved_bits=bits))
-    response = sdo.receive()
+    response = as_answer(sdo.receive())
     if isinstance(response, Abort):
         sdo.take_abort(response, BLOCK_UPLOAD_RESERVED_BITS.codes, None)
     else:
