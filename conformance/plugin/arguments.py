@@ -3,6 +3,8 @@
 import math
 import shlex
 from argparse import ArgumentTypeError
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 import pytest
 
@@ -13,6 +15,7 @@ from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 
 DEFAULT_EXAMPLES = 20
+PREFIX = "--sdo-"
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -169,6 +172,19 @@ def add_options(parser: pytest.Parser) -> None:
         default=DEFAULT_EXAMPLES,
         help="random conversations that each case random.* tries (%(default)s); 0 for none",
     )
+
+
+def check_names(args: Iterable[str], known: Iterable[str]) -> None:
+    """Raise pytest.UsageError for an option that has our prefix and is none of the ``known``.
+
+    pytest itself would say that it does not know it, and not what is called nearly the same.
+    """
+    names = sorted(known)
+    for name in (arg.partition("=")[0] for arg in args):
+        if name.startswith(PREFIX) and name not in names:
+            nearest = get_close_matches(name, names, n=1)
+            hint = f"Did you mean {nearest[0]}?" if nearest else "pytest --help lists them."
+            raise pytest.UsageError(f"There is no option {name}. {hint}")
 
 
 def _count(text: str) -> int:

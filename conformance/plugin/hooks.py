@@ -7,7 +7,7 @@ import pytest
 
 from conformance import __version__
 from conformance.device.listing import Listing
-from conformance.plugin.arguments import add_options
+from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.case_fixtures import CaseFixtures
 from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.final_report import FinalReport
@@ -29,6 +29,12 @@ from conformance.run.case_files import CASES
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Declare the options."""
     add_options(parser)
+
+
+def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
+    """Look at the names of our options before pytest reads them."""
+    declared = vars(early_config.known_args_namespace)
+    check_names(args, (f"--{name.replace('_', '-')}" for name in declared))
 
 
 def pytest_configure(config: pytest.Config) -> None:
