@@ -18,10 +18,10 @@ from typing import BinaryIO, Self
 from conformance.bus.errors import ProcessFailed
 from conformance.sdo.inert import inert
 
-# How long things may take, in seconds: to end when asked to, and to recover a device.
+# How long things may take, in seconds: to end when asked to, to recover a device, to start one.
 END_LIMIT = 5.0
 RECOVER_LIMIT = 60.0
-START_LIMIT = 10.0
+START_LIMIT = 30.0
 MOST_ATTEMPTS = 3
 TAIL_LINES = 20
 _TAIL_BYTES = 8192
