@@ -7,7 +7,6 @@ as any client would, and ends the transfer with an abort. To judge is for whoeve
 
 from collections import deque
 from collections.abc import Callable, Container, Generator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum, auto
 from itertools import chain, repeat
@@ -55,11 +54,6 @@ class Listen:
 
 
 @dataclass(frozen=True, slots=True)
-class FallSilent:
-    """Send nothing for as long as it takes a server to give up, where that is known."""
-
-
-@dataclass(frozen=True, slots=True)
 class Settle:
     """Abort what may be open, of an object, and make sure that nothing more comes.
 
@@ -70,7 +64,7 @@ class Settle:
     aborted: bool = False
 
 
-Action = Send | Listen | FallSilent | Settle
+Action = Send | Listen | Settle
 
 
 class Then(Enum):
@@ -128,10 +122,13 @@ def conversing(conversation: Conversation, objects: Objects) -> Actions:
 
 def drive(actions: Actions, do: Callable[[Action], Heard]) -> None:
     """Let a conversation go on until it is over; ``do`` does what it asks for."""
-    with suppress(StopIteration):
-        action = next(actions)
-        while True:
-            action = actions.send(do(action))
+    heard: Heard | None = None
+    while True:
+        try:
+            action = next(actions) if heard is None else actions.send(heard)
+        except StopIteration:
+            return
+        heard = do(action)
 
 
 class _Client:
@@ -154,7 +151,7 @@ class _Client:
             burst = step if isinstance(step, Burst) else Burst((step,))
             if burst.requests:
                 responses.clear()
-                frames, last_act = self._disturbed(transfer, burst.requests, sent)
+                frames, gone = self._disturbed(transfer, burst.requests, sent)
                 sent += len(burst.requests)
                 odd = any(
                     found.event not in ON_THE_BUS and found.at < sent
@@ -169,9 +166,7 @@ class _Client:
                     if heard.then is Then.ENOUGH:
                         yield Settle(transfer.target)
                         return
-                if last_act is Event.TIME_OUT:
-                    yield FallSilent()
-                if last_act is not None:
+                if gone:
                     return
             if burst.awaited and not responses:
                 heard = yield Listen()
@@ -212,8 +207,8 @@ class _Client:
 
     def _disturbed(
         self, transfer: Transfer, requests: Sequence[Request], first: int
-    ) -> tuple[list[CanFrame], Event | None]:
-        """Return the frames that are sent for some requests, and what ends the transfer there."""
+    ) -> tuple[list[CanFrame], bool]:
+        """Return the frames that are sent for some requests, and whether the client is gone."""
         frames: list[CanFrame] = []
         late: list[CanFrame] = []
         for number, request in enumerate(requests, first):
@@ -225,9 +220,9 @@ class _Client:
                 match disturbance.event:
                     case Event.ABORT:
                         abort = self._frame(_abort(transfer.target))
-                        return [*frames, *held_back, abort], Event.ABORT
-                    case Event.LEAVE | Event.TIME_OUT:
-                        return [*frames, *held_back], disturbance.event
+                        return [*frames, *held_back, abort], True
+                    case Event.LEAVE:
+                        return [*frames, *held_back], True
                     case Event.LATE:
                         late, sent = [self._frame(data) for data in sent], []
                     case Event.INSERT:
@@ -236,7 +231,7 @@ class _Client:
                         sent = [data for whole in sent for data in _changed(whole, disturbance)]
             frames += [self._frame(data) for data in sent]
             frames += held_back
-        return frames + late, None
+        return frames + late, False
 
     def _inserted(self, label: str) -> CanFrame:
         frame = FRAMES[label](self._objects.targets)

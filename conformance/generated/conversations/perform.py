@@ -4,7 +4,6 @@ from conformance.bus.errors import WriteNotPermitted
 from conformance.dialogue.dialogue import Dialogue
 from conformance.generated.conversations.client import (
     Action,
-    FallSilent,
     Heard,
     Listen,
     Send,
@@ -59,8 +58,6 @@ class _Driver:
                 # What was on its way may be answered yet: nothing is, where that is certain.
                 if not (action.aborted and self._lockstep.oracle.idle):
                     self._lockstep.settle(action.target)
-            case FallSilent():
-                pass  # after which time a device gives up is for other cases
         return Heard()
 
     def _send(self, action: Send) -> Heard:

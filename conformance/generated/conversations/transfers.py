@@ -23,8 +23,7 @@ class Event(StrEnum):
     """What befalls a request on its way, or the client before it sends it."""
 
     ABORT = "the client aborts instead"
-    LEAVE = "the client goes on with another transfer instead"
-    TIME_OUT = "the client falls silent instead until the server gives up"
+    LEAVE = "the client falls silent instead"
     LOSE = "lost"
     REPEAT = "sent twice"
     LATE = "sent behind the next one"
