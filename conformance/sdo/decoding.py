@@ -6,7 +6,6 @@ of CiA 301 defines becomes ``Unknown``.
 """
 
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import TypeVar
 
 from conformance.sdo.frames import (
@@ -74,19 +73,14 @@ def _by_command(kinds: Sequence[type[Kind]]) -> tuple[type[Kind] | None, ...]:
 _REQUEST_BY_COMMAND = _by_command(REQUESTS)
 _RESPONSE_BY_COMMAND = _by_command(RESPONSES)
 _ABORT_COMMAND = 0x80
-# A frame is read by whoever follows the conversation, and many frames come again and again; not
-# those with the data of a block transfer.
-_remembered = lru_cache(maxsize=512)
 
 
-@_remembered
 def decode_request(frame: bytes) -> Request:
     """Read what a client sent outside a sub-block of a block download."""
     kind = _REQUEST_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
     return kind.decode(frame) if kind else Unknown(bytes(frame))
 
 
-@_remembered
 def decode_response(frame: bytes) -> Response:
     """Read what a server sent outside a sub-block of a block upload."""
     kind = _RESPONSE_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
