@@ -118,6 +118,11 @@ def _check_together(config: pytest.Config, *, self_test: bool) -> None:
         raise pytest.UsageError(
             "--sdo-simulated goes with --self-test: a real device takes its time."
         )
+    if config.getoption("sdo_simulated") and config.getoption("sdo_server_timeout"):
+        raise pytest.UsageError(
+            "--sdo-server-timeout needs a clock: on a simulated bus a silence takes no time. "
+            "Leave out --sdo-simulated."
+        )
     if config.getoption("sdo_answer_delay") and not self_test:
         raise pytest.UsageError("--sdo-answer-delay goes with --self-test.")
     if self_test and (config.getoption("sdo_process") or config.getoption("sdo_recover")):

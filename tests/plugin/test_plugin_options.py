@@ -60,6 +60,7 @@ WRONG = {
     "--can-interface=socketcam": "python-can has no interface called 'socketcam'",
     "--sdo-fault=answers-late": "--sdo-fault=answers-late goes with --self-test.",
     "--sdo-simulated": "--sdo-simulated goes with --self-test",
+    "--self-test --sdo-simulated --sdo-server-timeout=1": "--sdo-server-timeout needs a clock",
     "--self-test --sdo-fault=answer-late": "called 'answer-late'. Did you mean 'answers-late'?",
     "--self-test --sdo-fault=qqqq": "There is no faulty or unusual server called 'qqqq'.",
     "--self-test --sdo-fault=": "There is no faulty or unusual server called ''.",
