@@ -47,7 +47,7 @@ Transfer = Generator[Step, Response, object]
     state=SILENT,
 )
 def test_gives_up(sdo: Dialogue, server_timeout: float, state: State[Request]) -> None:
-    """Of a silent client the server takes leave with 05040000h, is idle, and has stored nothing."""
+    """The server aborts the transfer of a silent client with 05040000h and stores nothing."""
     begun = begin(sdo, state)
     sdo.expect_timed_out(begun.known, server_timeout)
     sdo.expect_dead(begun.due)

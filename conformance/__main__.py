@@ -85,14 +85,16 @@ def _parser() -> argparse.ArgumentParser:
         "--server-timeout",
         type=float,
         metavar="SECONDS",
-        help="give up a transfer whose client is silent for so long (never)",
+        help="time after which the server aborts the transfer of a silent client (never)",
     )
     serve.set_defaults(command=_serve)
 
     listing = commands.add_parser("faults", help="list the faulty and the unusual servers")
     listing.set_defaults(command=_faults)
 
-    rules = commands.add_parser("rules", help="list what is required of a server, and its cases")
+    rules = commands.add_parser(
+        "rules", help="list the requirements for a server, with their cases"
+    )
     rules.add_argument(
         "names",
         nargs="*",
@@ -101,28 +103,28 @@ def _parser() -> argparse.ArgumentParser:
     )
     rules.set_defaults(command=_rules)
 
-    decode = commands.add_parser("decode", help="show a log of a bus as SDO messages in words")
+    decode = commands.add_parser("decode", help="show the SDO messages in a log of a bus in words")
     decode.add_argument(
         "log",
-        help="a file as 'candump -L' or a run's bus.log writes it, also packed by gzip; - for the "
-        "standard input; .asc, .blf, .csv, .trc and what else python-can reads",
+        help="a file of 'candump -L' or the bus.log of a run, also packed with gzip; - for the "
+        "standard input; .asc, .blf, .csv, .trc and other formats of python-can",
     )
-    decode.add_argument("--node-id", type=int, metavar="N", help="of this node only")
+    decode.add_argument("--node-id", type=int, metavar="N", help="show this node only")
     decode.add_argument(
         "--judge",
         action="store_true",
-        help="say which responses were not allowed, by which rule; exit status 3 if any",
+        help="show the responses that were not allowed, and their rules; exit status 3 if any",
     )
     decode.set_defaults(command=_decode)
 
     report = commands.add_parser(
-        "report", help="write the reports of a run again, also of one that was killed"
+        "report", help="write the reports of a run again, even if it was killed"
     )
-    report.add_argument("folder", type=Path, help="the report folder, which has a results.jsonl")
+    report.add_argument("folder", type=Path, help="the report folder, which contains results.jsonl")
     report.set_defaults(command=_report)
 
     restore = commands.add_parser(
-        "restore", help="put back what a run has left changed, as its report folder tells"
+        "restore", help="restore the values that a run left changed, from its report folder"
     )
     restore.add_argument("folder", type=Path, help="the report folder of the run")
     _add_bus_options(restore, "that of the run")
@@ -156,7 +158,7 @@ def _restore(options: argparse.Namespace) -> int:
     for path in paths:
         about, left = read_journal(path)
         if about["self_test"]:
-            print(f"{path}: a self-test has left nothing, its server is gone")
+            print(f"{path}: nothing to restore after a self-test, whose server has ended")
             continue
         settings = _bus(options, bus_of(about))
         link = Link(open_bus(settings), str(settings))
@@ -170,7 +172,7 @@ def _restore(options: argparse.Namespace) -> int:
         finally:
             link.close()
     if not paths:
-        print(f"{options.folder} names nothing that is to be put back")
+        print(f"{options.folder} has no values to restore")
     return BROKEN_BENCH if pending else DONE
 
 

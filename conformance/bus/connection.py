@@ -28,11 +28,11 @@ class Connection:
                 connection.settimeout(self._patience)
                 if connection.recv(len(GREETING)) == GREETING:
                     return
-                trouble = "it does not speak as socketcand does any more"
+                trouble = "it does not answer as socketcand does any more"
         except OSError as error:
             trouble = str(error)
         host, port = self._address
         raise InterfaceLost(
             f"socketcand at {host}, port {port}, is not reached: {trouble}. Check the network and "
-            "the daemon; what the device does meanwhile cannot be seen."
+            "the daemon; the suite does not see the frames of the device meanwhile."
         )

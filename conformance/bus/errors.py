@@ -4,7 +4,7 @@ In the order of a run: the bus cannot be opened (BusNotOpened); the device never
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
 or leaves the bus (BusOff); frames are lost (FramesDropped, FailedOnce); somebody else talks to the
 device (SecondClient), or answers for it (TwoDevices); the device stops answering (DeviceLost); a
-case would write where nobody allowed it (WriteNotPermitted); the device's program does not run
+case would write without permission (WriteNotPermitted); the device's program does not run
 (ProcessFailed); one of several processes that test is gone (WorkerLost); a report cannot be written
 (NotWritten); the suite itself has an error (SuiteError).
 """

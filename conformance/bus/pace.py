@@ -86,7 +86,7 @@ class Pace:
         if missing < TOO_MANY:
             return ""
         return (
-            f"it left {missing} of its last {len(self._reads)} reads of 1000h unanswered, which "
-            "came right behind an answer and were served when they were repeated: it drops "
-            "requests, whatever they are, or the bus loses frames"
+            f"it did not answer {missing} of the last {len(self._reads)} reads of 1000h that "
+            "were sent right after an answer, but answered them when repeated: it drops requests "
+            "of every kind, or the bus loses frames"
         )

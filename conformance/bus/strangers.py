@@ -84,7 +84,7 @@ class Strangers:
     def lines(self) -> list[str]:
         """Say, once for each format, what somebody sends."""
         return [
-            f"somebody sends {kind}s with the number of the device's responses: "
+            f"another node sends {kind}s with the CAN-ID of the device's responses: "
             f"{self._first[kind]}" + (f" and {count - 1} more" if count > 1 else "")
             for kind, count in self._counts.items()
         ]
@@ -104,9 +104,9 @@ def heard_elsewhere(overheard: Sequence[CanFrame], number: int) -> str:
     """Say what was heard instead of an answer on an identifier with a number."""
     alike = [frame for frame in overheard if frame.can_id == number]
     heard = [str(frame) for frame in overheard if frame.dlc == FRAME_LENGTH and frame not in alike]
-    told = f"; heard on other identifiers: {', '.join(heard[-3:])}" if heard else ""
+    told = f"; received on other identifiers: {', '.join(heard[-3:])}" if heard else ""
     if alike:
-        told += f"; heard with that number, but a {format_of(alike[-1])}: {alike[-1]}"
+        told += f"; received with that CAN-ID, but as {format_of(alike[-1])}: {alike[-1]}"
     return told
 
 

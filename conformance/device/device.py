@@ -102,9 +102,8 @@ class Device:
         """Return the seconds after which the device gives up a transfer whose client is silent."""
         if self.server_timeout is None:
             raise NotTestable(
-                "needs the time after which the device gives up a transfer whose client is silent: "
-                "declare it with --sdo-server-timeout=SECONDS; without one there is nothing to "
-                "wait for"
+                "needs the time after which the device aborts the transfer of a silent client: if "
+                "it has such a time-out, declare it with --sdo-server-timeout=SECONDS"
             )
         return self.server_timeout
 

@@ -27,7 +27,7 @@ from typing import Any
 from conformance.device.files import nearest
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 
-NO_REASON = "no reason given yet: say why it may stay"
+NO_REASON = "no reason given yet: write why it is accepted"
 TABLE = "deviations"
 _WANTED = "write a text that is not empty"
 _WILD = re.compile(r"[*?]")
@@ -152,8 +152,8 @@ def _hint(name: str, known: Iterable[str]) -> str:
 def write_deviations(path: Path, deviations: Iterable[Deviation]) -> None:
     """Write a list that ``read_deviations`` reads; raises OSError."""
     lines = [
-        "# Known deviations, drafted from a run. Say in each reason why it may stay; what is",
-        "# listed here and does not fail any more fails the run until its entry goes.",
+        "# Known deviations, drafted from a run. Write in each reason why it is accepted. A case",
+        "# that is listed here and passes fails the run until its entry is deleted.",
     ]
     for deviation in deviations:
         lines += ["", "[[deviations]]"]

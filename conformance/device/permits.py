@@ -77,15 +77,15 @@ class Permits:
         if group is not None:
             return how_to_permit(group)
         if known.refuses_download:
-            return "the EDS asks not to write it (ObjFlags): name it if it may be written"
+            return "the EDS excludes it from writing (ObjFlags): name it if it may be written"
         lifted = denial(known.mux.index, frozenset()) is not None
         of_device = FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
         if self.all_rw and known.access is Access.RW and (of_device or lifted):
             return ""
         return (
-            "nobody allowed to write it: name what may be written, [objects] writable = "
-            '["2001", "2010:01"] in device.toml or --sdo-object=2001; "all-rw" stands for all that '
-            "the EDS calls rw from 2000h on"
+            "writing it is not permitted: name the objects that may be written, [objects] "
+            'writable = ["2001", "2010:01"] in device.toml or --sdo-object=2001; "all-rw" stands '
+            "for all objects from 2000h on that the EDS calls rw"
         )
 
     def probe_refusal(self, known: KnownObject) -> str:
@@ -96,12 +96,12 @@ class Permits:
         if group is not None:
             return how_to_permit(group)
         if known.refuses_download:
-            return "the EDS asks not to write it (ObjFlags)"
+            return "the EDS excludes it from writing (ObjFlags)"
         if READ_ONLY_PROBES in self.permissions or known.mux in {one.mux for one in self.named}:
             return ""
         return (
-            "a device that is wrong here would be written to, with the value that it has: allow "
-            f"it with [permissions] {READ_ONLY_PROBES} = true in device.toml"
+            "a faulty device would accept the write (of the value that it has): permit it with "
+            f"[permissions] {READ_ONLY_PROBES} = true in device.toml"
         )
 
     def allowed(self, objects: Iterable[KnownObject]) -> list[Multiplexer]:

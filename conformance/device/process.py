@@ -112,7 +112,7 @@ class DeviceProcess:
         except OSError as error:
             raise ProcessFailed(
                 f"The device's program cannot be started: {shlex.join(command)}: {error.strerror}. "
-                f"Check its path, which is looked up from {self._settings.folder or Path.cwd()}."
+                f"Check its path, which is relative to {self._settings.folder or Path.cwd()}."
             ) from error
 
     def stop(self) -> None:

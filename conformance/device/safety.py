@@ -69,7 +69,7 @@ class WritePolicy:
                 f"A case was about to write to {target}, but {how_to_permit(group)}."
             )
         raise WriteNotPermitted(
-            f"A case was about to write to {target}, which nobody allowed. Allow it with "
+            f"A case was about to write to {target}, which is not permitted. Permit it with "
             f"--sdo-object={target.index:04X}:{target.sub_index:02X}, or leave the case out."
         )
 

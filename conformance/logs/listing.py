@@ -12,8 +12,8 @@ from conformance.sdo.layout import FRAME_LENGTH
 
 NOT_FOLLOWED = (
     "not judged from here until the channel is quiet for "
-    f"{PATIENCE * 1000:.0f} ms: requests do not wait for their answers, and what comes can be read "
-    "in too many ways"
+    f"{PATIENCE * 1000:.0f} ms: the client does not wait for its answers, so the responses are "
+    "ambiguous"
 )
 
 

@@ -42,7 +42,7 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--sdo-scan",
         action="store_true",
-        help="read all indices as well, 65535 of them, and tell what the EDS does not list",
+        help="read all 65535 indices as well, and list those that are not in the EDS",
     )
     group.addoption("--can-interface", metavar="NAME", help="python-can interface (socketcan)")
     group.addoption("--can-channel", metavar="NAME", help="channel of the interface (can0)")
@@ -58,7 +58,7 @@ def add_options(parser: pytest.Parser) -> None:
         type=named_value,
         action="append",
         default=[],
-        help="anything else that the interface takes in python-can, as host=10.0.0.7 and "
+        help="a further setting of the interface in python-can, such as host=10.0.0.7 or "
         "port=29536 of socketcand; may be repeated",
     )
     group.addoption(
@@ -71,8 +71,8 @@ def add_options(parser: pytest.Parser) -> None:
         "--sdo-server-timeout",
         metavar="SECONDS",
         type=_seconds,
-        help="time after which the device itself gives up a transfer whose client is silent, if "
-        "it does: is tested then (the built-in server gets one)",
+        help="time after which the device aborts the transfer of a silent client, if it does; adds "
+        "the cases that test this (the built-in server gets such a time-out)",
     )
     group.addoption(
         "--sdo-object",
@@ -80,8 +80,8 @@ def add_options(parser: pytest.Parser) -> None:
         type=_object,
         action="append",
         default=[],
-        help="an object that may be written (and is restored), as 2001 or 2010:01=unsigned16; "
-        "with access wo or ro one that cannot be read or written; may be repeated",
+        help="an object that may be written (and is restored), such as 2001 or 2010:01=unsigned16; "
+        "access wo or ro: an object that cannot be read or written; may be repeated",
     )
     group.addoption(
         "--sdo-channel",
@@ -97,9 +97,9 @@ def add_options(parser: pytest.Parser) -> None:
         type=_permission,
         action="append",
         default=[],
-        help="permit what is not done otherwise: nmt (commands to the device, which is left "
-        "Pre-operational, and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or "
-        "another of the names in the README; may be repeated",
+        help="a permission: nmt (NMT commands to the device, which the run leaves Pre-operational, "
+        "and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or another name in "
+        "the README; may be repeated",
     )
     group.addoption(
         "--self-test",
@@ -114,14 +114,14 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--sdo-simulated",
         action="store_true",
-        help="with --self-test: the server answers within the call that sends; nothing ever waits",
+        help="with --self-test: simulated time, so that no case has to wait",
     )
     group.addoption(
         "--sdo-answer-delay",
         metavar="SECONDS",
         type=_seconds,
         default=0.0,
-        help="with --self-test: the time that the device takes for each answer (none)",
+        help="with --self-test: the response time of the server (none)",
     )
     group.addoption(
         "--sdo-process",
@@ -134,18 +134,18 @@ def add_options(parser: pytest.Parser) -> None:
         "--sdo-recover",
         metavar="COMMAND",
         type=_command,
-        help="what brings a device on the bench back that was lost, as ./power-cycle.sh",
+        help="command that brings a lost device back, such as ./power-cycle.sh",
     )
     group.addoption(
         "--sdo-deviations",
         metavar="FILE",
-        help="TOML with known deviations: [[deviations]] tables of case and reason; a case that "
-        "is listed may fail, and must not pass",
+        help="TOML file of known deviations: [[deviations]] tables of case and reason; a listed "
+        "case may fail, and must not pass",
     )
     group.addoption(
         "--sdo-write-deviations",
         metavar="FILE",
-        help="draft such a list from what fails in this run",
+        help="write a draft of such a file, from the failures of this run",
     )
     group.addoption(
         "--sdo-report-dir",
@@ -156,14 +156,14 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--sdo-restore",
         action="store_true",
-        help="put back first what an earlier run that was killed has left changed on the device",
+        help="first restore the values that an earlier, killed run left changed on the device",
     )
     group.addoption(
         "--sdo-seed",
         metavar="N",
         type=int,
         default=DEFAULT_SEED,
-        help="decides on the bytes that cases write, and on random conversations (%(default)s)",
+        help="seed for the bytes that cases write, and for random conversations (%(default)s)",
     )
     group.addoption(
         "--sdo-examples",

@@ -64,7 +64,7 @@ def try_again(
         item.stash[CASE_RUN] = run
         error = _perform(item, run)
     if ways:
-        run.sdo.info(f"{_in_words(ways)}; it was tried again")
+        run.sdo.info(f"{_in_words(ways)}; the case was repeated")
     return run, error
 
 
@@ -131,4 +131,4 @@ def _in_words(ways: list[Way]) -> str:
     times = "once" if len(ways) == 1 else f"in each of {len(ways)} tries, not at the same place"
     if 1 < len(ways) < MOST_TRIES:
         times = f"in {len(ways)} tries"
-    return f"the server has aborted a running transfer {times} ({codes}), which it may at any time"
+    return f"the server aborted a running transfer {times} ({codes}), which is always allowed"

@@ -31,7 +31,7 @@ def open_bench(config: pytest.Config, state: RunState) -> None:
         log = BusLog(state.bus_log, options.run.bus.channel or "can0")
     except OSError as error:
         raise BenchError(
-            f"The report folder {state.report_dir} cannot be made: {error}. "
+            f"The report folder {state.report_dir} cannot be created: {error}. "
             "Choose another with --sdo-report-dir=DIR."
         ) from error
     state.log = log

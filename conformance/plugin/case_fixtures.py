@@ -52,7 +52,7 @@ class CaseFixtures:
         state = self._item.config.stash.get(STATE, None)
         if state is None:
             raise pytest.UsageError(
-                "This test talks to a device: say which one with --node-id=N, or use --self-test."
+                "This test needs a device: name it with --node-id=N, or use --self-test."
             )
         return state.session(case_of(self._item).node_id)
 

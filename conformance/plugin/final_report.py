@@ -113,7 +113,7 @@ class FinalReport:
         if values is None:
             return None
         if report.nodeid in self._repeated:
-            return "failed for a cause told before", "F", "FAILED"
+            return "failed for a cause shown above", "F", "FAILED"
         if not report.passed:
             return None
         if values["verdict"] == Verdict.NON_STRICT:
@@ -246,12 +246,12 @@ class FinalReport:
                 write(line)
             self._write_causes(terminalreporter)
         for unjudged in findings.unjudged:
-            write(f"came too late, after {unjudged}", red=True)
+            write(f"late response after {unjudged}", red=True)
         for beside in findings.beside:
-            write(f"beside the cases, at {beside}", red=True)
+            write(f"outside the cases, at {beside}", red=True)
         for stale in self._stale:
             write(
-                f"stale deviation: {stale} ({stale.reason}) excused nothing in this run: delete "
+                f"stale deviation: {stale} ({stale.reason}) excused no failure in this run: delete "
                 "its entry from the known deviations",
                 red=True,
             )
@@ -261,14 +261,14 @@ class FinalReport:
             write(f"not restored: {unrestored}")
         if findings.unrestored:
             write(
-                f"the values are whole in {self._state.report_dir}: 'conformance restore "
+                f"the complete values are in {self._state.report_dir}: 'conformance restore "
                 f"{self._state.report_dir}' writes them back"
             )
         if self._suite_left_out:
             write(
-                "none of the suite's cases was run: to run them beside your own tests, add "
-                f"{FOLDER!r} to the arguments; to run your own alone, name their files, and let "
-                "them ask for the device",
+                "none of the suite's cases was run: to run them with your own tests, add "
+                f"{FOLDER!r} to the arguments; to run your own tests alone, name their files, and "
+                "use the fixtures of the suite in them",
                 red=True,
             )
         if findings.bench_errors:
@@ -296,9 +296,9 @@ class FinalReport:
         yield from (f"bench: {note}" for note in dict.fromkeys(state.findings.notes))
         unexplained = [known for known in state.options.deviations if not known.is_explained]
         if unexplained:
-            yield f"{len(unexplained)} known deviations lack a reason: say why they may stay"
+            yield f"known deviations without a reason: {len(unexplained)}; state why each may stay"
         if state.options.draft is not None:
-            yield f"known deviations were drafted: {state.options.draft}"
+            yield f"draft of the known deviations: {state.options.draft}"
         yield f"reports: {state.report_dir}"
 
 

@@ -16,10 +16,10 @@ def not_again(session: DeviceSession, lost: int) -> FailedOnce:
     """Describe what has failed once and not again, though the bus need not be why."""
     met, frames = len(session.doubts.met), session.doubts.frames
     return FailedOnce(
-        f"Node {session.device.node_id} failed {met} times in {frames} frames, and not when the "
-        f"same was tried again; the interface itself tells of {lost or 'no'} lost frames. Either "
-        "frames are lost, repeated or swapped on the way (check the adapter, its driver and the "
-        "load of this machine), or the device is wrong at times: this run cannot tell."
+        f"Node {session.device.node_id} failed {met} times in {frames} frames, but not when the "
+        f"case was repeated; the interface counted {lost or 'no'} lost frames. Either the bus "
+        "loses, repeats or swaps frames (check the adapter, its driver and the load of this "
+        "machine), or the device fails only sometimes: this run cannot decide which."
     )
 
 

@@ -116,7 +116,7 @@ def _check_together(config: pytest.Config, *, self_test: bool) -> None:
         raise pytest.UsageError(f"--sdo-fault={server} goes with --self-test.")
     if config.getoption("sdo_simulated") and not self_test:
         raise pytest.UsageError(
-            "--sdo-simulated goes with --self-test: a real device takes its time."
+            "--sdo-simulated goes with --self-test: it needs the built-in server."
         )
     if config.getoption("sdo_simulated") and config.getoption("sdo_server_timeout"):
         raise pytest.UsageError(
@@ -153,7 +153,7 @@ def _wanted_nodes(config: pytest.Config, description: Description) -> list[int] 
         name = config.getoption(option)
         if name is not None and not config.getoption("self_test"):
             raise pytest.UsageError(
-                f"{option}={name} does not say which node it is: add --node-id=N, or node-id = N "
+                f"{option}={name} does not give the node-ID: add --node-id=N, or node-id = N "
                 "to device.toml."
             )
     return None

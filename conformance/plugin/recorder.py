@@ -84,7 +84,7 @@ class Recorder:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            return [f"The report folder cannot be made: {error}."]
+            return [f"The report folder cannot be created: {error}."]
         run, file = self.run, ResultsFile(self._folder)
         file.run(run.about)
         for device in run.devices:

@@ -182,7 +182,9 @@ class Running:
             with suppress(RunStopped):
                 run.conclude(None)  # the values are put back all the same
         item.session.shouldstop = stop.reason
-        item.stash[RESULT] = left_out(case_of(item), Verdict.NOT_RUN, f"{stop.reason} in it")
+        item.stash[RESULT] = left_out(
+            case_of(item), Verdict.NOT_RUN, f"{stop.reason} during this case"
+        )
         pytest.skip(f"{Verdict.NOT_RUN}: {stop.reason}")
 
     def _judge(self, item: pytest.Item, run: CaseRun, error: BaseException | None) -> None:
@@ -219,9 +221,9 @@ class Running:
         except BenchError as error:
             why = str(error)
         if not why and losses.is_hopeless:
-            why = f"it was lost in {MOST_IN_A_ROW} cases in a row, whatever they sent"
+            why = f"it was lost in {MOST_IN_A_ROW} different cases in a row"
         if not why:
-            result.notes.append(f"the device was lost by {cause}, and has been brought back")
+            result.notes.append(f"the device was lost ({cause}), and has been brought back")
             return
         self._state.findings.bench_errors.append(session.loss())
         self._state.findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
@@ -230,9 +232,9 @@ class Running:
         """Take a device out of the run that answers, but not in a way that could be tested."""
         findings = self._state.findings
         findings.bench_errors.append(
-            DeviceLost(f"Node {result.node_id} was given up behind {result.case_id}: {why}.")
+            DeviceLost(f"Node {result.node_id} was given up after {result.case_id}: {why}.")
         )
-        findings.out[result.node_id] = f"given up behind {result.case_id}: {why}"
+        findings.out[result.node_id] = f"given up after {result.case_id}: {why}"
 
     # The end
 
@@ -241,7 +243,9 @@ class Running:
         """Close the bench; a worker hands back what it found."""
         state = self._state
         if self._has_begun:
-            ended = str(session.shouldfail or session.shouldstop or "the run was ended before")
+            ended = str(
+                session.shouldfail or session.shouldstop or "the run ended before this case"
+            )
             state.findings.unreached += [
                 left_out(case_of(item), Verdict.NOT_RUN, ended)
                 for item in session.items
@@ -265,7 +269,7 @@ class Running:
                 )
             if errors := state.bench.errors():
                 state.findings.notes.append(
-                    f"the controller has told of errors on the bus since the run began: {errors}"
+                    f"the controller has reported errors on the bus since the run began: {errors}"
                 )
             for node_id, device in state.bench.sessions.items():
                 judged, known = state.judged_late_answers[node_id], state.options.deviations

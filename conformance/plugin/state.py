@@ -76,7 +76,7 @@ class RunState:
     def session(self, node_id: int) -> DeviceSession:
         """Return the session of a device; the bench is open by then."""
         if self.bench is None:
-            raise BenchError("The bus is not open: the run ended before it began.")
+            raise BenchError("The bus is not open: the run ended before the first case.")
         if node_id not in self.bench.sessions:
             raise BenchError(f"Node {node_id} is not tested by this process.")
         return self.bench.sessions[node_id]

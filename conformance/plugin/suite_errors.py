@@ -43,7 +43,7 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
         error = run.bench_error = suite_error(error)
     pauses, breach = run.sdo.wire.pauses, isinstance(error, Violation | ServerAborted)
     if breach and pauses.excuse:
-        pauses.notes.append(f"bench: what came of it: {error}")
+        pauses.notes.append(f"bench: the case ended with: {error}")
         error, breach = pauses.not_judged(), False
     try:
         result = run.conclude(error)
@@ -58,7 +58,7 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
 def _take_back(result: CaseResult) -> None:
     """Take back a breach that was found when a case was over and the bench had not been running."""
     result.notes.append(
-        f"bench: what came of it: {result.broken_rule} "
+        f"bench: the case ended with: {result.broken_rule} "
         f"expected {result.expected}; got {result.actual}"
     )
     result.verdict, result.actual = Verdict.NOT_TESTABLE, NOT_JUDGED
@@ -68,8 +68,8 @@ def _take_back(result: CaseResult) -> None:
 def suite_error(error: BaseException) -> SuiteError:
     """Describe an error of the suite by what it is and where; the same each time that it comes."""
     found = SuiteError(
-        f"The suite itself has an error: {_in_words(error)}. It says nothing of the device. Please "
-        "report it with the traceback that the case shows."
+        f"The suite itself has an error: {_in_words(error)}. This does not count against the "
+        "device. Please report it, with the traceback of the case."
     )
     found.__cause__ = error
     return found

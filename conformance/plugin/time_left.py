@@ -1,4 +1,4 @@
-"""Says during a run how long it will take yet, and what it is at before the first case."""
+"""Prints the time left during a run, and the progress of the discovery before the first case."""
 
 import time
 from collections.abc import Sequence
@@ -11,23 +11,23 @@ from conformance.plugin.workers import Worker, is_controller
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.run.verdict import CaseResult, Verdict
 
-# The first cases tell how fast the device is: so many, or so much of the work, whichever is later.
+# The first estimate comes after this number of cases and this part of the work.
 FIRST_CASES, FIRST_PART = 20, 0.05
-# How long the first word may be waited for where the work goes slowly, in seconds.
+# The first estimate comes after this time at the latest, in seconds.
 FIRST_WORD = 60.0
-# It is said again behind a tenth of the run, but neither more often nor less than this, in seconds.
+# It is repeated after each tenth of the run, within these limits, in seconds.
 OFTEN, SELDOM = 30.0, 300.0
-# A run that is so near its end needs no word.
+# A run with less time left than this prints no estimate, in seconds.
 SHORT = 5.0
-# How often it is told what a discovery is at.
+# How often the progress of a discovery is printed, in seconds.
 LOOK = 10.0
-# From here on, in seconds, it is worth saying how to choose less.
+# A run with more time left than this prints how to select fewer cases, in seconds.
 LONG = 3600.0
 UNTRIED = (Verdict.NOT_RUN, Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED)
 
 
 def in_words(seconds: float) -> str:
-    """Write a time as somebody would who waits for it.
+    """Write a time in words, rounded.
 
     >>> [in_words(seconds) for seconds in (8.4, 75, 3000, 40000)]
     ['8 s', '75 s', '50 min', '11 h']
@@ -55,7 +55,7 @@ def say(config: pytest.Config, line: str, *, behind_dots: bool = False) -> None:
 
 
 class DiscoveryProgress:
-    """Tells what a discovery is at, where it takes long."""
+    """Prints the progress of a discovery that takes long."""
 
     def __init__(self, config: pytest.Config) -> None:
         """Begin the first discovery of the run."""
@@ -63,7 +63,7 @@ class DiscoveryProgress:
         self._said = self._begin = time.monotonic()
 
     def __call__(self, node_id: int, entry: KnownObject, number: int, count: int) -> None:
-        """Take that an object is read next, behind ``number`` others of so many."""
+        """Take that an object is read next, after ``number`` of ``count`` others."""
         now = time.monotonic()
         if number == 0:
             self._begin = now
@@ -79,7 +79,7 @@ class TimeLeft:
     """The hooks of the process that reports: it estimates how long the run will take yet."""
 
     def __init__(self, config: pytest.Config, silence: float) -> None:
-        """Take the terminal of the run; a ``silence`` takes so many seconds."""
+        """Take the terminal of the run; ``silence`` is the time of an answer that does not come."""
         self._config = config
         self._estimate = Estimate(silence)
         self._begin: dict[str, float] = {}
@@ -128,7 +128,7 @@ class TimeLeft:
         self._next = elapsed + min(max((elapsed + left) / 10, OFTEN), SELDOM)
         if left < SHORT:
             return
-        hint = ", fewer cases take less: -k, --sdo-examples" if first and left > LONG else ""
+        hint = "; to shorten the run: -k, --sdo-examples" if first and left > LONG else ""
         say(
             self._config,
             f"{estimate.done} of {estimate.selected} cases in {in_words(elapsed)}, at this "

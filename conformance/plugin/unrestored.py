@@ -37,7 +37,7 @@ class Values:
             if left.node_id == channel.node_id:
                 self._lines += put_back_left(channel, left)
                 self._pending += [
-                    f"what {left.journal} names of node {left.node_id}"
+                    f"the values of node {left.node_id} in {left.journal}"
                     for _ in range(not left.is_all_back)
                 ]
 
@@ -60,12 +60,13 @@ def _left(options: Options) -> list[LeftBehind]:
 def left_lines(options: Options) -> list[str]:
     """Say what earlier runs have left changed on the devices of this one."""
     offer = (
-        "is put back first"
+        "the values are restored first"
         if options.restores
-        else "--sdo-restore puts it back first; else it is taken for what the device holds"
+        else "--sdo-restore restores the values first; without it this run takes the changed "
+        "values for those of the device"
     )
     return [
-        f"conformance: an earlier run has left node {left.node_id} changed "
+        f"conformance: an earlier run left changed values on node {left.node_id} "
         f"({', '.join(map(str, [*left.values, *left.stored]))}; {left.journal}): {offer}"
         for left in _left(options)
     ]

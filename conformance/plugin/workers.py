@@ -233,8 +233,8 @@ class Controller:
         node_ids = ", ".join(map(str, node.workerinput[KEY]["node_ids"])) or "none"
         self._findings.bench_errors.append(
             WorkerLost(
-                f"The process {worker} ended before its time ({error or 'no reason is known'}): "
-                f"the nodes left to it were not tested to the end: {node_ids}. Read their values "
-                "before you trust them; bus.log shows what was written last."
+                f"The process {worker} ended early ({error or 'for an unknown reason'}): it did "
+                f"not finish the tests of these nodes: {node_ids}. Check their values, which may "
+                "have changed; bus.log shows what was written last."
             )
         )

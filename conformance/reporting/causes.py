@@ -1,4 +1,4 @@
-"""The causes behind what failed: each once, with the cases that it fails or keeps away."""
+"""The causes of failures: each once, with the cases that fail for it or cannot be tested."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from conformance.run.verdict import FAILED, CaseResult, Verdict
 
 @dataclass(slots=True)
 class CauseCount:
-    """A cause of one device: the results that fail for it, and those that it is in the way of."""
+    """A cause of one device: the results that fail for it, and those that it prevents."""
 
     node_id: int
     cause: str

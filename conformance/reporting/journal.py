@@ -155,8 +155,8 @@ def put_back_left(channel: Channel, left: LeftBehind) -> list[str]:
     """
     back, pending = put_back(channel, left)
     take_back(left, back)
-    node = f"of node {left.node_id}, which {left.journal.parent.name} had left changed"
-    done = [record.get("object", "what is stored") for record in back]
+    node = f"of node {left.node_id}, left changed by {left.journal.parent.name}"
+    done = [record.get("object", "stored parameters") for record in back]
     lines = [f"put back: {', '.join(done)} {node}"] if done else []
     return lines + [f"not put back: {mux} {node}: {why}" for mux, why in pending.items()]
 

@@ -53,7 +53,7 @@ def found_by_reading(device: Device) -> str:
         found += f"{longest})"
     refusal = device.services.block_upload_refusal
     served = f"refused ({refusal})" if refusal else "served"
-    blocks = "no answer that tells" if refusal is None else served
+    blocks = "unknown" if refusal is None else served
     return f"{found}; block upload: {blocks}"
 
 
@@ -84,7 +84,7 @@ def verdict_counts(results: Sequence[CaseResult]) -> list[str]:
 
 
 def summary_lines(results: Sequence[CaseResult]) -> list[str]:
-    """Return the verdicts with their numbers, and each result that passed with a remark."""
+    """Return the number of each verdict, and each result that passed with a remark."""
     lines = [", ".join(verdict_counts(results))]
     lines += [
         f"{result.verdict.value}: {result.case_id}: {result.actual or '; '.join(result.notes)}"
@@ -103,7 +103,7 @@ def summary_lines(results: Sequence[CaseResult]) -> list[str]:
     ]
     waited = sum(result.waited for result in results)
     if waited > 0:
-        lines.append(f"waited {waited:.1f} s in all for answers that did not come")
+        lines.append(f"waited {waited:.1f} s in total for answers that did not come")
     return list(dict.fromkeys(lines))  # several devices may say the same
 
 

@@ -59,9 +59,9 @@ class Doubts:
         """Say what was met, all in all and one by one."""
         shown = [*self.met[:MOST_SHOWN]]
         if len(self.met) > MOST_SHOWN:
-            shown.append(f"{len(self.met) - MOST_SHOWN} more, as their cases say")
+            shown.append(f"{len(self.met) - MOST_SHOWN} more, in the notes of their cases")
         total = f"{len(self.met)} in {self.frames} frames"
-        return [f"failed once and not when tried again, {total}:", *shown] if shown else []
+        return [f"failed once, but not when repeated, {total}:", *shown] if shown else []
 
 
 # What was met before the first case: causes and how, and objects that could not be read.

@@ -36,7 +36,7 @@ from conformance.sdo.objects import DataType
 from conformance.sdo.rules import Level, Rule, Violation
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
-GONE = "it answers no more, not even a read of 1000h after an abort"
+GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEGMENT = 7
 FIRST_SEEN = "the beginning of the run"
 # Of so many bytes, two lengths of which neither is what a wrong count would make of the other.
@@ -80,7 +80,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
 def lost_early(sdo: Dialogue, asked: Request, why: str = GONE) -> DeviceLost:
     """Describe a device that was lost before the first case, behind a request."""
     return DeviceLost(
-        f"Node {sdo.device.node_id} was lost before the first case, behind: {describe(asked)}. "
+        f"Node {sdo.device.node_id} was lost before the first case, after: {describe(asked)}. "
         f"What is wrong: {why}. Reset or power-cycle it; bus.log shows all that was sent to it."
     )
 

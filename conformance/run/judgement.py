@@ -1,7 +1,7 @@
 """From what went wrong in a case to its verdict: a cause fails the cases that are about it.
 
 Elsewhere it fails the case that meets it first, and from then on it stands: a case that it keeps
-from its point is not testable, and says what is in the way.
+from its point is not testable, and names the cause.
 """
 
 from collections.abc import Callable, Sequence
@@ -160,7 +160,7 @@ class Judgement:
     def _step_back(self, cause: Cause, known: Standing, violation: Violation, *, own: bool) -> None:
         result = self._result
         result.verdict, result.cause = Verdict.NOT_TESTABLE, str(cause)
-        why = "would show no more" if own else "is in the way"
+        why = "was reported before" if own else "prevents this case"
         result.actual = (
             f"{cause} {why}, see {known.first_case}: "
             f"expected {violation.expected}; got {violation.actual}"

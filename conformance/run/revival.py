@@ -81,7 +81,7 @@ class Revival:
                 return
         self.process.check()
         raise ProcessFailed(
-            f"Node {channel.node_id} was started and neither booted nor answered within "
+            f"Node {channel.node_id} was started, but neither booted nor answered within "
             f"{self._start_limit:g} s. Is it on the same bus, with that node-ID?"
             f"{self.process.last_words()}"
         )

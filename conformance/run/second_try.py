@@ -9,8 +9,8 @@ from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import NO_REBOOT
 
 EACH_ELSEWHERE = (
-    f"it failed in {MOST_TRIES} tries, each time at another place, as where frames are lost: "
-    "nothing can be said of it"
+    f"the case failed in {MOST_TRIES} tries, each time at another place, as if frames were lost: "
+    "no verdict is possible"
 )
 
 
@@ -50,15 +50,15 @@ def doubt(run: CaseRun, failed: CaseResult, stumbled: Stumble) -> None:
     if result.verdict in BREACHES:
         result.verdict, result.broken_rule, result.cause = Verdict.NOT_TESTABLE, "", ""
         last = f"expected {result.expected}; got {result.actual}"
-        result.notes.append(f"bench: the last of {MOST_TRIES} tries failed so: {last}")
+        result.notes.append(f"bench: the last of {MOST_TRIES} tries failed: {last}")
         result.expected, result.actual = "", EACH_ELSEWHERE
         return
     if failed.verdict in BREACHES:
         met = f"{failed.broken_rule} expected {failed.expected}; got {failed.actual}"
     else:
         met = stumbled.cause
-    result.notes.append(f"bench: it failed once and not when it was tried again: {met}")
+    result.notes.append(f"bench: the case failed once, but not when it was repeated: {met}")
     if result.verdict is Verdict.PASS:
         result.verdict = Verdict.INFO
     again = session.trace(run.own_frames, run.sdo.record.channels, aside=False, decisive=False)
-    result.trace = ["the try that failed:", *failed.trace, "the one that counts:", *again]
+    result.trace = ["the try that failed:", *failed.trace, "the try that counts:", *again]

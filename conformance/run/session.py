@@ -134,9 +134,9 @@ class DeviceSession:
     def loss(self) -> DeviceLost:
         """Describe that the device has stopped answering."""
         return DeviceLost(
-            f"Node {self.device.node_id} answered before and does not any more, not even a read of "
-            "1000h after an abort. Reset or power-cycle it; the cases before this one show what "
-            "was sent to it last."
+            f"Node {self.device.node_id} answered before, but does not answer any more, not even "
+            "a read of 1000h after an abort. Reset or power-cycle it; the cases before this one "
+            "show what was sent to it last."
         )
 
     def collect_late(self) -> None:
@@ -174,7 +174,7 @@ class DeviceSession:
         Returns an empty text, or why the device stays lost. Raises BenchError.
         """
         if self.revival is None:
-            return "nothing brings it back: there is neither --sdo-process nor --sdo-recover"
+            return "the run cannot bring it back without --sdo-process or --sdo-recover"
         with self.channel.link.stop.putting_back():
             why = self.revival.attempt()
             if not why:

@@ -52,9 +52,9 @@ def examine(channel: Channel, device: Device) -> None:
         others = [frame for frame in frames if frame.data != frames[0].data]
         if others and all(_is_about(frame, mux) for frame in frames):
             raise TwoDevices(
-                f"Two devices with node-ID {channel.node_id}? A read of {mux} is answered twice, "
-                f"and not alike: {frames[0]} and {others[0]}. Each write would be done by both. "
-                "Give one of them another node-ID, or take it off the bus."
+                f"Two devices with node-ID {channel.node_id}? A read of {mux} has two "
+                f"different answers: {frames[0]} and {others[0]}. Both devices would take each "
+                "write. Give one of them another node-ID, or take it off the bus."
             )
     device.beliefs.answers_twice = min(counts) > 1
 
@@ -84,6 +84,6 @@ def _is_about(frame: CanFrame, mux: Multiplexer) -> bool:
 def either(node_id: int) -> str:
     """Say what it may be that answers twice, where that cannot be told."""
     return (
-        "every read is answered twice, and alike: the device does that, or there are two devices "
-        f"with node-ID {node_id}"
+        "every read has two identical answers: either the device sends both, or two devices have "
+        f"node-ID {node_id}"
     )

@@ -80,10 +80,10 @@ def test_what_somebody_else_sends_with_the_number_of_the_device_is_not_its_answe
     assert bench.channel.receive() is None
     assert list(bench.channel.overheard) == [*STRANGE, STRANGE[0]]
     assert bench.channel.strangers.lines() == [
-        "somebody sends 29-bit frames with the number of the device's responses: "
+        "another node sends 29-bit frames with the CAN-ID of the device's responses: "
         "00000585#0000000000000000 and 2 more",
-        "somebody sends 11-bit remote frames with the number of the device's responses: 585#R8",
-        "somebody sends 11-bit CAN FD frames with the number of the device's responses: "
+        "another node sends 11-bit remote frames with the CAN-ID of the device's responses: 585#R8",
+        "another node sends 11-bit CAN FD frames with the CAN-ID of the device's responses: "
         "585##0000000000000000000000000",
     ]
 

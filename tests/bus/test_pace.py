@@ -43,7 +43,7 @@ def test_a_device_that_drops_each_fifth_read_is_not_sound() -> None:
     for number in range(LOOKED_AT):
         assert pace.unsound == ""
         pace.read(answered=number % 5 != 4)
-    assert f"{TOO_MANY} of its last {LOOKED_AT} reads of 1000h" in pace.unsound
+    assert f"{TOO_MANY} of the last {LOOKED_AT} reads of 1000h" in pace.unsound
 
 
 def test_one_that_misses_a_read_now_and_then_is() -> None:

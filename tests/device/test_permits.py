@@ -20,7 +20,7 @@ DENIED = [0x1005, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017, 0x1020, 0x1200, 0x1280
 
 
 def test_an_eds_allows_nothing_by_itself() -> None:
-    assert "nobody allowed to write it" in Permits().refusal(known(0x2001))
+    assert "writing it is not permitted" in Permits().refusal(known(0x2001))
 
 
 @pytest.mark.parametrize("index", [0x2000, 0x5FFF, 0x6000, 0x9FFF])

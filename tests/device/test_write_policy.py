@@ -62,7 +62,7 @@ def test_named_objects_may_be_written(frame: str) -> None:
 
 @pytest.mark.parametrize("frame", WRITES_2010_01)
 def test_others_may_not(frame: str) -> None:
-    with pytest.raises(WriteNotPermitted, match=r"2010h:01, which nobody .* --sdo-object=2010:01"):
+    with pytest.raises(WriteNotPermitted, match=r"2010h:01, which is not .* --sdo-object=2010:01"):
         check(WritePolicy([Multiplexer(0x2010, 0)]), bytes.fromhex(frame))
 
 

@@ -97,7 +97,7 @@ def test_the_kind_of_a_frame_has_no_numbers_but_the_code_of_an_abort(frame: str,
         "no answer",
         f"no answer; {from_hex('80 18 10 01 01 00 04 05')}",
         "none within 50 ms",
-        "nothing within 250 ms; heard on other identifiers: 586#4300100091010F00",
+        "nothing within 250 ms; received on other identifiers: 586#4300100091010F00",
     ],
 )
 def test_silence_is_one_kind(actual: str) -> None:

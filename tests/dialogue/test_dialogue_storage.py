@@ -187,7 +187,7 @@ def test_without_permission_to_store_where_nothing_is_stored() -> None:
 @pytest.mark.parametrize(
     ("permits", "why"),
     [
-        (Permits(permissions=PERMISSIONS), "nobody allowed to write it"),
+        (Permits(permissions=PERMISSIONS), "writing it is not permitted"),
         (
             Permits(all_rw=True, permissions=PERMISSIONS, never=frozenset({NUMBER})),
             "device.toml says that 2004h:00 is never written",

@@ -79,7 +79,7 @@ def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -
         sdo.send(READ)
         with pytest.raises(Violation) as raised:
             sdo.receive()
-    heard = "heard on other identifiers: 586#4300100091010F00, 00000585#4300100091010F00"
+    heard = "received on other identifiers: 586#4300100091010F00, 00000585#4300100091010F00"
     assert raised.value.actual == f"nothing within 50 ms; {heard}"
 
 
@@ -141,7 +141,7 @@ def test_nothing_is_sent_that_would_write_elsewhere(request_: Message | bytes) -
     with undiscovered(server, objects=[NUMBER]) as bench:
         sdo = bench.dialogue()
         with pytest.raises(
-            WriteNotPermitted, match=r"nobody allowed.* --sdo-object=|a permission is"
+            WriteNotPermitted, match=r"is not permitted.* --sdo-object=|a permission is"
         ):
             sdo.send(request_)
         for frame in (CanFrame(0x605, data), CanFrame(0x605, data, extended=True)):
@@ -186,7 +186,7 @@ def test_drain_takes_what_is_there_and_does_not_wait() -> None:
 def test_a_lost_device_is_described() -> None:
     with undiscovered(recording()) as bench:
         error = bench.session().loss()
-    assert str(error).startswith("Node 5 answered before and does not any more")
+    assert str(error).startswith("Node 5 answered before, but does not answer any more")
     assert "power-cycle" in str(error)
 
 

@@ -15,7 +15,7 @@ def test_what_does_not_fail_again_is_told_and_fails_nobody() -> None:
     assert run.failed(strict=True) == []
     assert run.exit_code == ExitCode.BENCH_ERROR
     assert Verdict.PASS in run.verdicts.values()
-    assert "it failed once and not when it was tried again" in run.output
+    assert "the case failed once, but not when it was repeated" in run.output
     assert "the interface itself tells of no lost frames" in run.output
 
 

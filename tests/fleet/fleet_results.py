@@ -12,8 +12,8 @@ NOT_RUN = "not run"
 LACKING = ("unimplemented", "not testable")
 # What a case says that has met the cause which others have shown, at its own point: the frame that
 # it is about was sent, and its answer was wrong as theirs were. What a case meets on its way there
-# "is in the way", and does not count.
-SHOWN = "would show no more"
+# "prevents this case", and does not count.
+SHOWN = "was reported before"
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ JUNIT = """\
 <skipped message="not testable: name a larger string"/></testcase>
 <testcase name="e"><properties><property name="verdict" value="not testable"/>
 <property name="cause" value="frame.short: an answer"/></properties>
-<skipped message="not testable: frame.short is in the way"/></testcase>
+<skipped message="not testable: frame.short prevents this case"/></testcase>
 <testcase name="f"><properties><property name="verdict" value="not run"/></properties>
 <skipped message="not run: lost"/></testcase>
 <testcase name="g"><properties><property name="verdict" value="unimplemented"/></properties>
@@ -61,7 +61,7 @@ def test_what_a_cause_says_is_lacking_does_not_count_either(tmp_path: Path) -> N
 
 
 def test_what_would_show_no_more_has_reached_its_point() -> None:
-    told = "frame.short: an answer would show no more, see frame.short[1]"
+    told = "frame.short: an answer was reported before, see frame.short[1]"
     outcome = Outcome("a", "not testable", "frame.short: an answer", told)
     assert outcome.reached
 

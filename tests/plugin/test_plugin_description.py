@@ -82,10 +82,10 @@ def test_without_permission_nothing_is_written(pytester: pytest.Pytester) -> Non
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(
         [
-            "not testable (* cases): nobody allowed to write it: name what may be written, "
-            '[[]objects[]] writable = *"all-rw" stands for all that the EDS calls rw from 2000h on',
-            "not testable (* cases): a device that is wrong here would be written to, with the "
-            "value that it has: allow it with [[]permissions[]] read-only-probes = true *",
+            "not testable (* cases): writing it is not permitted: name the objects that may be "
+            'written, [[]objects[]] writable = *"all-rw" stands for all objects from 2000h on *',
+            "not testable (* cases): a faulty device would accept the write (of the value "
+            "that it has): permit it with [[]permissions[]] read-only-probes = true *",
         ]
     )
     log = (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
@@ -109,8 +109,8 @@ WRONG = {
         "1017h:00 was named, but a permission is needed to write the heartbeat time: "
         "--sdo-allow=nmt, or [permissions] nmt = true in device.toml."
     ),
-    "--sdo-device=nameless.toml": "does not say which node it is: add --node-id=N",
-    "--sdo-eds=drive.eds": "--sdo-eds=drive.eds does not say which node it is: add --node-id=N",
+    "--sdo-device=nameless.toml": "does not give the node-ID: add --node-id=N",
+    "--sdo-eds=drive.eds": "--sdo-eds=drive.eds does not give the node-ID: add --node-id=N",
     "--sdo-device=denied.toml --self-test": "describes a device: leave out --self-test.",
 }
 

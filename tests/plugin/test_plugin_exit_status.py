@@ -82,7 +82,7 @@ def test_a_late_answer_of_the_device_before(pytester: pytest.Pytester) -> None:
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert set(result.parseoutcomes()) == {"passed", "deselected"}
     result.stdout.fnmatch_lines(
-        ["came too late, after run.no-late-response: *585#4318100100000000*"]
+        ["late response after run.no-late-response: *585#4318100100000000*"]
     )
     result.stdout.no_fnmatch_line("*the bench*")
 
@@ -237,7 +237,7 @@ def test_a_stranger_with_the_number_of_the_device_is_told_once(pytester: pytest.
     with reference() as options:
         result = run(pytester, *options, "test_mine.py")
     assert result.ret == 0
-    told = f"bench: somebody sends 29-bit frames*: {0x580 + NODE_ID:08X}#0000000000000000"
+    told = f"bench: another node sends 29-bit frames*: {0x580 + NODE_ID:08X}#0000000000000000"
     result.stdout.fnmatch_lines([told])
     properties = parsed(the_report(pytester) / "junit.xml").iter("property")
     assert any(each.attrib["name"] == "bench-notes" for each in properties)
@@ -308,8 +308,8 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
             "segmented-download.foreign[[]unknown-FFh]: FAIL *",
             "  afterwards: lost",
             "*= the bench =*",
-            "Node 5 answered before and does not any more*power-cycle it*",
-            "not run: 2 cases of node 5: lost in *[[]unknown-FFh]; nothing brings it back*",
+            "Node 5 answered before, but does not answer any more*power-cycle it*",
+            "not run: 2 cases of node 5: lost in *[[]unknown-FFh]; the run cannot bring it back*",
         ]
     )
 
@@ -317,7 +317,7 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
 def test_what_was_not_run_is_in_the_reports(pytester: pytest.Pytester) -> None:
     """With the reason, in the file of the suite and in that of pytest."""
     self_test(pytester, *HALTS, "-k", "segmented-download.foreign", "--junitxml=all.xml")
-    why = "not run: lost in segmented-download.foreign[unknown-FFh]; nothing brings it back"
+    why = "not run: lost in segmented-download.foreign[unknown-FFh]; the run cannot bring it back"
     for path in (the_report(pytester) / "junit.xml", pytester.path / "all.xml"):
         cases = {case.attrib["name"]: case for case in parsed(path).iter("testcase")}
         assert len(cases) == 20, path

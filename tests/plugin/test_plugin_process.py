@@ -119,7 +119,7 @@ def test_a_program_that_crashes_is_started_again(pytester: pytest.Pytester) -> N
     result.stdout.fnmatch_lines(
         [
             "  afterwards: lost",
-            "  note: *the device was lost by test_kill, and has been brought back",
+            "  note: *the device was lost (test_kill), and has been brought back",
             "  the device's own output, its last lines:",
             "    assertion failed: file server.c, line 42",
         ],
@@ -210,7 +210,7 @@ def test_a_command_that_recovers_nothing(pytester: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(
         [
             f"not restored: {unrestored}",
-            "Node 5 answered before and does not any more*",
+            "Node 5 answered before, but does not answer any more*",
             "not run: 1 case of node 5: *recovers the device failed*",
         ]
     )

@@ -71,7 +71,10 @@ def test_the_next_run_says_so(pytester: pytest.Pytester) -> None:
         result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
         assert result.ret == 0
         result.stdout.fnmatch_lines(
-            ["conformance: an earlier run has left node 5 changed (2004h:00, 2010h:*--sdo-restore*"]
+            [
+                "conformance: an earlier run left changed values on node 5 (2004h:00, 2010h:*"
+                "--sdo-restore*"
+            ]
         )
         assert objects.find(TEXT).value == b"new"
         assert left(pytester) == [journal]
@@ -100,7 +103,7 @@ def test_a_command_puts_it_back(
         assert objects.find(TEXT).value == LONG
         assert left(pytester) == []
         assert main(["restore", str(journal.parent)]) == DONE
-        assert "names nothing" in capsys.readouterr().out
+        assert "has no values to restore" in capsys.readouterr().out
 
 
 def test_another_device_is_not_written_to(

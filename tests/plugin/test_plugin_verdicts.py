@@ -112,7 +112,7 @@ def test_how_the_device_was_left_is_said(
 
 # What came too late, or beside the point of every case, is judged at the end of the run
 
-LATE = "came too late, after abort.not-answered[[]timed-out]: *585#8018100100000008*"
+LATE = "late response after abort.not-answered[[]timed-out]: *585#8018100100000008*"
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def test_a_late_answer_fails_the_case_about_it(pytester: pytest.Pytester) -> Non
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert counts(result) == {"failed": 1, "passed": 2}
     result.stdout.fnmatch_lines(["*first in abort.not-answered[[]timed-out]:*"])
-    result.stdout.no_fnmatch_line("came too late*")
+    result.stdout.no_fnmatch_line("late response after*")
 
 
 def test_what_was_met_before_the_cases_fails_the_case_about_it(pytester: pytest.Pytester) -> None:
@@ -149,7 +149,7 @@ def test_what_was_met_before_the_cases_fails_the_case_about_it(pytester: pytest.
     result = self_test(pytester, *server, "-k", "abort.frame or run.beside-the-cases")
     assert counts(result) == {"failed": 1, "passed": 1}
     result.stdout.fnmatch_lines(["  cause: abort.not-answered: *"])
-    result.stdout.no_fnmatch_line("beside the cases, at *")
+    result.stdout.no_fnmatch_line("outside the cases, at *")
 
 
 def test_what_was_met_before_the_cases_fails_a_run_without_that_case(
@@ -160,7 +160,7 @@ def test_what_was_met_before_the_cases_fails_a_run_without_that_case(
     assert counts(result) == {"passed": 1}
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines(
-        ["beside the cases, at the beginning of the run: abort.not-answered*"]
+        ["outside the cases, at the beginning of the run: abort.not-answered*"]
     )
 
 

@@ -217,12 +217,12 @@ BROKEN = {
     "lost-devices": ((*HALTS, "--node-id=5,9"), ExitCode.DEVICE_LOST),
 }
 SAID = {
-    "late-answer": "came too late, after abort.not-answered*",
+    "late-answer": "late response after abort.not-answered*",
     "unknown-fault": "*Did you mean 'answers-late'?*",
     "silent-node": "Node 5 does not answer.",
     "no-interface": "socketcan no-such-can0 cannot be opened: *",
-    "lost-device": "Node 5 answered before and does not any more*",
-    "lost-devices": "Node 9 answered before and does not any more*",
+    "lost-device": "Node 5 answered before, but does not answer any more*",
+    "lost-devices": "Node 9 answered before, but does not answer any more*",
 }
 
 
@@ -266,7 +266,7 @@ def test_a_worker_that_crashes(pytester: pytest.Pytester) -> None:
     chosen = ("test_crash.py", "test_other.py")
     result = run_workers(pytester, "--self-test", "--node-id=5,9", *chosen, "-n", "2", "-v")
     assert result.ret == ExitCode.BENCH_ERROR
-    result.stdout.fnmatch_lines(["*= the bench =*", "The process gw0 ended before its time*: 5.*"])
+    result.stdout.fnmatch_lines(["*= the bench =*", "The process gw0 ended early*: 5.*"])
     assert len(re.findall(r"PASSED.*test_each", result.stdout.str())) == 20
     assert not re.search(r"PASSED.*test_last", result.stdout.str())
 

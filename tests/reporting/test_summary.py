@@ -29,7 +29,7 @@ def test_verdicts_are_counted_and_remarks_told() -> None:
         "non-strict: upload.filler: FF in bytes without data",
         "info: upload.order: first this; then that",
         f"not testable (2 cases): {lack}",
-        "waited 1.2 s in all for answers that did not come",
+        "waited 1.2 s in total for answers that did not come",
     ]
 
 
@@ -40,7 +40,7 @@ def test_nothing_is_said_of_what_did_not_happen() -> None:
 @pytest.mark.parametrize(
     ("refusal", "words"),
     [
-        (None, "no answer that tells"),
+        (None, "unknown"),
         ("", "served"),
         ("abort 1000h:00, 05040001h", "refused (abort 1000h:00, 05040001h)"),
     ],
@@ -68,4 +68,4 @@ def test_a_device_with_an_eds_is_known() -> None:
 
 def test_a_device_that_lets_nothing_be_read() -> None:
     (line,) = found_lines(device_properties(Device(5), alone=True))
-    assert line == "found by reading: 0 objects; block upload: no answer that tells"
+    assert line == "found by reading: 0 objects; block upload: unknown"

@@ -40,9 +40,9 @@ def test_what_is_told() -> None:
     for number in range(MOST_SHOWN + 2):
         doubts.add(f"case-{number}", SILENT)
     first, one, *_, last = doubts.lines()
-    assert first == "failed once and not when tried again, 22 in 90 frames:"
+    assert first == "failed once, but not when repeated, 22 in 90 frames:"
     assert one == f"case-0 ({SILENT})"
-    assert last == "2 more, as their cases say"
+    assert last == "2 more, in the notes of their cases"
 
 
 @pytest.mark.parametrize(

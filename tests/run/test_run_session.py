@@ -381,7 +381,8 @@ def test_a_cause_outside_the_point_of_cases_fails_the_first_of_them(bench: Workb
     assert (first.verdict, first.cause) == (Verdict.FAIL, "another.rule: something")
     assert (second.verdict, second.cause) == (Verdict.NOT_TESTABLE, first.cause)
     assert second.actual == (
-        "another.rule: something is in the way, see first: expected another thing; got something"
+        "another.rule: something prevents this case, see first: "
+        "expected another thing; got something"
     )
     third = begin(session, "third").conclude(violation(OTHER, "quite different"))
     assert third.verdict is Verdict.FAIL

@@ -25,7 +25,7 @@ SERVED = b"\x4f\x00\x30\x00" + bytes(4)
 
 def test_a_device_that_dies_while_it_is_read_is_asked_no_more() -> None:
     node = Scripted(lambda data: [BASELINE] if len(node.requests) < 3 else [])
-    lost = pytest.raises(DeviceLost, match=r"behind: upload initiate 3000h:00\. What is wrong: it")
+    lost = pytest.raises(DeviceLost, match=r"after: upload initiate 3000h:00\. What is wrong: it")
     with undiscovered(node, timeout=HASTY, objects=MANY) as bench, lost:
         discover(bench.channel, bench.device)
     assert len(node.requests) <= 10
