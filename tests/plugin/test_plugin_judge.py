@@ -267,7 +267,7 @@ def test_where_a_client_does_not_wait_too_long_nothing_is_judged_until_it_is_qui
     status, text = judged(written(tmp_path, *impatient(100, 10), *later), capsys)
     lines = text.splitlines()
     assert lines[0].startswith("line ")
-    assert ": not judged from here until the channel is quiet for 100 ms: requests" in lines[0]
+    assert ": not judged from here until the channel is quiet for 100 ms: the client" in lines[0]
     assert lines[1].startswith("line 202, 501.0 ms, can0, node 5: response.multiplexer (MUST)")
     assert status == NOT_ALLOWED
     status, text = judged(written(tmp_path, *impatient(100, 10)), capsys)

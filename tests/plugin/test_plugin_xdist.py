@@ -259,8 +259,8 @@ def test_a_worker_that_crashes(pytester: pytest.Pytester) -> None:
 
         @pytest.mark.parametrize("node_id", [9])
         @pytest.mark.parametrize("number", range(20))
-        def test_each(sdo, device, node_id, number):
-            assert device.node_id == 9
+        def test_each(sdo, sdo_device, node_id, number):
+            assert sdo_device.node_id == 9
         """
     )
     chosen = ("test_crash.py", "test_other.py")
