@@ -134,14 +134,16 @@ class Pair:
     def unexplained(self) -> list[str]:
         """Return the cases that fail for a rule that neither fault breaks alone.
 
-        Where the cause is one of theirs, another case is only the first to meet it.
+        Not those that one of them fails alone, whatever is met first. Where the cause is one of
+        theirs, another case is only the first to meet it.
         """
+        alone = self.pervasive.rules.keys() | self.specific.rules.keys()
         rules = {*self.pervasive.rules.values(), *self.specific.rules.values()}
         causes = {*self.pervasive.causes.values(), *self.specific.causes.values()}
         return [
             case
             for case, rule in self.both.rules.items()
-            if rule not in rules and self.both.causes[case] not in causes
+            if case not in alone and rule not in rules and self.both.causes[case] not in causes
         ]
 
     def problem(self) -> str:
