@@ -89,7 +89,8 @@ class Comparison:
             if not any(each.covers(cause) for each in expected):
                 comparison.unexpected[cause] = behind
         for each in expected:
-            if not any(each.covers(cause) for cause in comparison.found):
+            met = any(each.covers(cause) for cause in comparison.found)
+            if not met and not each.now_and_then:
                 comparison.missing.append(each)
         return comparison
 

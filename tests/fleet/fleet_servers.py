@@ -9,7 +9,8 @@ Each has a folder in ``servers`` with a small program around it and a ``server.t
 - the device has the objects of ``device.eds`` but for ``eds-without``, and with the texts of
   ``eds-replaced`` changed;
 - ``causes`` are the defects that the suite finds, each judged by hand: ``cause`` as the run prints
-  it, * for what varies; ``why`` it is a defect; ``frames`` that show it, sent (>) and received (<).
+  it, * for what varies; ``why`` it is a defect; ``frames`` that show it, sent (>) and received (<);
+  ``now-and-then`` of one that only a certain moment or random conversation shows.
 """
 
 import hashlib
@@ -40,13 +41,15 @@ class ExpectedCause:
 
     ``lacking``: it is a service that CiA 301 leaves to the server and that this one does not have,
     so that the cases which need it cannot reach their point. A service that is there and refuses
-    what it has to take is no such thing.
+    what it has to take is no such thing. ``now_and_then``: a run need not meet it, as it takes a
+    certain moment or a certain random conversation.
     """
 
     cause: str
     why: str
     frames: tuple[str, ...]
     lacking: bool = False
+    now_and_then: bool = False
 
     def covers(self, cause: str) -> bool:
         """Return whether a run that names this cause has found this defect."""
@@ -143,6 +146,7 @@ def _read(path: Path) -> ForeignServer:
                 entry["why"],
                 tuple(entry["frames"]),
                 lacking=entry.get("lacking", False),
+                now_and_then=entry.get("now-and-then", False),
             )
             for entry in table.get("causes", ())
         ),

@@ -1,5 +1,6 @@
 """What counts as found, as reached and as lacking, and what differs from the expectation."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from fleet_results import Comparison, Outcome, Row, outcomes
@@ -92,3 +93,10 @@ def test_what_is_not_found_any_more_is_told(tmp_path: Path) -> None:
     comparison = Comparison.of(read(tmp_path), judged)
     assert not comparison.right
     assert "  not found: upload.size: *" in list(comparison.lines())
+
+
+def test_what_is_met_now_and_then_need_not_be(tmp_path: Path) -> None:
+    judged = [expected("response.multiplexer"), expected("frame.short: *")]
+    rare = replace(expected("a.rare"), now_and_then=True)
+    assert Comparison.of(read(tmp_path), [*judged, rare]).right
+    assert not Comparison.of(read(tmp_path), [*judged, expected("a.rare")]).right
