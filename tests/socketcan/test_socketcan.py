@@ -84,12 +84,12 @@ PLANS = {
     "durand": Plan(6, (str(FLEET / "durand_server.py"),), (*DURAND_OBJECTS, *FOREIGN)),
     "upload-toggle-ignored": Plan(
         9,
-        (*REFERENCE, "--sdo-fault=upload-toggle-ignored"),
+        (*REFERENCE, "--fault=upload-toggle-ignored"),
         (*OBJECTS, *only("test_segmented_upload", named="toggle")),
     ),
     "answers-extended": Plan(
         10,
-        (*REFERENCE, "--sdo-fault=answers-extended"),
+        (*REFERENCE, "--fault=answers-extended"),
         (*OBJECTS, *only("test_frame_shape", named="extended"), "--strict"),
     ),
     "silent": Plan(12, options=tuple(only("test_abort"))),
