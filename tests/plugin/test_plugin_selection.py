@@ -61,7 +61,7 @@ def test_a_folder_is_a_path_too(pytester: pytest.Pytester) -> None:
     result.assert_outcomes(passed=1)
     # Whoever names a folder need not know that the suite's cases are none of it.
     assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
-    result.stdout.fnmatch_lines(["none of the suite's cases was run: to run them beside*'cases'*"])
+    result.stdout.fnmatch_lines(["none of the suite's cases was run: to run them with your own tests*'cases'*"])
 
 
 def test_own_tests_and_cases_run_together(pytester: pytest.Pytester) -> None:
@@ -162,7 +162,7 @@ def test_a_test_that_needs_a_device_says_which_option_names_one(pytester: pytest
     pytester.makepyfile(test_mine=OWN_TEST)
     result = run(pytester)
     result.assert_outcomes(errors=1)
-    result.stdout.fnmatch_lines(["*say which one with --node-id=N, or use --self-test*"])
+    result.stdout.fnmatch_lines(["*name it with --node-id=N, or use --self-test*"])
     result.stdout.no_fnmatch_line("*KeyError*")
 
 
