@@ -10,7 +10,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, segments_of, shown
-from conformance.generated.stimuli import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
+from conformance.generated.variations import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.run.case import may, must
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode

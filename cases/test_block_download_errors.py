@@ -15,7 +15,7 @@ from conformance.generated.states import (
     State,
     by_name,
 )
-from conformance.generated.stimuli import UNKNOWN_SPECIFIERS
+from conformance.generated.variations import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

@@ -7,7 +7,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
-from conformance.generated.stimuli import BEYOND_16_BITS, BLOCK_SIZES
+from conformance.generated.variations import BEYOND_16_BITS, BLOCK_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.client import Uploaded

@@ -7,7 +7,7 @@ from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.generated.stimuli import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
+from conformance.generated.variations import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must
 from conformance.sdo.frames import (
     Abort,

@@ -22,7 +22,7 @@ from conformance.generated.states import (
     State,
     by_name,
 )
-from conformance.generated.stimuli import FOREIGN_IN_DOWNLOAD
+from conformance.generated.variations import FOREIGN_IN_DOWNLOAD
 from conformance.run.case import may, must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

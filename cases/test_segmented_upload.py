@@ -13,7 +13,7 @@ from conformance.generated.states import (
     State,
     by_name,
 )
-from conformance.generated.stimuli import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
+from conformance.generated.variations import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

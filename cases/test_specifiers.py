@@ -7,7 +7,7 @@ from conformance.device.lacking import Unimplemented
 from conformance.device.objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.stimuli import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
+from conformance.generated.variations import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
 from conformance.sdo.decoding import as_answer

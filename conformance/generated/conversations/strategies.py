@@ -16,7 +16,7 @@ from conformance.generated.conversations.transfers import (
     Service,
     Transfer,
 )
-from conformance.generated.stimuli import EDGE_SIZES
+from conformance.generated.variations import EDGE_SIZES
 from conformance.sdo.layout import Multiplexer
 
 Disturbances = st.SearchStrategy[tuple[Disturbance, ...]]

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from oracle_scripts import Disturbance, Noise, Transfer
 
-from conformance.generated.stimuli import BLOCK_FRAMES, LONG_SIZES, UNKNOWN_SPECIFIERS
+from conformance.generated.variations import BLOCK_FRAMES, LONG_SIZES, UNKNOWN_SPECIFIERS
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (

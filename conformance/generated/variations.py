@@ -1,4 +1,4 @@
-"""Requests that several cases send, by the label that stands in the case's id."""
+"""What cases vary: requests and sizes of values, by the labels that stand in their ids."""
 
 from conformance.sdo.frames import (
     BlockAck,
