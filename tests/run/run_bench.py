@@ -21,12 +21,13 @@ from conformance.reference.host import HostedNode, NodeHost
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.run.bench import private_channel
+from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry, ObjectDictionary
-from conformance.sdo.rules import Level, Rule
+from conformance.sdo.rules import Level, Rule, Violation
 
 NODE_ID = 5
 # What comes, comes at once; what does not come is waited for.
@@ -155,3 +156,13 @@ def discovered(
     with undiscovered(node, timeout=timeout, objects=objects) as bench:
         discover(bench.channel, bench.device)
         yield bench
+
+
+def begin(session: DeviceSession, case_id: str = "a.case") -> CaseRun:
+    """Begin a case that is about ``RULE``."""
+    return begin_case(session, case_id, "a service", RULE)
+
+
+def violation(rule: Rule = RULE, actual: str = "something") -> Violation:
+    """Build a breach of a rule."""
+    return Violation(rule, expected="another thing", actual=actual)
