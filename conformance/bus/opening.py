@@ -13,6 +13,9 @@ from conformance.bus.errors import BusNotOpened, InterfaceLost, advice
 DEFAULT_INTERFACE = "socketcan"
 DEFAULT_CHANNEL = "can0"
 
+# As often a bus with traffic is opened: most openings fall between two frames.
+SOCKETCAND_OPENINGS = 20
+FRAME_OF_SOCKETCAND = "< frame "
 
 # What has to be installed, or has to run, beside python-can.
 _SERIAL = "the Python package pyserial, and a serial port that this user may open"
@@ -115,7 +118,7 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         # Echoes could not be told from frames that other processes send.
         arguments["receive_own_messages"] = False
     try:
-        return can.Bus(**arguments)
+        return _bus(arguments)
     except can.CanInterfaceNotImplementedError as error:
         raise BusNotOpened(
             f"The interface {settings.interface!r} cannot be used: {error}. "
@@ -137,6 +140,21 @@ def open_bus(settings: BusSettings) -> can.BusABC:
             f"{settings} cannot be opened: {type(error).__name__}: {error}. {advice(error)}"
             f"{_driver(settings)}"
         ) from error
+
+
+def _bus(arguments: dict[str, Any]) -> can.BusABC:
+    """Open a bus; again where a frame of the bus came with the answer of a socketcand daemon.
+
+    python-can takes whatever one reading of the connection brings for the daemon's answer, so a
+    frame close behind it ends the opening, although nothing is wrong with the bus.
+    """
+    for _ in range(SOCKETCAND_OPENINGS - 1):
+        try:
+            return can.Bus(**arguments)
+        except can.CanError as error:
+            if arguments["interface"] != "socketcand" or FRAME_OF_SOCKETCAND not in str(error):
+                raise
+    return can.Bus(**arguments)
 
 
 def _driver(settings: BusSettings) -> str:

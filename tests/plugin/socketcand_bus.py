@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 CHANNEL = "vcan7"
+_OF_ANOTHER_NODE = b"< frame 701 1.000000 05 >"
 _MESSAGE = re.compile(r"<\s*(.*?)\s*>")
 
 
@@ -52,14 +53,17 @@ class _Bus(socketserver.ThreadingTCPServer):
     daemon_threads = True
     allow_reuse_address = True
 
-    def __init__(self) -> None:
+    def __init__(self, crowded_openings: int) -> None:
         super().__init__(("127.0.0.1", 0), _Client)
+        self._crowded_openings = crowded_openings
         self._lock = threading.Lock()
         self._clients: list[_Client] = []
 
     def join(self, client: _Client) -> None:
         with self._lock:
-            client.request.sendall(b"< ok >")
+            crowded = self._crowded_openings > 0
+            self._crowded_openings -= crowded
+            client.request.sendall(b"< ok >" + _OF_ANOTHER_NODE * crowded)
             self._clients.append(client)
 
     def leave(self, client: _Client) -> None:
@@ -79,9 +83,12 @@ class _Bus(socketserver.ThreadingTCPServer):
 
 
 @contextmanager
-def socketcand() -> Iterator[tuple[str, ...]]:
-    """Serve a bus; yields the options that lead to it."""
-    with _Bus() as bus:
+def socketcand(*, crowded_openings: int = 0) -> Iterator[tuple[str, ...]]:
+    """Serve a bus; yields the options that lead to it.
+
+    Behind the answer to the first ``crowded_openings`` clients a frame of the bus comes at once.
+    """
+    with _Bus(crowded_openings) as bus:
         thread = threading.Thread(target=bus.serve_forever, kwargs={"poll_interval": 0.02})
         thread.start()
         try:

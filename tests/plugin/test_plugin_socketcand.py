@@ -4,6 +4,7 @@ import pytest
 from plugin_runs import NODE_ID, hosted_on, run
 from socketcand_bus import socketcand
 
+from conformance.bus.opening import SOCKETCAND_OPENINGS
 from conformance.faults.catalogue import build_node
 from conformance.plugin.exit_code import ExitCode
 
@@ -47,6 +48,21 @@ def test_several_devices_on_one_bus(pytester: pytest.Pytester) -> None:
     requests = [line for line in lines if " 604#" in line or " 605#" in line]
     assert requests
     assert all(line.endswith(" T") for line in requests)
+
+
+@pytest.mark.parametrize("crowded", [1, SOCKETCAND_OPENINGS - 1])
+def test_a_bus_with_traffic(pytester: pytest.Pytester, crowded: int) -> None:
+    """A frame comes together with the daemon's answer, and python-can takes it for a part of it."""
+    with socketcand(crowded_openings=crowded) as bus, hosted_on(bus, build_node(None, NODE_ID)):
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, "-k", "upload.identity")
+    assert result.ret == pytest.ExitCode.OK
+
+
+def test_a_bus_that_is_too_crowded(pytester: pytest.Pytester) -> None:
+    with socketcand(crowded_openings=2 * SOCKETCAND_OPENINGS) as bus:
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, "-k", "upload.identity")
+    assert result.ret == ExitCode.BENCH_ERROR
+    result.stdout.fnmatch_lines(["*cannot be opened: Expected '< ok >' got: '< ok >< frame*"])
 
 
 def test_a_device_that_is_wrong(pytester: pytest.Pytester) -> None:
