@@ -16,7 +16,8 @@ LOOK = 0.1
 class Revival:
     """Starts a device, and starts it again whenever it was lost; ``is_active`` while it does.
 
-    ``has_booted``: it has sent its boot-up message the last time, and was asked nothing before.
+    ``has_booted``: it has sent its boot-up message the last time, and what was asked before that
+    it has not answered.
     """
 
     def __init__(self, settings: ProcessSettings, process: DeviceProcess, channel: Channel) -> None:
@@ -74,10 +75,8 @@ class Revival:
             if channel.receive(LOOK) is not None:
                 return
             if self._booted():
-                self.has_booted = not asked
                 # What was asked before may be answered still: the run must not meet it.
-                if asked:
-                    channel.receive()
+                self.has_booted = not asked or channel.receive() is None
                 return
         self.process.check()
         raise ProcessFailed(

@@ -52,6 +52,17 @@ def test_the_reference_server_as_a_program(pytester: pytest.Pytester) -> None:
     assert device_log(pytester).startswith("serving node 5 on socketcand vcan7")
 
 
+def test_a_program_that_loses_its_first_request(pytester: pytest.Pytester) -> None:
+    """It is told beside the cases, which pass: only the start of the program shows it."""
+    with socketcand() as bus:
+        served = ("serve", "--node-id", str(NODE_ID), "--fault", "first-request-lost", *bus)
+        options = (NODE, *bus, started("-m", "conformance", *served), "-k", "abort.frame")
+        result = run(pytester, *options, "--sdo-response-timeout=0.5")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.stdout.fnmatch_lines(["*server.first-request*nothing within 500 ms*"])
+    result.assert_outcomes(passed=1)
+
+
 def test_a_program_is_gone_afterwards(pytester: pytest.Pytester) -> None:
     with socketcand() as bus:
         result = run(pytester, NODE, *bus, fragile(pytester, bus), "-k", "abort.frame")

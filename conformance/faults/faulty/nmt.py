@@ -296,9 +296,9 @@ class GivesUpEarly(OwnClock):
         return super().when_due() or [Abort(self.about, AbortCode.TIMED_OUT).encode()]
 
 
-@fault("first-request-unanswered", Defect.ROBUSTNESS, "nmt.first-request")
-class FirstUnanswered(Node):
-    """Does not answer the first request after it has booted unless it is an upload initiate."""
+@fault("first-request-lost", Defect.ROBUSTNESS, "nmt.first-request")
+class FirstLost(Node):
+    """Does not answer the first request after it has booted."""
 
     fresh = True
 
@@ -310,6 +310,16 @@ class FirstUnanswered(Node):
         if not self.state.serves_sdo or not self.is_addressed(frame):
             return super().receive(frame)
         fresh, self.fresh = self.fresh, False
-        if fresh and frame.data[:1] != bytes([_UPLOAD_INITIATE]):
-            return []
-        return super().receive(frame)
+        return [] if fresh and not self.answers_first(frame) else super().receive(frame)
+
+    def answers_first(self, frame: CanFrame) -> bool:
+        """Say whether the first request is answered all the same."""
+        return False
+
+
+@fault("first-request-unanswered", Defect.ROBUSTNESS, "nmt.first-request")
+class FirstUnanswered(FirstLost):
+    """Does not answer the first request after it has booted unless it is an upload initiate."""
+
+    def answers_first(self, frame: CanFrame) -> bool:
+        return frame.data[:1] == bytes([_UPLOAD_INITIATE])
