@@ -24,9 +24,9 @@ from conformance.bus.messages import to_frame, to_message
 from conformance.bus.patience import Patience
 from conformance.bus.stop import Stop
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.cob_id import CobId
+from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE, CobId
 
-SDO_BASES = (0x580, 0x600)
+SDO_BASES = (RESPONSE_BASE, REQUEST_BASE)
 SEND_LIMIT = 1.0
 RETRY_PAUSE = 0.002
 

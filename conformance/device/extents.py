@@ -7,7 +7,7 @@ data without an end.
 """
 
 from conformance.device.objects import KnownObject
-from conformance.sdo.client import MOST_UPLOADED, SEGMENT_LENGTH
+from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockSegment,
@@ -16,6 +16,7 @@ from conformance.sdo.frames import (
     Request,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import TEXT_TYPES
 
 # A device may have one length for its strings, and fill up with 00h what is shorter; one that was

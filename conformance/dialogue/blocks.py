@@ -8,7 +8,7 @@ from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.block_client import LARGEST_BLOCK, Burst, Step, all_of_it
+from conformance.sdo.block_client import Burst, Step, all_of_it
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
@@ -27,6 +27,7 @@ from conformance.sdo.frames import (
     Response,
     UploadInitiateResponse,
 )
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.rules import BLOCK_ACK, NOT_REFUSED, Violation, accepted
 from conformance.sdo.stepping import Result, advance
 

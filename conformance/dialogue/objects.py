@@ -20,10 +20,10 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import MISSING_REFUSED, Level, Rule, Violation
 from conformance.sdo.rules.download_initiates import LIMITS
 
-EXPEDITED_LENGTH = 4
 MOST_SHOWN = 32
 # Reads of a value that the device measures, before two protocols are said to differ.
 ATTEMPTS = 4

@@ -10,9 +10,9 @@ each names, where an initiate has its multiplexer, an object that the device has
 import random
 from collections.abc import Sequence
 
-from conformance.sdo.client import SEGMENT_LENGTH
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import SEGMENT_LENGTH
 
 PRINTABLE = bytes(range(0x21, 0x7F))
 # Up to there any text may stand in a segment.

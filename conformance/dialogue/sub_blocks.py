@@ -4,10 +4,10 @@ from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import Abort, BlockAck, BlockUploadInitiate, BlockUploadStart, Request
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.rules import BLOCK_SIZE, Violation
 
 LAST = 0x80
-LARGEST = 127
 
 
 class SubBlocks:
@@ -50,7 +50,7 @@ class SubBlocks:
             self._next = 0 if first & LAST or number >= self._asked else number + 1
             self._beyond = number + 1 if not self._next and not first & LAST else 0
             return None
-        if not self._beyond or number != self._beyond or number > LARGEST:
+        if not self._beyond or number != self._beyond or number > LARGEST_BLOCK:
             self._beyond = 0
             return None
         if self._resumed and not expected:

@@ -29,7 +29,6 @@ from conformance.generated.matrix.stimuli import (
     Stimulus,
 )
 from conformance.run.risks import LOST_SEGMENT, Risk
-from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
     BlockAck,
@@ -41,13 +40,14 @@ from conformance.sdo.frames import (
     Request,
     UploadSegment,
 )
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 
 # Three segments, the last one with 6 bytes of data.
 SIZE = 20
 # That of uploads of three segments or more.
 BLOCK_SIZE = 2
 # What any sub-block can take.
-LONGEST = 7 * LARGEST_BLOCK
+LONGEST = LARGEST_BLOCK * SEGMENT_LENGTH
 Due_co = TypeVar("Due_co", bound=Request | None, covariant=True)
 Reach = Callable[[Dialogue, KnownObject, int], Due_co]
 """Leads an idle server into a state by a transfer of an object, of so many bytes.

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 from conformance.logs.reading import Seen
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import in_words
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.nmt import ALL_NODES, NmtCommand, NmtState, decode_nmt
 from conformance.sdo.oracle import Awaited, Oracle
-from conformance.sdo.oracle.follow import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.rules import Level, Violation
 from conformance.sdo.rules.channels import NMT_STOPPED
 

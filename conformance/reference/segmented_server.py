@@ -28,10 +28,9 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
 from conformance.sdo.objects import Entry, ObjectDictionary, Refusal
 
-EXPEDITED_LENGTH = 4
-SEGMENT_LENGTH = 7
 NO_MULTIPLEXER = Multiplexer(0, 0)
 
 

@@ -8,7 +8,7 @@ It can compute the CRC, and says so whether or not the client can. Where the cli
 
 from dataclasses import dataclass, field
 
-from conformance.reference.segmented_server import SEGMENT_LENGTH, SegmentedServer
+from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_segment
@@ -26,9 +26,8 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import Entry, Refusal
-
-LARGEST_BLOCK = 127
 
 
 @dataclass(slots=True)

@@ -16,9 +16,9 @@ from conformance.run.mappings import in_order, is_count, needed_for
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.client import EXPEDITED_LENGTH
 from conformance.sdo.frames import Response
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage import SAVE_ALL
 

@@ -17,7 +17,6 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import filled_up
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.block_client import LARGEST_BLOCK
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import describe
@@ -32,12 +31,12 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import Level, Rule, Violation
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
 GONE = "it does not answer any more, not even a read of 1000h after an abort"
-FIRST_SEGMENT = 7
 FIRST_SEEN = "the beginning of the run"
 # Of so many bytes, two lengths of which neither is what a wrong count would make of the other.
 SHORT_VALUES = (7, 15)
@@ -121,7 +120,7 @@ def _aborts_of_transfers(device: Device) -> list[Probe]:
         size = len(device.values[known.mux])
         begun.append(DownloadInitiate.with_size(known.mux, size))
     probes = [_beginning(request) for request in begun]
-    if long is not None and len(device.values[long]) > FIRST_SEGMENT:
+    if long is not None and len(device.values[long]) > SEGMENT_LENGTH:
         probes.append(_sub_block_of_one(long))
     return probes
 

@@ -24,10 +24,9 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, Violation
 
-SEGMENT_LENGTH = 7
-LARGEST_BLOCK = 127
 MOST_REPETITIONS = 64
 # A server that takes but a part of each sub-block may have each segment sent again so often.
 MOST_REPEATED = 16

@@ -27,6 +27,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.rules import (
     ABORT_CODE,
     BLOCK_ACK,
@@ -44,7 +45,6 @@ from conformance.sdo.rules import (
 )
 
 Kind = TypeVar("Kind", bound=Message)
-LARGEST_BLOCK = 127
 WithMultiplexer = (
     DownloadInitiateResponse
     | UploadInitiateResponse

@@ -25,10 +25,9 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
 from conformance.sdo.rules import SIZE, UPLOAD_ENDS, Violation
 
-EXPEDITED_LENGTH = 4
-SEGMENT_LENGTH = 7
 # The most bytes that an upload may bring of which nothing is known: what is longer is endless.
 MOST_UPLOADED = (1 << 20) + (1 << 16)
 # As many as those take in full segments; there may be bytes in each segment but few.

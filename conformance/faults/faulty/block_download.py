@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import StoresOtherwise
 from conformance.faults.registry import About, Defect, fault
-from conformance.reference.segmented_server import NO_MULTIPLEXER, SEGMENT_LENGTH
-from conformance.reference.server import LARGEST_BLOCK, BlockDownload, Server
+from conformance.reference.segmented_server import NO_MULTIPLEXER
+from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_request
@@ -23,6 +23,7 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import Entry, Refusal
 
 FULL_BLOCK = LARGEST_BLOCK * SEGMENT_LENGTH

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
-from conformance.reference.segmented_server import SEGMENT_LENGTH
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockAck, BlockDownloadInitiate, BlockEnd, BlockSegment, Response
+from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import ObjectDictionary, Refusal
 
 

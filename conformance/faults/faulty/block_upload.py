@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import About, Defect, fault
-from conformance.reference.segmented_server import SEGMENT_LENGTH
-from conformance.reference.server import LARGEST_BLOCK, BlockDownload, BlockUpload, Server
+from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
@@ -21,6 +20,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import Entry, Refusal
 
 FULL_BLOCK = LARGEST_BLOCK * SEGMENT_LENGTH

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
-from conformance.reference.segmented_server import SEGMENT_LENGTH
 from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -18,6 +17,7 @@ from conformance.sdo.frames import (
     Response,
     UploadInitiate,
 )
+from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import Refusal
 
 INITIATES = UploadInitiate | DownloadInitiate | BlockUploadInitiate | BlockDownloadInitiate

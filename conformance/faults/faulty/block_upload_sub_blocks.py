@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import Defect, fault
-from conformance.reference.segmented_server import SEGMENT_LENGTH
-from conformance.reference.server import LARGEST_BLOCK, BlockUpload, Server
+from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
@@ -16,6 +15,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     Response,
 )
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import ObjectDictionary, Refusal
 
 

@@ -1,9 +1,10 @@
 """Servers that are wrong about when to answer a block upload with an ordinary one."""
 
 from conformance.faults.registry import Defect, fault
-from conformance.reference.segmented_server import SEGMENT_LENGTH, Upload
+from conformance.reference.segmented_server import Upload
 from conformance.reference.server import Server
 from conformance.sdo.frames import BlockUploadInitiate, Response
+from conformance.sdo.limits import SEGMENT_LENGTH
 
 
 @fault("block-upload-threshold-0-switches", Defect.STATE, "block-upload.threshold[0]")

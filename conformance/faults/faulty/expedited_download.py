@@ -5,7 +5,6 @@ from dataclasses import replace
 from conformance.faults.faulty.expedited_upload import Twice
 from conformance.faults.registry import Defect, fault
 from conformance.reference.node import Node
-from conformance.reference.segmented_server import EXPEDITED_LENGTH
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -16,6 +15,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
 
 FIRST_OF_DEVICE = 0x2000

@@ -2,10 +2,11 @@
 
 from conformance.faults.registry import Defect, fault
 from conformance.reference.node import Node
-from conformance.reference.segmented_server import SEGMENT_LENGTH, Upload
+from conformance.reference.segmented_server import Upload
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.limits import SEGMENT_LENGTH
 
 
 @fault("response-copied-to-other-id", Defect.FRAME_SHAPE, "frame.one-identifier")

@@ -8,7 +8,7 @@ from functools import partial
 
 from conformance.faults import registry
 from conformance.faults.registry import About, Defect
-from conformance.reference.segmented_server import SEGMENT_LENGTH, Download, Upload
+from conformance.reference.segmented_server import Download, Upload
 from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.frames import (
     Abort,
@@ -24,6 +24,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import SEGMENT_LENGTH
 
 fault = partial(registry.fault, about=About.HISTORY)
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from conformance.faults.registry import Defect, fault
-from conformance.reference.segmented_server import EXPEDITED_LENGTH, Download, Transfer, Upload
+from conformance.reference.segmented_server import Download, Transfer, Upload
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -26,6 +26,7 @@ from conformance.sdo.frames import (
     UploadSegment,
     UploadSegmentResponse,
 )
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import Entry
 
 BLOCK_FRAMES = BlockAck | BlockEnd | BlockEndResponse | BlockUploadStart

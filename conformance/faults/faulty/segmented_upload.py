@@ -1,12 +1,7 @@
 """Servers that are wrong in the segments of an upload: sizes, data, counts, flags, toggle bits."""
 
 from conformance.faults.registry import About, Defect, fault
-from conformance.reference.segmented_server import (
-    EXPEDITED_LENGTH,
-    SEGMENT_LENGTH,
-    Download,
-    Upload,
-)
+from conformance.reference.segmented_server import Download, Upload
 from conformance.reference.server import Server
 from conformance.sdo.frames import (
     Request,
@@ -17,6 +12,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
 from conformance.sdo.objects import Entry
 
 ENDLESS_AT = 4097

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
 from conformance.faults.registry import unusual
-from conformance.reference.segmented_server import SEGMENT_LENGTH
 from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -13,6 +12,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiateResponse,
     Response,
 )
+from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import Refusal
 
 

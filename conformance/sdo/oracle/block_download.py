@@ -16,6 +16,7 @@ from conformance.sdo.frames import (
     Request,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
     Refusal,
     answered,
@@ -27,7 +28,6 @@ from conformance.sdo.oracle.answers import (
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import (
-    LARGEST_BLOCK,
     Reason,
     Reasons,
     announced_reasons,
@@ -42,8 +42,6 @@ from conformance.sdo.oracle.segmented_download import refused
 from conformance.sdo.oracle.states import IDLE, Running, begin
 from conformance.sdo.rules import BLOCK_ACK, BLOCK_SIZE, NOT_REFUSED, Rule, accepted, idle
 from conformance.sdo.rules import block_download as rules
-
-SEGMENT = 7
 
 
 def unsupported(service: type, mux: Multiplexer, memory: Memory) -> Reasons:
@@ -218,7 +216,7 @@ class SubBlock(_BlockDownload):
         A last segment without data (n = 7) is odd: it may be taken for one too many.
         """
         facts = memory.facts(self.mux)
-        least = max(count - SEGMENT, 0)
+        least = max(count - SEGMENT_LENGTH, 0)
         certain = excess_reasons(facts, self.size, least, rules.TOO_MANY)
         possible = excess_reasons(facts, self.size, least + 1, rules.TOO_MANY) if least else ()
         return certain or tuple(replace(reason, binding=False) for reason in possible)

@@ -18,6 +18,7 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     Request,
 )
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
     BLOCK_UPLOAD,
     Refusal,
@@ -32,13 +33,7 @@ from conformance.sdo.oracle.block_download import unsupported
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, Misfit, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.levels import must
-from conformance.sdo.oracle.reasons import (
-    LARGEST_BLOCK,
-    Reason,
-    Reasons,
-    must_refuse,
-    read_reasons,
-)
+from conformance.sdo.oracle.reasons import Reason, Reasons, must_refuse, read_reasons
 from conformance.sdo.oracle.segmented_download import refused
 from conformance.sdo.oracle.segmented_upload import require_value, upload_begins
 from conformance.sdo.oracle.states import IDLE, Running, begin
@@ -54,8 +49,6 @@ from conformance.sdo.rules import (
     upload_initiates,
 )
 from conformance.sdo.rules import block_upload as rules
-
-SEGMENT = 7
 
 
 @begin.register
@@ -131,14 +124,14 @@ class _BlockUpload(Running):
     @property
     def acknowledged(self) -> int:
         """The number of segments that the client has acknowledged."""
-        return len(self.data) // SEGMENT
+        return len(self.data) // SEGMENT_LENGTH
 
     @property
     def segments(self) -> int | None:
         """The number of segments of the whole transfer; None while it is not known."""
         if self.total is not None or self.size is None:
             return self.total
-        return max(-(-self.size // SEGMENT), 1)
+        return max(-(-self.size // SEGMENT_LENGTH), 1)
 
     def sends(self, memory: Memory) -> list[Branch]:
         """Send the next sub-block."""
@@ -221,7 +214,7 @@ class Sending(_BlockUpload):
         return self.acknowledged + self.number
 
     def _rule(self) -> Rule:
-        if self.number * SEGMENT <= len(self.sent):
+        if self.number * SEGMENT_LENGTH <= len(self.sent):
             return rules.ACKNOWLEDGED
         return rules.NEXT_SUB_BLOCK if self.data else rules.FIRST_SUB_BLOCK
 
@@ -235,8 +228,8 @@ class Sending(_BlockUpload):
         marked = self._is_last()
         if marked is not None and response.last != marked:
             raise Misfit(partial(_breach, must(rule), words, frame), near=1)
-        start = (self.number - 1) * SEGMENT
-        before = self.sent[start : start + SEGMENT]
+        start = (self.number - 1) * SEGMENT_LENGTH
+        before = self.sent[start : start + SEGMENT_LENGTH]
         if before and response.payload != before:
             expected = f"{hex_bytes(before)} again"
             raise Misfit(partial(_breach, rules.ACKNOWLEDGED, expected, frame), near=1)
@@ -251,8 +244,8 @@ class Sending(_BlockUpload):
             raise Misfit(partial(_breach, NOT_REFUSED, expected, frame), near=1)
 
     def _sent(self, response: BlockSegment, memory: Memory) -> Iterable[Branch]:
-        start = (self.number - 1) * SEGMENT
-        known = self.sent[:start] + response.payload + self.sent[start + SEGMENT :]
+        start = (self.number - 1) * SEGMENT_LENGTH
+        known = self.sent[:start] + response.payload + self.sent[start + SEGMENT_LENGTH :]
         total = self._position if response.last else self.total
         following = replace(self, sent=known, total=total, number=self.number + 1)
         if response.last or self.number == self.block_size:
@@ -285,7 +278,7 @@ class Unacknowledged(_BlockUpload):
             return self.foreign(memory)
         if request.sequence > self.count:
             return [self._refused(Refusal(rules.ACKNOWLEDGES_TOO_MANY), memory)]
-        taken = request.sequence * SEGMENT
+        taken = request.sequence * SEGMENT_LENGTH
         following = replace(
             self,
             block_size=request.block_size,

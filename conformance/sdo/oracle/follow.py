@@ -14,9 +14,11 @@ from dataclasses import replace
 from enum import Enum, auto
 
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import violation
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Misfit, quiet
@@ -35,7 +37,6 @@ from conformance.sdo.oracle.levels import must
 from conformance.sdo.oracle.merging import merged
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
-from conformance.sdo.oracle.reasons import LARGEST_BLOCK
 from conformance.sdo.oracle.states import IDLE, LOST, Lost
 from conformance.sdo.rules import (
     ANSWERED,
@@ -48,8 +49,6 @@ from conformance.sdo.rules import (
 )
 from conformance.sdo.rules import block_upload as block_uploads
 
-REQUEST_BASE = 0x600
-RESPONSE_BASE = 0x580
 NODE_IDS = range(1, 128)
 
 

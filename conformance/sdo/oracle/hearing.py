@@ -11,12 +11,12 @@ from dataclasses import replace
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import Refusal, refusing
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, State, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.merging import merged
-from conformance.sdo.oracle.reasons import LARGEST_BLOCK
 from conformance.sdo.oracle.states import IDLE, Lost, most_answers
 from conformance.sdo.rules import freedoms, idle
 

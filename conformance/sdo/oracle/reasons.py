@@ -20,8 +20,6 @@ from conformance.sdo.rules import (
 )
 from conformance.sdo.rules import download_initiates as initiates
 
-LARGEST_BLOCK = 127
-
 
 @dataclass(frozen=True, slots=True)
 class Reason:

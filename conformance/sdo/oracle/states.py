@@ -24,6 +24,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import Refusal
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
 from conformance.sdo.oracle.knowledge import Memory
@@ -41,7 +42,6 @@ from conformance.sdo.rules import (
 from conformance.sdo.rules import download_initiates as initiates
 
 Initiate = DownloadInitiate | UploadInitiate | BlockDownloadInitiate | BlockUploadInitiate
-LARGEST_BLOCK = 127
 
 
 @singledispatch
