@@ -40,9 +40,9 @@ fleet: $(VENV)/installed-for-tests
 
 # How fast transfers and the self-test go, beside canopen's client and beside python-can alone.
 bench: $(VENV)/installed-for-tests
-	$(BIN)/python tests/bench.py
-	$(BIN)/python tests/bench_self_test.py
-	$(BIN)/python tests/bench_self_test.py --answer-delay=0.002
+	$(BIN)/python tests/benchmark.py
+	$(BIN)/python tests/benchmark_self_test.py
+	$(BIN)/python tests/benchmark_self_test.py --answer-delay=0.002
 
 # The lower ends of the version ranges in pyproject.toml.
 oldest: $(OLDEST)/installed

@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from conformance.device.device import TWO_SEGMENTS
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again, unused_in
 from conformance.dialogue.blocks import Blocks

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.block_downloads import (
     Gap,
     begin_block_download,

@@ -1,7 +1,7 @@
 """What goes wrong in a block download (CiA 301, 7.2.4.3.9 to 7.2.4.3.11 and 7.2.4.3.17)."""
 
 from conformance.device.device import TWO_SEGMENTS
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.block_downloads import begin_block_download, send_blocks, unused_in
 from conformance.dialogue.blocks import Blocks

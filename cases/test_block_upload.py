@@ -1,8 +1,8 @@
 """Block uploads that a server has to serve (CiA 301, 7.2.4.3.12 to 7.2.4.3.15)."""
 
 from conformance.device.device import VENDOR_ID
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room

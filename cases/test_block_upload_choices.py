@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from conformance.device.device import VENDOR_ID
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
-from conformance.generated.begun import begin
+from conformance.generated.open_transfer import begin
 from conformance.generated.states import (
     BLOCK_SIZE,
     BLOCK_UPLOAD_BETWEEN,
@@ -67,22 +67,22 @@ def test_threshold_without_block_size(
 @may("block-upload.acknowledgement-reserved-bits", "request.reserved-bits", bits=[1, 2, 4, 7])
 def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
-    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
+    transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(BLOCK_SIZE, BLOCK_SIZE, reserved_bits=bits))
     answer = as_segment(sdo.receive())
     if isinstance(answer, Abort):
-        sdo.take_abort(answer, ACKNOWLEDGEMENT_RESERVED_BITS.codes, begun.known)
-        sdo.expect_dead(begun.due)
+        sdo.take_abort(answer, ACKNOWLEDGEMENT_RESERVED_BITS.codes, transfer.known)
+        sdo.expect_dead(transfer.due)
         return
-    segment = sdo.checks.block_segment(answer, begun.known.mux, 1)
+    segment = sdo.checks.block_segment(answer, transfer.known.mux, 1)
     if not segment.last:
-        sdo.checks.block_segment(sdo.receive(), begun.known.mux, 2)
+        sdo.checks.block_segment(sdo.receive(), transfer.known.mux, 2)
 
 
 @may("block-upload.early-acknowledgement")
 def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
-    begun = begin(sdo, BLOCK_UPLOAD_INITIATED)
+    transfer = begin(sdo, BLOCK_UPLOAD_INITIATED)
     sdo.send(BlockUploadStart())
     sdo.send(BlockAck(1, BLOCK_SIZE))
     sdo.end_transfer()
@@ -92,7 +92,7 @@ def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
         raise sdo.breach(
             f"two sub-blocks of {BLOCK_SIZE} segments at most", f"{len(segments)} segments"
         )
-    blocks.upload(begun.known)
+    blocks.upload(transfer.known)
 
 
 @may("block-upload.acknowledged-at-end", "block-upload.acknowledged-again")
@@ -121,11 +121,11 @@ def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
 @must("block-upload.crc-refused-by-client", "block-upload.client-abort-at-end")
 def test_crc_refused_by_client(sdo: Dialogue, blocks: Blocks) -> None:
     """A client that finds the CRC wrong aborts: the server is silent, and nothing is left."""
-    begun = begin(sdo, BLOCK_UPLOAD_END)
-    sdo.send(Abort(begun.known.mux, AbortCode.CRC_ERROR))
+    transfer = begin(sdo, BLOCK_UPLOAD_END)
+    sdo.send(Abort(transfer.known.mux, AbortCode.CRC_ERROR))
     sdo.expect_nothing()
-    sdo.expect_dead(begun.due)
-    blocks.upload(begun.known)
+    sdo.expect_dead(transfer.due)
+    blocks.upload(transfer.known)
 
 
 @contextmanager
@@ -150,13 +150,13 @@ def expect_served_or_refused(
     """Begin a block upload, and another transfer where its next frame is due."""
     with suppress(NotTestable):
         room.fit(Roles(sdo.device).text(), INITIATE_SIZE)
-    begun = begin(sdo, state)
+    transfer = begin(sdo, state)
     with whatever_comes(state):
-        refused = initiate(sdo, begun.known)
+        refused = initiate(sdo, transfer.known)
     if refused is not None:
         sdo.info(f"refused: {in_words(refused)}")
         sdo.upload(VENDOR_ID)
-    sdo.expect_dead(begun.due)
+    sdo.expect_dead(transfer.due)
 
 
 @must(
@@ -198,13 +198,13 @@ def test_new_initiate_at_end(sdo: Dialogue, room: Room, initiate: Initiate) -> N
 )
 def test_same_again(sdo: Dialogue, state: State[Request]) -> None:
     """The same block upload initiated again starts from the first byte, or ends the first."""
-    begun = begin(sdo, state)
+    transfer = begin(sdo, state)
     with whatever_comes(state):
-        found = sdo.attempt(sdo.client.block_upload(begun.known.mux))
+        found = sdo.attempt(sdo.client.block_upload(transfer.known.mux))
     if isinstance(found, Abort):
         sdo.info(f"refused: {in_words(found)}")
         return
-    known = begun.known
+    known = transfer.known
     due = sdo.upload(known)
     if not same_value(known, found.data, due):
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")

@@ -1,13 +1,13 @@
 """What goes wrong in a block upload (CiA 301, 7.2.4.3.13 to 7.2.4.3.15 and 7.2.4.3.17)."""
 
 from conformance.device.device import IDENTITY_COUNT
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
-from conformance.device.objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.generated.begun import begin
+from conformance.generated.open_transfer import begin
 from conformance.generated.states import (
     BLOCK_SIZE,
     BLOCK_UPLOAD_BETWEEN,
@@ -69,19 +69,19 @@ def test_invalid_block_size(sdo: Dialogue, room: Room, blocks: Blocks, block_siz
 @must("block-upload.not-started", "block-upload.foreign-before-start", request=NOT_STARTED)
 def test_not_started(sdo: Dialogue, request: bytes) -> None:
     """Anything but the start where it is due ends the upload with 05040001h."""
-    begun = begin(sdo, BLOCK_UPLOAD_INITIATED)
+    transfer = begin(sdo, BLOCK_UPLOAD_INITIATED)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
-    sdo.expect_dead(begun.due)
+    sdo.expect_abort(*accepted.NOT_VALID, of=transfer.known)
+    sdo.expect_dead(transfer.due)
 
 
 @must("block-upload.foreign", risk=risk_of_request, request=FOREIGN)
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """Anything but an acknowledgement where it is due ends the upload with 05040001h."""
-    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
+    transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
-    sdo.expect_dead(begun.due)
+    sdo.expect_abort(*accepted.NOT_VALID, of=transfer.known)
+    sdo.expect_dead(transfer.due)
 
 
 @must(
@@ -90,28 +90,30 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
 )
 def test_acknowledges_too_many(sdo: Dialogue, sequence: int) -> None:
     """An acknowledgement of more segments than were sent ends the upload."""
-    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
+    transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(sequence, BLOCK_SIZE))
-    sdo.expect_abort(*ACKNOWLEDGES_TOO_MANY.codes, of=begun.known)
-    sdo.expect_dead(begun.due)
+    sdo.expect_abort(*ACKNOWLEDGES_TOO_MANY.codes, of=transfer.known)
+    sdo.expect_dead(transfer.due)
 
 
 @must("block-upload.acknowledges-block-size", block_size=[0, 128, 255])
 def test_acknowledges_block_size(sdo: Dialogue, block_size: int) -> None:
     """An acknowledgement with a block size of 0 or beyond 127 ends the upload."""
-    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
+    transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(BLOCK_SIZE, block_size))
     sdo.expect_abort(
-        *ACKNOWLEDGES_BLOCK_SIZE.codes, of=begun.known, tolerated=ACKNOWLEDGES_BLOCK_SIZE.tolerated
+        *ACKNOWLEDGES_BLOCK_SIZE.codes,
+        of=transfer.known,
+        tolerated=ACKNOWLEDGES_BLOCK_SIZE.tolerated,
     )
-    sdo.expect_dead(begun.due)
+    sdo.expect_dead(transfer.due)
 
 
 @must("block-upload.client-abort", "block-upload.client-abort-at-end", state=STATES)
 def test_client_abort(sdo: Dialogue, state: State[Request]) -> None:
     """An abort of the client is not answered and ends the upload."""
-    begun = begin(sdo, state)
-    sdo.send(Abort(begun.known.mux, AbortCode.GENERAL_ERROR))
+    transfer = begin(sdo, state)
+    sdo.send(Abort(transfer.known.mux, AbortCode.GENERAL_ERROR))
     sdo.expect_nothing()
 
 
@@ -123,9 +125,9 @@ def test_client_abort(sdo: Dialogue, state: State[Request]) -> None:
 )
 def test_client_abort_then_ack(sdo: Dialogue) -> None:
     """An acknowledgement right behind an abort brings no more segments."""
-    begun = begin(sdo, BLOCK_UPLOAD_BETWEEN)
-    sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
-    sdo.expect_dead(begun.due)
+    transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
+    sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(transfer.due)
 
 
 def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> None:

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Generator
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, interleave

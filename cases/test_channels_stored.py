@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
-from conformance.device.deny import NMT, STORE_PARAMETERS
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.protected_objects import NMT, STORE_PARAMETERS
 from conformance.dialogue.channels import (
     CLIENT,
     DEFAULT_RECORD,

@@ -1,7 +1,7 @@
 """Downloads of up to 4 bytes within the initiate (CiA 301, 7.2.4.3.3)."""
 
 from conformance.device.device import DEVICE_TYPE, Device
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index

@@ -3,8 +3,8 @@
 from contextlib import suppress
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR_ID, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index

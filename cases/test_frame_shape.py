@@ -2,8 +2,8 @@
 
 from conformance.bus.strangers import asked_by_others
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue

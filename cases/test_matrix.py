@@ -6,10 +6,10 @@ What is allowed is not written here: the oracle follows each conversation and kn
 from collections.abc import Callable
 
 from conformance.device.device import Device
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.matrix.perform import perform
-from conformance.generated.matrix.risks import risk_in
+from conformance.generated.matrix.field import perform
+from conformance.generated.matrix.field_risks import risk_in
 from conformance.generated.matrix.stimuli import Stimulus
 from conformance.generated.states import (
     BLOCK_DOWNLOAD_BETWEEN,

@@ -1,8 +1,8 @@
 """NMT states: where an SDO server answers and where it does not (CiA 301, 7.3.2)."""
 
 from conformance.device.device import VENDOR_ID
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
-from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.room import Room

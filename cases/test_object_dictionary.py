@@ -1,12 +1,12 @@
 """Every object that is listed of the device, in its EDS or by name (CiA 301, 7.4; CiA 306-1)."""
 
 from conformance.device.device import Device
+from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject
-from conformance.device.objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.objects import (
+from conformance.dialogue.object_expectations import (
     NOT_NOW,
     differing_reads,
     encoded,
@@ -25,7 +25,7 @@ from conformance.dialogue.objects import (
 )
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.values import same_value, shown
-from conformance.run import listed as choose
+from conformance.run import object_choices as choose
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted

@@ -1,7 +1,7 @@
 """What must not store the parameters of a device or load its defaults (CiA 301, 7.5.2.13, .14)."""
 
-from conformance.device.deny import NMT, STORE_PARAMETERS
 from conformance.device.device import Device
+from conformance.device.protected_objects import NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.storage import Storage, require_command

@@ -35,8 +35,12 @@ def test_interrupted(conversations: Search) -> None:
 
 
 @must(
-    "random.soup", "response.specifier", "response.answered", "response.unsolicited", risk=ANYTHING
+    "random.any-frames",
+    "response.specifier",
+    "response.answered",
+    "response.unsolicited",
+    risk=ANYTHING,
 )
-def test_soup(conversations: Search) -> None:
+def test_any_frames(conversations: Search) -> None:
     """Frames that are almost right get answers that are allowed for what they are."""
-    conversations.run(strategies.soup)
+    conversations.run(strategies.any_frames)

@@ -1,8 +1,8 @@
 """Downloads in segments: what is stored, and how they are refused (CiA 301, 7.2.4.3.3 and .4)."""
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index

@@ -9,8 +9,8 @@ from conformance.device.device import (
     TWO_SEGMENTS,
     VENDOR_ID,
 )
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room

@@ -1,10 +1,10 @@
 """Uploads in segments (CiA 301, 7.2.4.3.6 and 7.2.4.3.7)."""
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
-from conformance.generated.begun import begin
+from conformance.generated.open_transfer import begin
 from conformance.generated.states import (
     SEGMENTED_UPLOAD_FIRST,
     SEGMENTED_UPLOAD_LAST,
@@ -74,19 +74,19 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
 @must("segmented-upload.toggle-first", "segmented-upload.toggle")
 def test_toggle_first(sdo: Dialogue, room: Room) -> None:
     """The first segment request has t = 0; 70h ends the transfer and brings no data."""
-    begun = begin(sdo, SEGMENTED_UPLOAD_FIRST)
+    transfer = begin(sdo, SEGMENTED_UPLOAD_FIRST)
     sdo.send(UploadSegment(1))
-    sdo.expect_abort(*TOGGLE.codes, of=begun.known, tolerated=TOGGLE.tolerated)
-    sdo.expect_dead(begun.due)
+    sdo.expect_abort(*TOGGLE.codes, of=transfer.known, tolerated=TOGGLE.tolerated)
+    sdo.expect_dead(transfer.due)
 
 
 @must("segmented-upload.toggle-repeated", "segmented-upload.toggle", state=LATER)
 def test_toggle_repeated(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """A repeated toggle bit ends the transfer and brings no data."""
-    begun = begin(sdo, state)
-    sdo.send(UploadSegment(1 - begun.due.toggle))
-    sdo.expect_abort(*TOGGLE.codes, of=begun.known, tolerated=TOGGLE.tolerated)
-    sdo.expect_dead(begun.due)
+    transfer = begin(sdo, state)
+    sdo.send(UploadSegment(1 - transfer.due.toggle))
+    sdo.expect_abort(*TOGGLE.codes, of=transfer.known, tolerated=TOGGLE.tolerated)
+    sdo.expect_dead(transfer.due)
 
 
 @must(
@@ -97,9 +97,9 @@ def test_toggle_repeated(sdo: Dialogue, state: State[UploadSegment]) -> None:
 )
 def test_toggle_afterwards(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """Wherever a transfer ended, the next one begins with t = 0."""
-    begun = begin(sdo, state)
-    sdo.send(Abort(begun.known.mux, AbortCode.GENERAL_ERROR))
-    sdo.start_segmented_upload(begun.known)
+    transfer = begin(sdo, state)
+    sdo.send(Abort(transfer.known.mux, AbortCode.GENERAL_ERROR))
+    sdo.start_segmented_upload(transfer.known)
     sdo.upload_segment(toggle=0)
 
 
@@ -130,10 +130,10 @@ def test_filler(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> 
 )
 def test_foreign(sdo: Dialogue, request: bytes) -> None:
     """A request of another service before the first segment ends the upload with 05040001h."""
-    begun = begin(sdo, SEGMENTED_UPLOAD_FIRST)
+    transfer = begin(sdo, SEGMENTED_UPLOAD_FIRST)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
-    sdo.expect_dead(begun.due)
+    sdo.expect_abort(*accepted.NOT_VALID, of=transfer.known)
+    sdo.expect_dead(transfer.due)
 
 
 @must(
@@ -146,10 +146,10 @@ def test_foreign(sdo: Dialogue, request: bytes) -> None:
 )
 def test_foreign_later(sdo: Dialogue, request: bytes) -> None:
     """A request of another service between segments ends the upload with 05040001h."""
-    begun = begin(sdo, SEGMENTED_UPLOAD_MIDDLE)
+    transfer = begin(sdo, SEGMENTED_UPLOAD_MIDDLE)
     sdo.send(request)
-    sdo.expect_abort(*accepted.NOT_VALID, of=begun.known)
-    sdo.expect_dead(begun.due)
+    sdo.expect_abort(*accepted.NOT_VALID, of=transfer.known)
+    sdo.expect_dead(transfer.due)
 
 
 @must("segmented-upload.restart", "server.new-initiate-served", state=SEGMENTED_UPLOADS)
@@ -175,9 +175,9 @@ def test_restart(sdo: Dialogue, room: Room, state: State[UploadSegment]) -> None
 def test_new_upload(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """An upload of another object is served with its data, or refused; the old one is over."""
     due = sdo.upload(IDENTITY_COUNT)
-    begun = begin(sdo, state)
+    transfer = begin(sdo, state)
     answer = sdo.expect_restart_or_abort(
-        UploadInitiate(IDENTITY_COUNT), begun.known, IDENTITY_COUNT
+        UploadInitiate(IDENTITY_COUNT), transfer.known, IDENTITY_COUNT
     )
     with sdo.one_transfer():
         if answer is not None:
@@ -185,7 +185,7 @@ def test_new_upload(sdo: Dialogue, state: State[UploadSegment]) -> None:
             found = sdo.finish_upload(IDENTITY_COUNT, response)
             if found[: len(due)] != due:
                 raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
-        sdo.expect_dead(begun.due)
+        sdo.expect_dead(transfer.due)
 
 
 @must(
@@ -194,28 +194,28 @@ def test_new_upload(sdo: Dialogue, state: State[UploadSegment]) -> None:
 def test_new_download(sdo: Dialogue, number: KnownObject) -> None:
     """A download in the middle of an upload is served or refused; the upload is over."""
     value = sdo.upload(number)
-    begun = begin(sdo, SEGMENTED_UPLOAD_MIDDLE)
+    transfer = begin(sdo, SEGMENTED_UPLOAD_MIDDLE)
     request = (
         DownloadInitiate.with_data(number.mux, value)
         if len(value) <= 4
         else DownloadInitiate.with_size(number.mux, len(value))
     )
-    answer = sdo.expect_restart_or_abort(request, begun.known, number)
+    answer = sdo.expect_restart_or_abort(request, transfer.known, number)
     with sdo.one_transfer():
         if answer is not None:
             sdo.checks.download_initiate(answer, number.mux)
         sdo.end_transfer()
-        sdo.expect_dead(begun.due)
+        sdo.expect_dead(transfer.due)
         sdo.expect_value(number, value)
 
 
 @must("segmented-upload.client-abort", state=SEGMENTED_UPLOADS)
 def test_client_abort(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """An abort of the client is not answered and ends the upload."""
-    begun = begin(sdo, state)
-    sdo.send(Abort(begun.known.mux, AbortCode.GENERAL_ERROR))
+    transfer = begin(sdo, state)
+    sdo.send(Abort(transfer.known.mux, AbortCode.GENERAL_ERROR))
     sdo.expect_nothing()
-    sdo.expect_dead(begun.due)
+    sdo.expect_dead(transfer.due)
 
 
 @must(
@@ -227,9 +227,9 @@ def test_client_abort(sdo: Dialogue, state: State[UploadSegment]) -> None:
 )
 def test_client_abort_then_segment(sdo: Dialogue, state: State[UploadSegment]) -> None:
     """A segment request right behind an abort brings no data."""
-    begun = begin(sdo, state)
-    sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
-    sdo.expect_dead(begun.due)
+    transfer = begin(sdo, state)
+    sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(transfer.due)
 
 
 @must(

@@ -1,8 +1,8 @@
 """Transfers one after another: nothing of one shows in the next (CiA 301, 7.2.4.2)."""
 
 from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object
 from conformance.dialogue.room import Room

@@ -9,7 +9,7 @@ from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
 from conformance.dialogue.room import Room
-from conformance.generated.begun import begin
+from conformance.generated.open_transfer import begin
 from conformance.generated.states import (
     BLOCK_DOWNLOAD_INSIDE,
     BLOCK_UPLOAD_BETWEEN,
@@ -48,11 +48,11 @@ Transfer = Generator[Step, Response, object]
 )
 def test_gives_up(sdo: Dialogue, server_timeout: float, state: State[Request]) -> None:
     """The server aborts the transfer of a silent client with 05040000h and stores nothing."""
-    begun = begin(sdo, state)
-    sdo.expect_timed_out(begun.known, server_timeout)
-    sdo.expect_dead(begun.due)
-    if begun.value is not None:
-        sdo.expect_kept(begun.known, begun.value)
+    transfer = begin(sdo, state)
+    sdo.expect_timed_out(transfer.known, server_timeout)
+    sdo.expect_dead(transfer.due)
+    if transfer.value is not None:
+        sdo.expect_kept(transfer.known, transfer.value)
 
 
 @must(
@@ -65,12 +65,12 @@ def test_gives_up(sdo: Dialogue, server_timeout: float, state: State[Request]) -
 )
 def test_once(sdo: Dialogue, server_timeout: float, state: State[Request]) -> None:
     """A server that has given up says so once, and does not answer the client's own abort."""
-    begun = begin(sdo, state)
-    sdo.expect_timed_out(begun.known, server_timeout)
+    transfer = begin(sdo, state)
+    sdo.expect_timed_out(transfer.known, server_timeout)
     further = sdo.wait(server_timeout * (1 + PROMPT))
     if further is not None:
         raise sdo.breach("no further frame", further.encode().hex(" "))
-    sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
+    sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
     sdo.expect_nothing()
 
 

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
-from conformance.device.objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.generated.variations import BLOCK_FRAMES, UNKNOWN_SPECIFIERS

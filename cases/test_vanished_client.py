@@ -3,7 +3,7 @@
 from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import shown
-from conformance.generated.begun import begin
+from conformance.generated.open_transfer import begin
 from conformance.generated.states import SILENT, State
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
@@ -24,9 +24,9 @@ def test_next_transfer(sdo: Dialogue, state: State[Request]) -> None:
     That is served at once or with the second request; while segments of a block are due, an
     abort has to come before it.
     """
-    begun = begin(sdo, state)
+    transfer = begin(sdo, state)
     if state.segment is not None:
-        sdo.send(Abort(begun.known.mux, AbortCode.TIMED_OUT))
+        sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
     with sdo.one_transfer():
         found = sdo.attempt(sdo.client.upload(VENDOR_ID.mux))
         if isinstance(found, Abort):
@@ -34,6 +34,6 @@ def test_next_transfer(sdo: Dialogue, state: State[Request]) -> None:
         due, value = sdo.device.values[VENDOR_ID.mux], sdo.upload(VENDOR_ID)
         if value != due:
             raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
-    if begun.value is not None:
-        sdo.expect_kept(begun.known, begun.value)
+    if transfer.value is not None:
+        sdo.expect_kept(transfer.known, transfer.value)
     begin(sdo, state)

@@ -40,7 +40,7 @@ def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
     judge(sdo, whole_run.late, "no response between the cases", "answers behind their cases")
 
 
-@must("run.beside-the-cases", "response.unsolicited")
+@must("run.outside-the-cases", "response.unsolicited")
 def test_beside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
     """What the suite met when it got to know the device was right, or a case has failed for it."""
     aside = [standing for _, standing in whole_run.causes.aside()]

@@ -19,7 +19,7 @@ from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
-from conformance.logs.listing import Judged, decoded
+from conformance.logs.decoded_lines import Judged, decoded
 from conformance.logs.reading import RecordedLog
 from conformance.plugin.arguments import named_value
 from conformance.reference.host import NodeHost

@@ -17,7 +17,7 @@ from conformance.device.eds_text import (
     sections_of,
 )
 from conformance.device.files import FileError, shortened
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.sdo.cob_id import ChannelError, ChannelIds, ClientParameter
 from conformance.sdo.objects import DataType
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from conformance.device.deny import PERMISSIONS
 from conformance.device.files import did_you_mean, shown
-from conformance.device.known_deviations import Deviation, deviations_in
-from conformance.device.objects import KnownObject, ObjectNameError, parse_object
+from conformance.device.known_deviations import KnownDeviation, deviations_in
+from conformance.device.known_objects import KnownObject, ObjectNameError, parse_object
+from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
 from conformance.sdo.layout import Multiplexer
@@ -48,7 +48,7 @@ class Description:
     command: tuple[str, ...] = ()
     recover: tuple[str, ...] = ()
     permissions: frozenset[str] = frozenset()
-    deviations: tuple[Deviation, ...] = ()
+    deviations: tuple[KnownDeviation, ...] = ()
 
 
 def read_description(path: Path) -> Description:

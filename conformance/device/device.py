@@ -5,12 +5,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from conformance.device.beliefs import Beliefs
+from conformance.device.eds_listing import Listing
 from conformance.device.extents import Extents
 from conformance.device.keeping import Defaults, Keeping
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
-from conformance.device.listing import Listing
-from conformance.device.objects import KnownObject
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
 from conformance.device.services import Services

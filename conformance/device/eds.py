@@ -10,6 +10,7 @@ from pathlib import Path
 from canopen.objectdictionary import ObjectDictionary as Imported
 from canopen.objectdictionary import ODArray, ODRecord, ODVariable, import_od
 
+from conformance.device.eds_listing import ListedObject, Listing, ObjectType
 from conformance.device.eds_text import (
     INFO_KEYS,
     Section,
@@ -19,9 +20,8 @@ from conformance.device.eds_text import (
     sections_of,
 )
 from conformance.device.files import FileError, did_you_mean, shortened
-from conformance.device.listing import ListedObject, Listing, ObjectType
-from conformance.device.objects import KnownObject
-from conformance.device.values import Number, decode_number, encode_number, is_number
+from conformance.device.known_objects import KnownObject
+from conformance.device.numbers import Number, decode_number, encode_number, is_number
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType

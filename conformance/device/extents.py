@@ -6,7 +6,7 @@ taken for no book, and anything else may have a mebibyte; less once the device w
 data without an end.
 """
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.frames import (
     BlockDownloadInitiate,

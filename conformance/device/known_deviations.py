@@ -34,7 +34,7 @@ _WILD = re.compile(r"[*?]")
 
 
 @dataclass(frozen=True, slots=True)
-class Deviation:
+class KnownDeviation:
     """What fails on this device: a case, those that a glob names, or whatever breaks a rule.
 
     ``rule`` is the id of the rule that is broken, if told; without a ``case`` it is.
@@ -83,7 +83,7 @@ def _pattern(glob: str) -> re.Pattern[str]:
     return re.compile(fnmatch.translate(glob.replace("[", "[[]")))
 
 
-def read_deviations(path: Path) -> tuple[Deviation, ...]:
+def read_deviations(path: Path) -> tuple[KnownDeviation, ...]:
     """Return the ``[[deviations]]`` of a TOML file; raises FileError."""
     file = TomlFile.read(path)
     top = file.top()
@@ -92,12 +92,12 @@ def read_deviations(path: Path) -> tuple[Deviation, ...]:
     return found
 
 
-def deviations_in(file: TomlFile, top: Table) -> tuple[Deviation, ...]:
+def deviations_in(file: TomlFile, top: Table) -> tuple[KnownDeviation, ...]:
     """Return the ``[[deviations]]`` beside other tables of a file; raises FileError."""
     entries: Any = top.read(TABLE, anything, "", [])
     if not isinstance(entries, list):
         raise file.error(f"write [[{TABLE}]], in double brackets.", "", TABLE)
-    found: dict[object, Deviation] = {}
+    found: dict[object, KnownDeviation] = {}
     for position, entry in enumerate(entries):
         table = Table(file, TABLE, entry, position)
         case = table.read("case", text_of, _WANTED, None)
@@ -111,7 +111,7 @@ def deviations_in(file: TomlFile, top: Table) -> tuple[Deviation, ...]:
                 "reason" if reason else "case" if case else "rule" if rule else "",
                 position,
             )
-        deviation = Deviation(case, reason, rule)
+        deviation = KnownDeviation(case, reason, rule)
         if deviation.key in found:
             listed = deviation.case if deviation.is_exact else deviation
             key = "rule" if case is None else "case"
@@ -121,7 +121,7 @@ def deviations_in(file: TomlFile, top: Table) -> tuple[Deviation, ...]:
 
 
 def unknown_case(
-    deviations: Iterable[Deviation], case_ids: Iterable[str], rule_ids: Iterable[str]
+    deviations: Iterable[KnownDeviation], case_ids: Iterable[str], rule_ids: Iterable[str]
 ) -> str | None:
     """Return a sentence on the first entry whose case or rule does not exist, None if all do."""
     cases, rules = set(case_ids), set(rule_ids)
@@ -149,7 +149,7 @@ def _hint(name: str, known: Iterable[str]) -> str:
     return f" Did you mean {near!r}?" if near else ""
 
 
-def write_deviations(path: Path, deviations: Iterable[Deviation]) -> None:
+def write_deviations(path: Path, deviations: Iterable[KnownDeviation]) -> None:
     """Write a list that ``read_deviations`` reads; raises OSError."""
     lines = [
         "# Known deviations, drafted from a run. Write in each reason why it is accepted. A case",

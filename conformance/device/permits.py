@@ -3,18 +3,18 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
-from conformance.device.deny import (
+from conformance.device.eds_listing import Listing
+from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
+from conformance.device.protected_objects import (
     LOAD_DEFAULTS,
     NMT,
     READ_ONLY_PROBES,
     SDO_PARAMETERS,
     STORE_PARAMETERS,
-    denial,
     how_to_permit,
+    protection,
 )
-from conformance.device.lacking import NotTestable
-from conformance.device.listing import Listing
-from conformance.device.objects import KnownObject
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
@@ -50,7 +50,7 @@ class Permits:
     def check(self) -> None:
         """Raise NotPermitted for an object that was named and takes a permission."""
         for known in self.named:
-            group = denial(known.mux.index, self.permissions)
+            group = protection(known.mux.index, self.permissions)
             if group is not None and known.access.writable:
                 raise NotPermitted(f"{known.mux} was named, but {how_to_permit(group)}.")
 
@@ -63,7 +63,7 @@ class Permits:
 
     def require_write(self, index: int) -> None:
         """Raise NotTestable without the permission that lets an object be written."""
-        group = denial(index, self.permissions)
+        group = protection(index, self.permissions)
         if group is not None:
             raise NotTestable(how_to_permit(group))
 
@@ -73,12 +73,12 @@ class Permits:
             return f"device.toml says that {known.mux} is never written"
         if any(known.mux == one.mux and one.access.writable for one in self.named):
             return ""
-        group = denial(known.mux.index, self.permissions)
+        group = protection(known.mux.index, self.permissions)
         if group is not None:
             return how_to_permit(group)
         if known.refuses_download:
             return "the EDS excludes it from writing (ObjFlags): name it if it may be written"
-        lifted = denial(known.mux.index, frozenset()) is not None
+        lifted = protection(known.mux.index, frozenset()) is not None
         of_device = FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
         if self.all_rw and known.access is Access.RW and (of_device or lifted):
             return ""
@@ -92,7 +92,7 @@ class Permits:
         """Say why a read-only entry may not be written with the value that it has."""
         if known.mux in self.never:
             return f"device.toml says that {known.mux} is never written"
-        group = denial(known.mux.index, self.permissions)
+        group = protection(known.mux.index, self.permissions)
         if group is not None:
             return how_to_permit(group)
         if known.refuses_download:

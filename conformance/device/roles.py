@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 from math import inf
 
-from conformance.device.deny import group_of
 from conformance.device.device import THREE_SEGMENTS, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
+from conformance.device.protected_objects import group_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

@@ -5,7 +5,12 @@ was permitted by name.
 from collections.abc import Iterable
 
 from conformance.bus.errors import WriteNotPermitted
-from conformance.device.deny import READ_ONLY_PROBES, denial, group_of, how_to_permit
+from conformance.device.protected_objects import (
+    READ_ONLY_PROBES,
+    group_of,
+    how_to_permit,
+    protection,
+)
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     DownloadInitiate,
@@ -47,7 +52,7 @@ class WritePolicy:
     def permits(self, mux: Multiplexer) -> bool:
         """Say whether a download to this entry may be sent."""
         if group_of(mux.index) is not None:
-            return denial(mux.index, self._permissions) is None
+            return protection(mux.index, self._permissions) is None
         probes = READ_ONLY_PROBES in self._permissions
         return mux in self._writable or (probes and self._is_refused(mux))
 
@@ -63,7 +68,7 @@ class WritePolicy:
         target = written_by(request)
         if target is None or self.permits(target):
             return
-        group = denial(target.index, self._permissions)
+        group = protection(target.index, self._permissions)
         if group is not None:
             raise WriteNotPermitted(
                 f"A case was about to write to {target}, but {how_to_permit(group)}."

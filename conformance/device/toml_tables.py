@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from conformance.device.files import FileError, did_you_mean, read_text, shortened, shown
-from conformance.device.objects import ObjectNameError
+from conformance.device.known_objects import ObjectNameError
 
 Read = TypeVar("Read")
 # A list of known deviations may name thousands of cases.

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from conformance.device.device import TWO_SEGMENTS
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room

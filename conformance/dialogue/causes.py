@@ -176,7 +176,7 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
 class Standing:
     """A cause that was seen: the case that met it first, and what was wrong there.
 
-    ``aside`` says that no case has failed for it: it was met beside the cases.
+    ``aside`` says that no case has failed for it: it was met outside the cases.
     """
 
     first_case: str
@@ -246,7 +246,7 @@ class Causes:
         return standing
 
     def aside(self) -> list[tuple[Cause, Standing]]:
-        """Return what no case has failed for: it was met beside the cases."""
+        """Return what no case has failed for: it was met outside the cases."""
         return [(cause, standing) for cause, standing in self if standing.aside]
 
     @property

@@ -8,9 +8,9 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 
 from conformance.bus.channel import Channel
-from conformance.device.deny import SDO_PARAMETERS
 from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.protected_objects import SDO_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.parameters import Parameters
 from conformance.sdo.abort_codes import AbortCode

@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import kind_of_answer
 from conformance.dialogue.delivered import is_written_through
 from conformance.dialogue.transfers import Target, Transfers, mux_of

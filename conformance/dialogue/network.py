@@ -5,8 +5,8 @@ All of it needs a permission of the user. The device ends Pre-operational.
 
 import time
 
-from conformance.device.deny import NMT
 from conformance.device.lacking import NotTestable
+from conformance.device.protected_objects import NMT
 from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.parameters import Parameters

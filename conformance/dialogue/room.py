@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES

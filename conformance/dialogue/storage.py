@@ -6,9 +6,9 @@ So nothing is loaded unless all that would be lost can be put back, and stored a
 
 from collections.abc import Iterable, Mapping
 
-from conformance.device.deny import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.objects import KnownObject
+from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.transfers import NOT_NOW

@@ -11,8 +11,8 @@ from typing import Self
 
 from conformance.bus.channel import Channel
 from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.dialogue.payload import MOST_PLAIN, text
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.silence import Silence

@@ -1,6 +1,6 @@
 """Values of objects: how they are compared, shown, and cut into segments."""
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.objects import same_data
 from conformance.sdo.rules import Violation

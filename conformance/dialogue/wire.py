@@ -10,9 +10,9 @@ from contextlib import contextmanager
 
 from conformance.bus.channel import Channel
 from conformance.bus.strangers import heard_elsewhere
-from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
+from conformance.device.protected_objects import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.safety import written_by
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered

@@ -7,7 +7,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
 
-from conformance.device.listing import Listing
+from conformance.device.eds_listing import Listing
 from conformance.faults import faulty as faulty_servers
 from conformance.faults import unusual as unusual_servers
 from conformance.faults.registry import NOTHING, Deviation, assemble, combine, deviations_in

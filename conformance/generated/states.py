@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from conformance.device.device import THREE_SEGMENTS, TWO_SEGMENTS
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.dialogue.block_downloads import begin_block_download, send_blocks, unused_in
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue

@@ -9,8 +9,8 @@ from difflib import get_close_matches
 import pytest
 
 from conformance.device.client_channel import ClientRecord, parse_channel
-from conformance.device.deny import PermissionNameError, parse_permission
-from conformance.device.objects import ObjectNameError, parse_object
+from conformance.device.known_objects import ObjectNameError, parse_object
+from conformance.device.protected_objects import PermissionNameError, parse_permission
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 

@@ -12,8 +12,8 @@ import pytest
 
 from conformance.bus.stop import RunStopped
 from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels

@@ -14,7 +14,7 @@ from conformance.bus.errors import (
     SilentNode,
     SuiteError,
 )
-from conformance.device.known_deviations import Deviation, write_deviations
+from conformance.device.known_deviations import KnownDeviation, write_deviations
 from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.outcome import Evidence, SummaryTerminal
@@ -22,7 +22,7 @@ from conformance.plugin.recorder import Recorder, as_place
 from conformance.plugin.selection import FOLDER
 from conformance.plugin.state import RunState, uses_device
 from conformance.plugin.workers import Controller
-from conformance.reporting.causes import cause_lines, counted_causes
+from conformance.reporting.cause_counts import cause_lines, counted_causes
 from conformance.reporting.summary import (
     device_lines,
     found_lines,
@@ -52,7 +52,7 @@ class FinalReport:
         self._shows_all = shows_all
         self._told: set[tuple[int, str]] = set()
         self._repeated: set[str] = set()
-        self._stale: list[Deviation] = []
+        self._stale: list[KnownDeviation] = []
         self._suite_cases = 0
         self._suite_left_out = False
         self._recorder: Recorder | None = None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from conformance.bus.errors import BenchError, FailedOnce, error_named
-from conformance.device.known_deviations import Deviation
+from conformance.device.known_deviations import KnownDeviation
 from conformance.dialogue.values import shown
 from conformance.run.session import DeviceSession
 from conformance.run.twins import either
@@ -28,13 +28,13 @@ class Findings:
     """What counts for the exit status and the summary though no case says it.
 
     ``unjudged`` are late answers that no selected case has judged, ``beside`` what else was wrong
-    beside the cases and none has failed for, ``unrestored`` lines that say what to write back by
+    outside the cases and none has failed for, ``unrestored`` lines that say what to write back by
     hand, ``restored`` those on what an earlier run had left;
     ``notes`` tell of the bench what fails nothing;
     ``out`` says why a device could not be tested any further; ``unreached`` are cases that a
     run did not come to, because it was ended before; ``stopped`` says what has stopped a device
     that was brought back; ``partly`` names known deviations for several cases of which some were
-    not selected, ``broken_beside`` the rules that were broken beside the cases, known or not;
+    not selected, ``broken_beside`` the rules that were broken outside the cases, known or not;
     ``wrong_use`` is what is wrong with the options and shows only when cases are collected.
     """
 
@@ -57,7 +57,7 @@ class Findings:
         session: DeviceSession,
         *,
         judged: int,
-        known: Sequence[Deviation] = (),
+        known: Sequence[KnownDeviation] = (),
         lost: int = 0,
     ) -> None:
         """Take what a device's part of the run leaves behind.

@@ -6,7 +6,7 @@ They may be overridden like any fixture: no case of the suite asks for them.
 import pytest
 
 from conformance.device.device import Device
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels

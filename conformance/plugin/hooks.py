@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from conformance import __version__
-from conformance.device.listing import Listing
+from conformance.device.eds_listing import Listing
 from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.case_fixtures import CaseFixtures
 from conformance.plugin.case_reports import CaseReports

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from conformance.device.listing import Listing
+from conformance.device.eds_listing import Listing
 from conformance.plugin.outcome import CaseFailed
 from conformance.plugin.worker_reports import BUNDLED, Bundle
 from conformance.run.case import CaseInfo, case_info

@@ -9,19 +9,19 @@ import pytest
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
 from conformance.device.client_channel import ClientRecord, read_client_channel
-from conformance.device.deny import PERMISSIONS
 from conformance.device.description import Description, read_description
 from conformance.device.device import STORAGE_TIME
 from conformance.device.eds import read_eds
+from conformance.device.eds_listing import Listing
 from conformance.device.files import FileError
-from conformance.device.known_deviations import Deviation, read_deviations
-from conformance.device.listing import Listing
+from conformance.device.known_deviations import KnownDeviation, read_deviations
 from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
+from conformance.device.protected_objects import PERMISSIONS
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
 from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.workers import Share, share_of
-from conformance.reference.listing import listing_of, permits_for
+from conformance.reference.built_in_eds import listing_of, permits_for
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
 from conformance.sdo.cob_id import ChannelIds
 
@@ -46,7 +46,7 @@ class Options:
     node_ids: list[int]
     share: Share
     answer_delay: float
-    deviations: tuple[Deviation, ...] = ()
+    deviations: tuple[KnownDeviation, ...] = ()
     draft: Path | None = None
     examples: int = DEFAULT_EXAMPLES
     eds: Path | None = None
@@ -252,7 +252,7 @@ def _path(config: pytest.Config, option: str) -> Path | None:
     return None if name is None else config.invocation_params.dir / str(name)
 
 
-def _deviations(config: pytest.Config, description: Description) -> tuple[Deviation, ...]:
+def _deviations(config: pytest.Config, description: Description) -> tuple[KnownDeviation, ...]:
     """Return what is known to fail: what a file of its own lists overrides device.toml."""
     path = _path(config, "sdo_deviations")
     named = () if path is None else read_deviations(path)

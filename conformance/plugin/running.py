@@ -17,7 +17,7 @@ from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
 from conformance.device.known_deviations import unknown_case
 from conformance.plugin.attempts import begin, conclude_tries, is_told
-from conformance.plugin.bench import open_bench
+from conformance.plugin.bench_opening import open_bench
 from conformance.plugin.outcome import (
     attach,
     end_with,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.plugin.outcome import SummaryTerminal
 from conformance.plugin.workers import Worker, is_controller
 from conformance.reporting.estimate import Estimate, Taken

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.channel_parameters import Check, CheckedEntry
 from conformance.sdo.cob_id import DYNAMIC, NOT_VALID, CobId
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.parameters import Check, CheckedEntry
 
 SYNC, TIME, EMERGENCY = Multiplexer(0x1005), Multiplexer(0x1012), Multiplexer(0x1014)
 RECEIVED, SENT = 0x1400, 0x1800

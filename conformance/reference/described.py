@@ -1,8 +1,8 @@
 """A device made of an EDS: it has what is listed, with the default values, and nothing else."""
 
-from conformance.device.listing import Listing
-from conformance.device.objects import KnownObject
-from conformance.device.values import encode_number, is_number
+from conformance.device.eds_listing import Listing
+from conformance.device.known_objects import KnownObject
+from conformance.device.numbers import encode_number, is_number
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary

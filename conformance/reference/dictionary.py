@@ -3,9 +3,9 @@ one, so that cases on the object dictionary have something to look at."""
 
 from collections.abc import Container
 
-from conformance.device.values import encode_number
+from conformance.device.numbers import encode_number
+from conformance.reference.built_in_device import UNSIGNED, reference_entries
 from conformance.reference.communication import communication_entries
-from conformance.reference.device import UNSIGNED, reference_entries
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer

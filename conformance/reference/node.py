@@ -8,6 +8,7 @@ from conformance.reference.communication import MAPPING_OF, RECEIVED, SENT, Mapp
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.channel_parameters import ServerParameter
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds, CobId
 from conformance.sdo.emergency import Errors, register_of
 from conformance.sdo.layout import Multiplexer
@@ -23,7 +24,6 @@ from conformance.sdo.nmt import (
     error_control,
 )
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.parameters import ServerParameter
 from conformance.sdo.storage import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
 
 HEARTBEAT_TIME = Multiplexer(0x1017)

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable, Sequence
 
-from conformance.device.known_deviations import Deviation
+from conformance.device.known_deviations import KnownDeviation
 from conformance.dialogue.causes import GENERAL
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -20,7 +20,7 @@ CUT_SHORT = (Verdict.NOT_RUN, Verdict.BENCH_ERROR)
 MEETING = (Verdict.KNOWN_DEVIATION, Verdict.NON_STRICT, Verdict.NOT_TESTABLE)
 
 
-def account(result: CaseResult, deviations: Sequence[Deviation], *, strict: bool) -> None:
+def account(result: CaseResult, deviations: Sequence[KnownDeviation], *, strict: bool) -> None:
     """Change the verdict of a case that is listed.
 
     One that fails for the stated cause is a known deviation; one that is listed by its id and
@@ -44,7 +44,7 @@ def account(result: CaseResult, deviations: Sequence[Deviation], *, strict: bool
                 result.actual = "the case passes: delete its entry from the known deviations"
 
 
-def _excuse(result: CaseResult, listed: Sequence[Deviation]) -> None:
+def _excuse(result: CaseResult, listed: Sequence[KnownDeviation]) -> None:
     for known in listed:
         if known.excuses(result.case_id, result.broken_rules):
             result.verdict, result.reason = Verdict.KNOWN_DEVIATION, known.reason
@@ -67,12 +67,14 @@ class Scope:
     that any case may break, or that no case tests, is about all of them.
     """
 
-    def __init__(self, deviations: Iterable[Deviation], tested: Iterable[Collection[str]]) -> None:
+    def __init__(
+        self, deviations: Iterable[KnownDeviation], tested: Iterable[Collection[str]]
+    ) -> None:
         """``tested`` has the rules that each case of the run tests."""
         self.shared = [known for known in deviations if not known.is_exact]
         self._tested = {rule for rules in tested for rule in rules} - set(GENERAL)
 
-    def is_about(self, known: Deviation, case_id: str, tested: Collection[str]) -> bool:
+    def is_about(self, known: KnownDeviation, case_id: str, tested: Collection[str]) -> bool:
         """Say whether an entry is about a case, which tests these rules."""
         if known.case is None and known.rule in self._tested:
             return known.rule in tested
@@ -80,12 +82,12 @@ class Scope:
 
 
 def stale_entries(
-    deviations: Iterable[Deviation],
+    deviations: Iterable[KnownDeviation],
     results: Sequence[CaseResult],
     *,
     partly: Collection[str] = (),
     beside: Collection[str] = (),
-) -> list[Deviation]:
+) -> list[KnownDeviation]:
     """Return the entries for several cases that excused nothing though all of them were run.
 
     ``partly`` names entries of which the run has left cases out, ``beside`` the rules that the
@@ -110,7 +112,7 @@ def stale_entries(
     return stale
 
 
-def _meets(result: CaseResult, known: Deviation) -> bool:
+def _meets(result: CaseResult, known: KnownDeviation) -> bool:
     """Say whether a case has met what an entry is for; one that only might have has not."""
     if result.verdict not in MEETING:
         return False

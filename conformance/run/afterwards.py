@@ -5,8 +5,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import unasked, unsolicited

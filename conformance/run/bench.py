@@ -25,8 +25,8 @@ from conformance.bus.opening import BusSettings, connection_of, open_bus
 from conformance.bus.stop import Stop
 from conformance.device.changes import Changes
 from conformance.device.device import STORAGE_TIME, Device
-from conformance.device.listing import Listing, mandatory_and
-from conformance.device.objects import KnownObject, by_multiplexer
+from conformance.device.eds_listing import Listing, mandatory_and
+from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from inspect import getdoc
 from typing import TypeVar
 
-from conformance.device.listing import Listing
+from conformance.device.eds_listing import Listing
 from conformance.run.risks import Risk, RiskOf
 from conformance.sdo.rules import RULES_BY_ID, Level, Rule, rule_of
 

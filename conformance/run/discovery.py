@@ -5,8 +5,8 @@ from collections.abc import Callable
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import Causes
@@ -16,8 +16,8 @@ from conformance.dialogue.payload import PRINTABLE_OBJECTS
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.transfers import EXISTS
 from conformance.run.habits import GONE, keep_aside, lost_early
-from conformance.run.listed import is_error_place
 from conformance.run.losses import ENOUGH
+from conformance.run.object_choices import is_error_place
 from conformance.run.twins import examine, look_for_second
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted

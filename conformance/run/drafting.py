@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
-from conformance.device.known_deviations import NO_REASON, Deviation
+from conformance.device.known_deviations import NO_REASON, KnownDeviation
 from conformance.run.verdict import CaseResult, Verdict, rule_of_cause
 
 # An id in its parts, each with what ends it.
@@ -26,11 +26,11 @@ class _Group:
 
 def draft(
     results: Sequence[CaseResult],
-    known: Iterable[Deviation] = (),
+    known: Iterable[KnownDeviation] = (),
     *,
     strict: bool,
     beside: Collection[str] = (),
-) -> list[Deviation]:
+) -> list[KnownDeviation]:
     """Return the list that would excuse each failure of a run; what is ``known`` and met is kept.
 
     A cause that one case has met is listed with that case, one of several cases by a glob with the
@@ -52,12 +52,12 @@ def draft(
         for cause in [*kept_away, *result.met]:
             if cause in groups:
                 groups[cause].met.add(result.case_id)
-    drafted = [Deviation(None, NO_REASON, rule) for rule in beside]
+    drafted = [KnownDeviation(None, NO_REASON, rule) for rule in beside]
     drafted += [_entry(group) for group in groups.values()]
     return _without_doubles(kept, drafted)
 
 
-def _is_met(entry: Deviation, results: Iterable[CaseResult], beside: Collection[str]) -> bool:
+def _is_met(entry: KnownDeviation, results: Iterable[CaseResult], beside: Collection[str]) -> bool:
     if entry.case is None and entry.rule in beside:
         return True
     return any(
@@ -72,12 +72,12 @@ def _cause(result: CaseResult) -> str:
     return result.cause or f" in {result.case_id}"
 
 
-def _entry(group: _Group) -> Deviation:
+def _entry(group: _Group) -> KnownDeviation:
     cases = sorted(group.failed | group.met)
     if len(cases) == 1:
-        return Deviation(cases[0], NO_REASON, group.broken)
+        return KnownDeviation(cases[0], NO_REASON, group.broken)
     common = _in_common(cases)
-    return Deviation(f"{common}*" if common else None, NO_REASON, group.rule)
+    return KnownDeviation(f"{common}*" if common else None, NO_REASON, group.rule)
 
 
 def _in_common(cases: Sequence[str]) -> str:
@@ -89,7 +89,9 @@ def _in_common(cases: Sequence[str]) -> str:
     return "".join(first[:same])
 
 
-def _without_doubles(kept: Iterable[Deviation], drafted: Sequence[Deviation]) -> list[Deviation]:
+def _without_doubles(
+    kept: Iterable[KnownDeviation], drafted: Sequence[KnownDeviation]
+) -> list[KnownDeviation]:
     """Leave out what a rule alone excuses, and list each case once."""
     found = {entry.key: entry for entry in kept}
     alone = {entry.rule for entry in (*found.values(), *drafted) if entry.case is None}

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import filled_up

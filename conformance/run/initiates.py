@@ -3,7 +3,7 @@
 from collections.abc import Callable, Generator
 
 from conformance.device.device import VENDOR_ID
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.transfers import Target, mux_of

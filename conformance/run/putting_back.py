@@ -6,11 +6,11 @@ from typing import Any
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
 from conformance.device.changes import BACK, STORED_AGAIN, LeftBehind
-from conformance.device.deny import PERMISSIONS
 from conformance.device.device import IDENTITY_NAMES, Device
 from conformance.device.keeping import Keeping
-from conformance.device.objects import KnownObject, by_multiplexer
+from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
+from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord

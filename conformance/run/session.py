@@ -27,7 +27,7 @@ from conformance.sdo.rules import (
     Violation,
 )
 
-_RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back beside the cases.")
+_RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back outside the cases.")
 MOST_INCIDENTS = 200
 CAME_LATE = f"{UNSOLICITED.id}: an answer behind the case"
 

@@ -7,9 +7,9 @@ were, the latest first; a node without 1003h keeps none (CiA 301, 7.2.7, 7.5.2.2
 from dataclasses import dataclass
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.parameters import CheckedEntry
 
 ERROR_REGISTER = Multiplexer(0x1001)
 # Its sub-index 0 counts errors and takes nothing but 0; places beyond that are empty.

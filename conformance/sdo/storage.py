@@ -5,9 +5,9 @@ defaults are in use after the next reset of the node (CiA 301, 7.5.2.13 and 7.5.
 """
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.parameters import CheckedEntry
 
 # What is written there is a command, and what is read says whether it is followed.
 COMMANDS = (0x1010, 0x1011)

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from conformance.device.deny import DENIED, PERMISSIONS
 from conformance.device.description import Description, read_description
 from conformance.device.files import FileError
-from conformance.device.known_deviations import Deviation
-from conformance.device.objects import KnownObject
+from conformance.device.known_deviations import KnownDeviation
+from conformance.device.known_objects import KnownObject
+from conformance.device.protected_objects import PERMISSIONS, PROTECTED
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
@@ -86,8 +86,8 @@ def test_everything(tmp_path: Path) -> None:
         recover=("./power-cycle.sh", "{node_id}"),
         permissions=frozenset({"nmt", "load-defaults"}),
         deviations=(
-            Deviation("block-download.crc-mismatch", "ticket 123", "block.crc"),
-            Deviation("od.default[1008h:00]", "ticket 124"),
+            KnownDeviation("block-download.crc-mismatch", "ticket 123", "block.crc"),
+            KnownDeviation("od.default[1008h:00]", "ticket 124"),
         ),
     )
     assert {mux for mux in said.never if mux.index == 0x2101} == {Multiplexer(0x2101, 2)}
@@ -271,5 +271,5 @@ def test_each_group_of_objects_has_a_permission() -> None:
         (0x1F80, 0x1F80),
     ):
         for index in range(first, last + 1):
-            (group,) = [group for group in DENIED if group.first <= index <= group.last]
+            (group,) = [group for group in PROTECTED if group.first <= index <= group.last]
             assert group.permission in PERMISSIONS

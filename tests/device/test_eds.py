@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from conformance.device.eds import read_eds
-from conformance.device.listing import Listing, ObjectType
-from conformance.device.objects import KnownObject
+from conformance.device.eds_listing import Listing, ObjectType
+from conformance.device.known_objects import KnownObject
 from conformance.faults.catalogue import build_node
-from conformance.reference.listing import listing_of
+from conformance.reference.built_in_eds import listing_of
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

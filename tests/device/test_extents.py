@@ -3,7 +3,7 @@
 import pytest
 
 from conformance.device.extents import PADDING, Extents
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.frames import (
     BlockDownloadInitiate,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from conformance.device.files import FileError
 from conformance.device.known_deviations import (
     NO_REASON,
-    Deviation,
+    KnownDeviation,
     read_deviations,
     unknown_case,
     write_deviations,
@@ -20,13 +20,13 @@ TEXTS = st.text(
     st.characters(exclude_categories=["Cs"], exclude_characters="\0"), min_size=1
 ).filter(str.strip)
 LISTS = st.lists(
-    st.builds(Deviation, case=TEXTS, reason=TEXTS, rule=st.none() | TEXTS)
-    | st.builds(Deviation, case=st.none(), reason=TEXTS, rule=TEXTS),
+    st.builds(KnownDeviation, case=TEXTS, reason=TEXTS, rule=st.none() | TEXTS)
+    | st.builds(KnownDeviation, case=st.none(), reason=TEXTS, rule=TEXTS),
     unique_by=lambda deviation: deviation.key,
 )
 
 
-def read(tmp_path: Path, text: str) -> tuple[Deviation, ...]:
+def read(tmp_path: Path, text: str) -> tuple[KnownDeviation, ...]:
     path = tmp_path / "known.toml"
     path.write_text(text, encoding="utf-8")
     return read_deviations(path)
@@ -54,11 +54,11 @@ def test_a_list(tmp_path: Path) -> None:
         rule = "response.frame"
     """
     assert read(tmp_path, text) == (
-        Deviation("upload.size[8]", "ticket 1"),
-        Deviation("abort.frame", "ticket 2", "response.frame"),
-        Deviation("abort.*", "ticket 3", "response.frame"),
-        Deviation("abort.*", "ticket 4", "response.answered"),
-        Deviation(None, "ticket 5", "response.frame"),
+        KnownDeviation("upload.size[8]", "ticket 1"),
+        KnownDeviation("abort.frame", "ticket 2", "response.frame"),
+        KnownDeviation("abort.*", "ticket 3", "response.frame"),
+        KnownDeviation("abort.*", "ticket 4", "response.answered"),
+        KnownDeviation(None, "ticket 5", "response.frame"),
     )
 
 
@@ -108,29 +108,35 @@ RULES = ["response.frame", "abort.frame"]
 @pytest.mark.parametrize(
     "known",
     [
-        Deviation("abort.frame", "x"),
-        Deviation("abort.frame", "x", "response.frame"),
-        Deviation("upload.size[*", "x"),
-        Deviation("upload.size[?]", "x"),
-        Deviation("*", "x", "abort.frame"),
-        Deviation(None, "x", "response.frame"),
+        KnownDeviation("abort.frame", "x"),
+        KnownDeviation("abort.frame", "x", "response.frame"),
+        KnownDeviation("upload.size[*", "x"),
+        KnownDeviation("upload.size[?]", "x"),
+        KnownDeviation("*", "x", "abort.frame"),
+        KnownDeviation(None, "x", "response.frame"),
     ],
 )
-def test_what_exists(known: Deviation) -> None:
+def test_what_exists(known: KnownDeviation) -> None:
     assert unknown_case([known], KNOWN, RULES) is None
 
 
 @pytest.mark.parametrize(
     ("known", "said"),
     [
-        (Deviation("abort.farme", "x"), "'abort.farme'. Did you mean 'abort.frame'?"),
-        (Deviation("upload.szie[*", "x"), "'upload.szie[*'. Did you mean 'upload.size[8]'?"),
-        (Deviation("upload.size[8*8]", "x"), "cases of which there is none: 'upload.size[8*8]'"),
-        (Deviation(None, "x", "response.farme"), "Did you mean 'response.frame'?"),
-        (Deviation("abort.frame", "x", "zzz"), "a rule that does not exist: 'zzz'. conformance"),
+        (KnownDeviation("abort.farme", "x"), "'abort.farme'. Did you mean 'abort.frame'?"),
+        (KnownDeviation("upload.szie[*", "x"), "'upload.szie[*'. Did you mean 'upload.size[8]'?"),
+        (
+            KnownDeviation("upload.size[8*8]", "x"),
+            "of which there is none: 'upload.size[8*8]'",
+        ),
+        (KnownDeviation(None, "x", "response.farme"), "Did you mean 'response.frame'?"),
+        (
+            KnownDeviation("abort.frame", "x", "zzz"),
+            "rule that does not exist: 'zzz'. conformance",
+        ),
     ],
 )
-def test_what_does_not_exist(known: Deviation, said: str) -> None:
+def test_what_does_not_exist(known: KnownDeviation, said: str) -> None:
     text = unknown_case([known], KNOWN, RULES)
     assert text is not None
     assert said in text
@@ -150,14 +156,14 @@ def test_the_cases_that_an_entry_names(
     case: str | None, named: list[str], others: list[str]
 ) -> None:
     """Ids hold brackets, which stand for themselves; only * and ? do not."""
-    known = Deviation(case, "x", "a.rule")
+    known = KnownDeviation(case, "x", "a.rule")
     assert all(known.names(case_id) for case_id in named)
     assert not any(known.names(case_id) for case_id in others)
 
 
 @given(deviations=LISTS)
 def test_what_is_written_is_read(
-    tmp_path_factory: pytest.TempPathFactory, deviations: list[Deviation]
+    tmp_path_factory: pytest.TempPathFactory, deviations: list[KnownDeviation]
 ) -> None:
     path = tmp_path_factory.mktemp("known") / "known.toml"
     write_deviations(path, deviations)
@@ -166,11 +172,11 @@ def test_what_is_written_is_read(
 
 def test_many_stars_are_soon_matched() -> None:
     begin = time.process_time()
-    assert not Deviation("*a" * 1000 + "b", "slow").names("block-download." + "a" * 3000)
-    assert Deviation("od.*[[10*]", "odd").names("od.read[[1018h:00]")
+    assert not KnownDeviation("*a" * 1000 + "b", "slow").names("block-download." + "a" * 3000)
+    assert KnownDeviation("od.*[[10*]", "odd").names("od.read[[1018h:00]")
     assert time.process_time() - begin < 1
 
 
 def test_a_draft_can_be_used_and_is_not_done() -> None:
-    assert not Deviation("a", NO_REASON).is_explained
-    assert Deviation("a", "ticket 1").is_explained
+    assert not KnownDeviation("a", NO_REASON).is_explained
+    assert KnownDeviation("a", "ticket 1").is_explained

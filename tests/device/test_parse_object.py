@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from conformance.device.objects import KnownObject, ObjectNameError, parse_object
+from conformance.device.known_objects import KnownObject, ObjectNameError, parse_object
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from conformance.device.listing import ListedObject, Listing, ObjectType
-from conformance.device.objects import KnownObject
+from conformance.device.eds_listing import ListedObject, Listing, ObjectType
+from conformance.device.known_objects import KnownObject
 from conformance.device.permits import NotPermitted, Permits, known_objects
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -16,7 +16,7 @@ def known(
 
 
 ALL = Permits(all_rw=True)
-DENIED = [0x1005, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017, 0x1020, 0x1200, 0x1280, 0x1400, 0x1A00]
+PROTECTED = [0x1005, 0x1010, 0x1011, 0x1014, 0x1016, 0x1017, 0x1020, 0x1200, 0x1280, 0x1400, 0x1A00]
 
 
 def test_an_eds_allows_nothing_by_itself() -> None:
@@ -35,7 +35,7 @@ def test_all_rw_is_about_the_device_and_its_profile(index: int) -> None:
     assert ALL.refusal(known(index))
 
 
-@pytest.mark.parametrize("index", [*DENIED, 0x1F50, 0x1F80])
+@pytest.mark.parametrize("index", [*PROTECTED, 0x1F50, 0x1F80])
 def test_denied_objects_take_a_permission(index: int) -> None:
     refusal = ALL.refusal(known(index))
     assert "[permissions]" in refusal

@@ -5,7 +5,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from conformance.bus.errors import WriteNotPermitted
-from conformance.device.deny import (
+from conformance.device.protected_objects import (
     NMT,
     PERMISSIONS,
     READ_ONLY_PROBES,

@@ -9,7 +9,7 @@ from run_bench import BASELINE, DOMAIN, NODE_ID, READ, Scripted
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.device.device import Device
-from conformance.device.objects import by_multiplexer
+from conformance.device.known_objects import by_multiplexer
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue

@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
-from conformance.device.deny import PERMISSIONS
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.permits import Permits
+from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.channels import TEST_CHANNELS, Channels, interleave
 from conformance.dialogue.network import Network

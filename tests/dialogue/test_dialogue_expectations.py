@@ -16,7 +16,7 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import GOES_ON, OLD_GOES_ON, Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.sdo.abort_codes import AbortCode

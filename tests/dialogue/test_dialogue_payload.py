@@ -8,7 +8,7 @@ from run_bench import HASTY, NODE_ID, TEXT, Scripted, discovered, recording, und
 from conformance.device.lacking import NotTestable
 from conformance.device.safety import written_by
 from conformance.dialogue.payload import MOST_PLAIN, PRINTABLE, PRINTABLE_OBJECTS, text
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, BlockSegment

@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from run_bench import NODE_ID, NUMBER, RULE, TEXT, Recording, Workbench, discovered, recording
 
-from conformance.device.deny import NMT
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
+from conformance.device.protected_objects import NMT
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.room import MUCH_ROOM, Room

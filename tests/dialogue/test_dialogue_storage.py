@@ -10,19 +10,19 @@ from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.device.deny import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
 from conformance.device.device import Device
+from conformance.device.known_objects import by_multiplexer
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.objects import by_multiplexer
 from conformance.device.permits import Permits, known_objects
+from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.network import Network
 from conformance.dialogue.storage import Storage, write_signature
 from conformance.dialogue.tools import CaseTools
 from conformance.faults.catalogue import build_node
 from conformance.faults.unusual.object_dictionary_storage import STORED
+from conformance.reference.built_in_eds import listing_of, permits_for
 from conformance.reference.host import NodeHost
-from conformance.reference.listing import listing_of, permits_for
 from conformance.reference.node import Node
 from conformance.run.bench import private_channel
 from conformance.run.case_run import begin_case

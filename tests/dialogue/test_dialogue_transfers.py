@@ -26,7 +26,7 @@ from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.faults.catalogue import build_node
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, DownloadInitiate, Response

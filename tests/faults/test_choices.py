@@ -8,7 +8,7 @@ from conformance.run.verdict import Verdict
 
 LOST = ("-k", "block-download.lost or block-download.old-numbers or random.block")
 RESTARTS = ("-k", "new-initiate or restart or random or matrix.segmented-upload-first")
-ENDS = ("-k", "crc or unused or acknowledges or block-size or random.soup")
+ENDS = ("-k", "crc or unused or acknowledges or block-size or random.any-frames")
 CHOICES = {
     "last-block-size-ignored": ENDS,
     "block-frames-called-not-valid": ENDS,

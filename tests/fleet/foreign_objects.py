@@ -3,8 +3,8 @@
 import random
 from typing import Protocol
 
-from conformance.device.objects import KnownObject
-from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
+from conformance.device.known_objects import KnownObject
+from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry
 

@@ -21,7 +21,7 @@ from foreign_objects import (
     payload,
 )
 
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.dictionary import reference_device
 from conformance.reference.host import NodeHost
 from conformance.reference.node import Node

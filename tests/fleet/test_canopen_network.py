@@ -18,9 +18,9 @@ from canopen.sdo.client import SdoClient
 from foreign_objects import DOMAIN, NODE_ID, NUMBER, TEXT, payload
 
 from conformance.faults.catalogue import build_node
+from conformance.reference.built_in_eds import eds_of
 from conformance.reference.dictionary import ERROR_CODE
 from conformance.reference.host import NodeHost
-from conformance.reference.listing import eds_of
 from conformance.reference.node import HEARTBEAT_TIME
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.cob_id import ChannelIds

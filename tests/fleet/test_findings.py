@@ -14,7 +14,7 @@ from durand_server import durand_device
 from findings import CANOPEN, DURAND, Finding
 from foreign_objects import NODE_ID, ForeignDevice, named_objects, readable
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.run.case_files import case_files
 from conformance.run.verdict import Verdict
 

@@ -1,8 +1,11 @@
 """The client of conversations, without a bus: what it sends to a server that stands behind it."""
 
+from collections.abc import Mapping, Sequence
+
 import pytest
 
-from conformance.generated.conversations.client import (
+from conformance.generated.conversations.conversation import Disturbance, Event, Service, Transfer
+from conformance.generated.conversations.disturbed_client import (
     Action,
     Heard,
     Send,
@@ -11,9 +14,8 @@ from conformance.generated.conversations.client import (
     conversing,
     drive,
 )
-from conformance.generated.conversations.transfers import Disturbance, Event, Service, Transfer
 from conformance.generated.matrix.stimuli import Targets
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.server import Server
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.layout import Multiplexer
@@ -27,7 +29,9 @@ class Objects:
     """One string, into which letters are written."""
 
     targets = Targets(NODE_ID, TEXT, MISSING, MISSING)
-    rooms = frozenset({TEXT})
+    rooms: Mapping[Multiplexer, int] = {TEXT: 100}
+    numbers: Sequence[Multiplexer] = ()
+    readable: Sequence[Multiplexer] = (TEXT,)
 
     def data(self, transfer: Transfer) -> bytes:
         """Return letters."""
@@ -39,8 +43,7 @@ class Objects:
 
     def longest(self, mux: Multiplexer) -> int:
         """Return the same for each object."""
-        del mux
-        return 100
+        return self.rooms[mux]
 
 
 class Driver:

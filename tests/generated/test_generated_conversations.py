@@ -11,14 +11,11 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Direction, Link
 from conformance.device.beliefs import Beliefs
 from conformance.device.device import Device
-from conformance.device.objects import by_multiplexer
+from conformance.device.known_objects import by_multiplexer
 from conformance.device.safety import WritePolicy, written_by
 from conformance.faults.hosting import simulated_bus
 from conformance.generated.conversations import strategies
-from conformance.generated.conversations.ground import harmless
-from conformance.generated.conversations.search import Draw, Plan, Search
-from conformance.generated.conversations.store import FailingStore
-from conformance.generated.conversations.transfers import (
+from conformance.generated.conversations.conversation import (
     Conversation,
     Disturbance,
     Event,
@@ -27,7 +24,10 @@ from conformance.generated.conversations.transfers import (
     from_lines,
     to_lines,
 )
-from conformance.reference.device import REFERENCE_OBJECTS
+from conformance.generated.conversations.device_objects import harmless
+from conformance.generated.conversations.search import Draw, Plan, Search
+from conformance.generated.conversations.store import FailingStore
+from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
@@ -43,7 +43,7 @@ DRAWS = (
     strategies.block_transfers,
     strategies.sequences,
     strategies.interrupted,
-    strategies.soup,
+    strategies.any_frames,
 )
 
 
@@ -119,7 +119,7 @@ def test_the_same_seed_sends_the_same_frames(tmp_path: Path, draw: Draw) -> None
     ("server", "draw", "most"),
     [
         ("third-segmented-upload-late", strategies.segmented_transfers, 40),
-        ("upload-toggle-ignored", strategies.soup, 30),
+        ("upload-toggle-ignored", strategies.any_frames, 30),
         ("download-not-stored", strategies.segmented_transfers, 30),
     ],
 )
@@ -142,7 +142,7 @@ def test_a_failure_is_shrunk_kept_and_tried_first(
 
 
 def test_the_time_is_bounded(reference: Searched) -> None:
-    run = reference.search(strategies.soup, Plan(100, seed=1, search_seconds=0.0))
+    run = reference.search(strategies.any_frames, Plan(100, seed=1, search_seconds=0.0))
     assert run.result.progress.startswith("0 of 100 examples")
     assert run.sdo.record.notes == [f"{run.result.progress}, which is as long as it may take"]
 

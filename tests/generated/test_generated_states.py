@@ -8,7 +8,7 @@ from run_bench import NODE_ID, discovered
 from conformance.bus.link import Captured, Direction
 from conformance.device.roles import Roles
 from conformance.faults.catalogue import build_node
-from conformance.generated.begun import begin
+from conformance.generated.open_transfer import begin
 from conformance.generated.states import (
     BLOCK_DOWNLOAD_BETWEEN,
     BLOCK_DOWNLOADS,
@@ -37,11 +37,11 @@ UNUSUAL = [None, "strings-of-8-bytes", "values-of-fixed-length", "blocks-of-1-se
 def test_what_is_due_goes_on(name: str | None, state: State[Request]) -> None:
     with discovered(build_node(name, NODE_ID)) as bench:
         sdo = bench.dialogue()
-        begun = begin(sdo, state)
-        assert isinstance(begun.due, BlockSegment) == (state.segment is not None)
+        transfer = begin(sdo, state)
+        assert isinstance(transfer.due, BlockSegment) == (state.segment is not None)
         captured: list[Captured] = []
         sdo.channel.link.listen(captured.append)
-        sdo.send(begun.due)
+        sdo.send(transfer.due)
         sdo.end_transfer()
         sdo.fence()
         sdo.channel.link.ignore(captured.append)

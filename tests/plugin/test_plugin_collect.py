@@ -19,7 +19,7 @@ LISTED = f"""\
   <Case run.reserved  MUST  clause 7.2.4.3  rules response.reserved>
   <Case run.filler  SHOULD  clause 7.2.4.3  rules response.filler>
   <Case run.no-late-response  MUST  clause 7.2.4.2  rules response.unsolicited>
-  <Case run.beside-the-cases  MUST  clause 7.2.4.2  rules response.unsolicited>
+  <Case run.outside-the-cases  MUST  clause 7.2.4.2  rules response.unsolicited>
 """
 IDS = """\
 cases/test_abort.py::abort.not-answered[general-error]
@@ -32,7 +32,7 @@ cases/test_abort.py::abort.frame
 cases/test_whole_run.py::run.reserved
 cases/test_whole_run.py::run.filler
 cases/test_whole_run.py::run.no-late-response
-cases/test_whole_run.py::run.beside-the-cases
+cases/test_whole_run.py::run.outside-the-cases
 """
 SOME = ("-k", "abort.not-answered or abort.frame or test_whole_run")
 

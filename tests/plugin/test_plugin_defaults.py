@@ -6,7 +6,7 @@ import pytest
 from plugin_runs import NODE_ID, hosted, run
 
 from conformance.faults.catalogue import build_node
-from conformance.reference.listing import eds_of
+from conformance.reference.built_in_eds import eds_of
 from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer

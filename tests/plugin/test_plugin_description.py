@@ -6,7 +6,7 @@ import pytest
 from plugin_runs import NODE_ID, case_ids, hosted, reference, reports, run, self_test, the_report
 
 from conformance.faults.catalogue import build_node
-from conformance.reference.listing import eds_of
+from conformance.reference.built_in_eds import eds_of
 from conformance.reporting.official_steps import OFFICIAL_STEPS, table
 
 pytest_plugins = ["pytester"]

@@ -5,16 +5,16 @@ from pathlib import Path
 import pytest
 from plugin_runs import parsed, self_test, the_report
 
-from conformance.device.known_deviations import NO_REASON, Deviation, read_deviations
+from conformance.device.known_deviations import NO_REASON, KnownDeviation, read_deviations
 from conformance.plugin.exit_code import ExitCode
 
 pytest_plugins = ["pytester"]
 
 WRONG = ("--sdo-fault=identity-count-wrong", "-k", "upload.identity")
-LISTED = Deviation("upload.identity", "ticket 1: the count is wrong before release 2")
+LISTED = KnownDeviation("upload.identity", "ticket 1: the count is wrong before release 2")
 
 
-def listing(pytester: pytest.Pytester, *deviations: Deviation) -> str:
+def listing(pytester: pytest.Pytester, *deviations: KnownDeviation) -> str:
     """Write a list; return the option that names it."""
     lines = []
     for deviation in deviations:
@@ -65,7 +65,7 @@ def test_what_passes_must_not_be_listed(pytester: pytest.Pytester) -> None:
 
 
 def test_another_cause_is_not_excused(pytester: pytest.Pytester) -> None:
-    other = Deviation("upload.identity", "ticket 2", "response.frame")
+    other = KnownDeviation("upload.identity", "ticket 2", "response.frame")
     result = self_test(pytester, *WRONG, listing(pytester, other))
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.stdout.fnmatch_lines(["*listed as a known deviation from response.frame (ticket 2)*"])
@@ -80,7 +80,7 @@ def test_a_bench_error_is_not_excused(pytester: pytest.Pytester) -> None:
             sdo.download(Multiplexer(0x2222), bytes(2))
         """
     )
-    listed = listing(pytester, Deviation("test_elsewhere", "ticket 3"))
+    listed = listing(pytester, KnownDeviation("test_elsewhere", "ticket 3"))
     result = self_test(pytester, "test_mine.py", listed)
     assert result.ret == ExitCode.BENCH_ERROR
     result.assert_outcomes(errors=1)
@@ -89,13 +89,13 @@ def test_a_bench_error_is_not_excused(pytester: pytest.Pytester) -> None:
 def test_a_lost_device_is_not_excused(pytester: pytest.Pytester) -> None:
     case = "segmented-download.foreign[unknown-FFh]"
     halts = ("--sdo-fault=unknown-specifier-halts", "--sdo-response-timeout=0.1", "-k", case)
-    result = self_test(pytester, *halts, listing(pytester, Deviation(case, "ticket 4")))
+    result = self_test(pytester, *halts, listing(pytester, KnownDeviation(case, "ticket 4")))
     assert result.ret == ExitCode.DEVICE_LOST
 
 
 @pytest.mark.parametrize("workers", [(), ("-n", "2")], ids=["one-process", "workers"])
 def test_a_case_that_does_not_exist(pytester: pytest.Pytester, workers: tuple[str, ...]) -> None:
-    listed = listing(pytester, Deviation("upload.identiy", "ticket 5"))
+    listed = listing(pytester, KnownDeviation("upload.identiy", "ticket 5"))
     options = ("--self-test", "-p", "no:cacheprovider", "--sdo-report-dir=left behind", *workers)
     result = pytester.runpytest_subprocess(*options, listed, "-k", "abort.frame")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
@@ -107,18 +107,18 @@ def test_a_case_that_does_not_exist(pytester: pytest.Pytester, workers: tuple[st
     ("known", "said"),
     [
         (
-            Deviation("uplaod.identity*", "x"),
+            KnownDeviation("uplaod.identity*", "x"),
             "'uplaod.identity[*]'*Did you mean 'upload.identity'?",
         ),
         (
-            Deviation(None, "x", "upload.identiy"),
+            KnownDeviation(None, "x", "upload.identiy"),
             "'upload.identiy'*Did you mean 'upload.identity'?",
         ),
     ],
     ids=["glob", "rule"],
 )
 def test_cases_or_a_rule_that_do_not_exist(
-    pytester: pytest.Pytester, known: Deviation, said: str
+    pytester: pytest.Pytester, known: KnownDeviation, said: str
 ) -> None:
     result = self_test(pytester, listing(pytester, known), "-k", "abort.frame")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
@@ -126,14 +126,14 @@ def test_cases_or_a_rule_that_do_not_exist(
 
 
 SEVERAL = [
-    Deviation("upload.iden*", "ticket 6"),
-    Deviation("upload.iden*", "ticket 6", "upload.identity"),
-    Deviation(None, "ticket 6", "upload.identity"),
+    KnownDeviation("upload.iden*", "ticket 6"),
+    KnownDeviation("upload.iden*", "ticket 6", "upload.identity"),
+    KnownDeviation(None, "ticket 6", "upload.identity"),
 ]
 
 
 @pytest.mark.parametrize("known", SEVERAL, ids=str)
-def test_an_entry_for_several_cases(pytester: pytest.Pytester, known: Deviation) -> None:
+def test_an_entry_for_several_cases(pytester: pytest.Pytester, known: KnownDeviation) -> None:
     """It excuses what it is about; what excuses nothing has to go."""
     result = self_test(pytester, *WRONG, listing(pytester, known))
     assert result.ret == pytest.ExitCode.OK
@@ -145,7 +145,7 @@ def test_an_entry_for_several_cases(pytester: pytest.Pytester, known: Deviation)
 
 @pytest.mark.parametrize("known", SEVERAL, ids=str)
 def test_an_entry_for_several_cases_that_were_not_selected(
-    pytester: pytest.Pytester, known: Deviation
+    pytester: pytest.Pytester, known: KnownDeviation
 ) -> None:
     listed = listing(pytester, known)
     result = self_test(pytester, "-k", "abort.frame", listed)
@@ -157,7 +157,7 @@ def test_an_entry_for_several_cases_that_were_not_selected(
 
 def test_stale_in_workers(pytester: pytest.Pytester) -> None:
     nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--sdo-report-dir=left behind")
-    listed = listing(pytester, Deviation("upload.ident*", "ticket 6"))
+    listed = listing(pytester, KnownDeviation("upload.ident*", "ticket 6"))
     for selection, ret in (("upload.identity", 1), ("abort.frame", 0)):
         options = ("--self-test", *nodes, listed, "-k", selection)
         assert pytester.runpytest_subprocess(*options).ret == ret
@@ -166,7 +166,7 @@ def test_stale_in_workers(pytester: pytest.Pytester) -> None:
 def test_a_cause_that_any_case_meets(pytester: pytest.Pytester) -> None:
     """One rule excuses it, in each selection, in the cases and beside them."""
     answers = ("--sdo-fault=every-abort-answered", "--sdo-simulated", "--sdo-response-timeout=0.1")
-    known = Deviation(None, "ticket 8", "abort.not-answered")
+    known = KnownDeviation(None, "ticket 8", "abort.not-answered")
     for selection in ("upload.identity or upload.size", "abort.not-answered"):
         result = self_test(pytester, *answers, "-k", selection, listing(pytester, known))
         assert result.ret == pytest.ExitCode.OK, selection
@@ -187,7 +187,7 @@ def test_a_draft_from_a_run(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, *WRONG, "--sdo-write-deviations=draft.toml")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     (drafted,) = read_deviations(pytester.path / "draft.toml")
-    assert drafted == Deviation("upload.identity", NO_REASON, "upload.identity")
+    assert drafted == KnownDeviation("upload.identity", NO_REASON, "upload.identity")
     result = self_test(pytester, *WRONG, "--sdo-deviations=draft.toml")
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(["known deviations without a reason: 1; *"])

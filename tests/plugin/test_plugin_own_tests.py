@@ -5,7 +5,7 @@ from plugin_runs import NODE_ID, case_ids, hosted, parsed, reports, run, self_te
 
 from conformance.faults.catalogue import build_node
 from conformance.plugin.exit_code import ExitCode
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer

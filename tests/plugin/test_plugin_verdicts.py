@@ -146,7 +146,7 @@ def test_a_late_answer_fails_the_case_about_it(pytester: pytest.Pytester) -> Non
 
 def test_what_was_met_before_the_cases_fails_the_case_about_it(pytester: pytest.Pytester) -> None:
     server = ("--sdo-fault=every-abort-answered", "--sdo-simulated")
-    result = self_test(pytester, *server, "-k", "abort.frame or run.beside-the-cases")
+    result = self_test(pytester, *server, "-k", "abort.frame or run.outside-the-cases")
     assert counts(result) == {"failed": 1, "passed": 1}
     result.stdout.fnmatch_lines(["  cause: abort.not-answered: *"])
     result.stdout.no_fnmatch_line("outside the cases, at *")

@@ -2,7 +2,7 @@
 
 from reporting_results import result
 
-from conformance.reporting.causes import cause_lines, counted_causes
+from conformance.reporting.cause_counts import cause_lines, counted_causes
 from conformance.run.verdict import Verdict
 
 ECHO = "abort.not-answered: an answer"
@@ -33,7 +33,7 @@ def test_a_bench_error_is_no_cause_and_neither_is_a_lack() -> None:
 
 
 def test_a_cause_that_no_case_failed_for() -> None:
-    """It was met beside the cases, or in those that are not in these results."""
+    """It was met outside the cases, or in those that are not in these results."""
     kept = [result(Verdict.NOT_TESTABLE, case_id=f"download.{name}", cause=ECHO) for name in "abc"]
     (line,) = cause_lines(counted_causes(kept, strict=False), alone=True)
     assert line == f"{ECHO} (3 not testable; first download.a)"

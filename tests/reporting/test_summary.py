@@ -4,7 +4,7 @@ import pytest
 from reporting_results import result
 
 from conformance.device.device import Device
-from conformance.device.listing import Listing
+from conformance.device.eds_listing import Listing
 from conformance.device.services import Services
 from conformance.reporting.summary import device_properties, found_lines, summary_lines
 from conformance.run.verdict import Verdict

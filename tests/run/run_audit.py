@@ -12,7 +12,7 @@ from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import LAST_DATA_TYPE
 from conformance.device.safety import written_by
 from conformance.faults.catalogue import all_deviations
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.reference.node import Node
 from conformance.reference.server import Server

@@ -9,14 +9,14 @@ import can
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.device.deny import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.device import Device
-from conformance.device.objects import KnownObject, by_multiplexer
+from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
+from conformance.device.protected_objects import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord
-from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
+from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.reference.node import Node
 from conformance.reference.server import Server

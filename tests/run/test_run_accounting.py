@@ -2,18 +2,18 @@
 
 import pytest
 
-from conformance.device.known_deviations import Deviation
+from conformance.device.known_deviations import KnownDeviation
 from conformance.run.accounting import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
 
-LISTED = Deviation("a.case", "ticket 1")
-FOR_THE_RULE = Deviation("a.case", "ticket 1", "the.rule")
-FOR_ANOTHER = Deviation("a.case", "ticket 1", "another.rule")
-ELSEWHERE = Deviation("a.case[8]", "ticket 1")
-GLOB = Deviation("a.*", "ticket 1")
-GLOB_FOR_ANOTHER = Deviation("a.*", "ticket 2", "another.rule")
-RULE = Deviation(None, "ticket 1", "the.rule")
-RULE_OF_THE_CAUSE = Deviation(None, "ticket 1", "a.cause")
+LISTED = KnownDeviation("a.case", "ticket 1")
+FOR_THE_RULE = KnownDeviation("a.case", "ticket 1", "the.rule")
+FOR_ANOTHER = KnownDeviation("a.case", "ticket 1", "another.rule")
+ELSEWHERE = KnownDeviation("a.case[8]", "ticket 1")
+GLOB = KnownDeviation("a.*", "ticket 1")
+GLOB_FOR_ANOTHER = KnownDeviation("a.*", "ticket 2", "another.rule")
+RULE = KnownDeviation(None, "ticket 1", "the.rule")
+RULE_OF_THE_CAUSE = KnownDeviation(None, "ticket 1", "a.cause")
 
 
 def result(verdict: Verdict, rule: str = "the.rule", case_id: str = "a.case") -> CaseResult:
@@ -54,7 +54,7 @@ def result(verdict: Verdict, rule: str = "the.rule", case_id: str = "a.case") ->
     ],
 )
 def test_accounting(
-    found: Verdict, listed: list[Deviation], strict: bool, becomes: Verdict
+    found: Verdict, listed: list[KnownDeviation], strict: bool, becomes: Verdict
 ) -> None:
     case = result(found)
     account(case, listed, strict=strict)
@@ -87,8 +87,12 @@ def test_a_stale_entry_says_what_to_do() -> None:
 
 
 def test_the_narrowest_entry_counts() -> None:
-    wide, narrow = Deviation("a.*", "wide"), Deviation("a.case", "narrow")
-    for listed in ([wide, narrow], [narrow, wide], [Deviation(None, "rule", "the.rule"), wide]):
+    wide, narrow = KnownDeviation("a.*", "wide"), KnownDeviation("a.case", "narrow")
+    for listed in (
+        [wide, narrow],
+        [narrow, wide],
+        [KnownDeviation(None, "rule", "the.rule"), wide],
+    ):
         case = result(Verdict.FAIL)
         account(case, listed, strict=False)
         assert case.reason == ("narrow" if narrow in listed else "wide")
@@ -123,7 +127,7 @@ NOT_REACHED = result(Verdict.NOT_RUN, rule="", case_id="a.case[9]")
     ],
 )
 def test_an_entry_that_excuses_nothing(
-    known: Deviation, found: list[CaseResult], stale: bool
+    known: KnownDeviation, found: list[CaseResult], stale: bool
 ) -> None:
     """Entries for one case are judged with it; those for several when all of them were run."""
     assert stale_entries([known], found) == ([known] if stale else [])
@@ -139,7 +143,7 @@ def test_a_rule_alone_is_for_what_is_met_beside_the_cases() -> None:
 
 
 def test_a_rule_that_any_case_may_break_is_about_all_of_them() -> None:
-    anywhere = Deviation(None, "ticket 1", "response.answered")
+    anywhere = KnownDeviation(None, "ticket 1", "response.answered")
     tests_it = result(Verdict.PASS, rule="", case_id="response.answered")
     assert stale_entries([anywhere], [tests_it]) == [anywhere]
     assert stale_entries([anywhere], [tests_it, NOT_REACHED]) == []

@@ -16,12 +16,12 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SilentNode
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
-from conformance.reference.device import REFERENCE_OBJECTS, reference_entries
+from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request

@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.device.known_deviations import NO_REASON, Deviation
+from conformance.device.known_deviations import NO_REASON, KnownDeviation
 from conformance.run.accounting import account, stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
@@ -45,24 +45,24 @@ TWO_DEVICES = [result("a.case"), result("a.case", cause="other.rule: abort")]
 @pytest.mark.parametrize(
     ("found", "drafted"),
     [
-        (ONE, [Deviation("a.case", NO_REASON, "the.rule")]),
-        (VARIATIONS, [Deviation("a.case[*", NO_REASON, "the.rule")]),
-        (SERVICES, [Deviation("block-*", NO_REASON, "the.rule")]),
-        (NOTHING_IN_COMMON, [Deviation(None, NO_REASON, "the.rule")]),
-        (KEPT_AWAY, [Deviation("a.*", NO_REASON, "the.rule")]),
-        (KEPT_FAR_AWAY, [Deviation(None, NO_REASON, "the.rule")]),
+        (ONE, [KnownDeviation("a.case", NO_REASON, "the.rule")]),
+        (VARIATIONS, [KnownDeviation("a.case[*", NO_REASON, "the.rule")]),
+        (SERVICES, [KnownDeviation("block-*", NO_REASON, "the.rule")]),
+        (NOTHING_IN_COMMON, [KnownDeviation(None, NO_REASON, "the.rule")]),
+        (KEPT_AWAY, [KnownDeviation("a.*", NO_REASON, "the.rule")]),
+        (KEPT_FAR_AWAY, [KnownDeviation(None, NO_REASON, "the.rule")]),
         (
             TWO_CAUSES,
             [
-                Deviation("a.case[*", NO_REASON, "the.rule"),
-                Deviation(None, NO_REASON, "other.rule"),
+                KnownDeviation("a.case[*", NO_REASON, "the.rule"),
+                KnownDeviation(None, NO_REASON, "other.rule"),
             ],
         ),
-        (TWO_KINDS, [Deviation(None, NO_REASON, "the.rule")]),
-        (TWO_DEVICES, [Deviation("a.case", NO_REASON)]),
+        (TWO_KINDS, [KnownDeviation(None, NO_REASON, "the.rule")]),
+        (TWO_DEVICES, [KnownDeviation("a.case", NO_REASON)]),
     ],
 )
-def test_an_entry_for_each_cause(found: list[CaseResult], drafted: list[Deviation]) -> None:
+def test_an_entry_for_each_cause(found: list[CaseResult], drafted: list[KnownDeviation]) -> None:
     assert draft(found, strict=False) == drafted
 
 
@@ -70,31 +70,31 @@ def test_a_cause_that_other_cases_have_stepped_round() -> None:
     other = result("b.other", Verdict.PASS, cause="")
     other.met = ["the.rule: no answer"]
     assert draft([result("a.case"), other], strict=False) == [
-        Deviation(None, NO_REASON, "the.rule")
+        KnownDeviation(None, NO_REASON, "the.rule")
     ]
 
 
 def test_what_is_known_is_kept_as_it_is() -> None:
     known = [
-        Deviation("excused", "ticket 7"),
-        Deviation("a.*", "ticket 8", "the.rule"),
-        Deviation("a.*", "ticket 9", "other.rule"),
-        Deviation(None, "ticket 10", "beside.rule"),
+        KnownDeviation("excused", "ticket 7"),
+        KnownDeviation("a.*", "ticket 8", "the.rule"),
+        KnownDeviation("a.*", "ticket 9", "other.rule"),
+        KnownDeviation(None, "ticket 10", "beside.rule"),
     ]
     results = copies([result("excused"), *VARIATIONS, result("new")])
     for each in results:
         account(each, known, strict=False)
     drafted = draft(results, known, strict=False, beside=["beside.rule"])
-    assert drafted == [known[0], known[1], known[3], Deviation("new", NO_REASON, "the.rule")]
+    assert drafted == [known[0], known[1], known[3], KnownDeviation("new", NO_REASON, "the.rule")]
 
 
 def test_a_case_with_another_cause_on_another_device() -> None:
     """A list holds a case once."""
-    known = [Deviation("a.case", "ticket 7", "the.rule")]
+    known = [KnownDeviation("a.case", "ticket 7", "the.rule")]
     results = [result("a.case"), result("a.case", cause="other.rule: abort")]
     for each in results:
         account(each, known, strict=False)
-    assert draft(results, known, strict=False) == [Deviation("a.case", "ticket 7")]
+    assert draft(results, known, strict=False) == [KnownDeviation("a.case", "ticket 7")]
 
 
 def test_what_was_not_judged_is_not_drafted() -> None:
@@ -105,14 +105,14 @@ def test_what_was_not_judged_is_not_drafted() -> None:
 def test_what_misses_a_should_counts_with_strict() -> None:
     soft = [result("soft", Verdict.NON_STRICT)]
     assert draft(soft, strict=False) == []
-    assert draft(soft, strict=True) == [Deviation("soft", NO_REASON, "the.rule")]
+    assert draft(soft, strict=True) == [KnownDeviation("soft", NO_REASON, "the.rule")]
 
 
 def test_a_test_of_the_users_own_is_listed_by_itself() -> None:
     own = [result("test_mine", cause=""), result("test_other", cause="")]
     assert draft(own, strict=False) == [
-        Deviation("test_mine", NO_REASON),
-        Deviation("test_other", NO_REASON),
+        KnownDeviation("test_mine", NO_REASON),
+        KnownDeviation("test_other", NO_REASON),
     ]
 
 

@@ -19,7 +19,7 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.block_download_errors import DeafWhenAborted

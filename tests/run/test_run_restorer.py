@@ -14,14 +14,14 @@ from run_bench import (
     recording,
 )
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.parameters import Parameters
 from conformance.faults.unusual.frame_shape import ShortFramesServed
 from conformance.generated.lockstep import knowledge_of
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.communication import communication_entries
-from conformance.reference.device import reference_entries
 from conformance.run.afterwards import Restorer
 from conformance.run.case_run import begin_case
 from conformance.sdo.abort_codes import AbortCode

@@ -5,7 +5,7 @@ from run_bench import BASELINE, HASTY, NODE_ID, READ, RULE, Scripted, discovered
 
 from conformance.bus.errors import DeviceLost
 from conformance.bus.pace import PROVEN, SHORTEST, TOO_MANY
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue

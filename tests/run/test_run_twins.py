@@ -11,7 +11,7 @@ from conformance.bus.errors import TwoDevices
 from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.faults.catalogue import build_node
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.host import HostedNode
 from conformance.reference.node import Node
 from conformance.reference.server import Server

@@ -8,7 +8,7 @@ from run_bench import NODE_ID
 from conformance.bus.errors import DeviceLost
 from conformance.bus.opening import BusSettings
 from conformance.faults.catalogue import build_node
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.reference.simulated_bus import SimulatedBus

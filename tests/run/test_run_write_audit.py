@@ -7,7 +7,7 @@ from run_bench import NODE_ID, Recording
 from conformance.device.safety import IDENTITY
 from conformance.generated.states import STATES
 from conformance.plugin.exit_code import ExitCode
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
@@ -142,7 +142,7 @@ class AbortsInside(Server):
 
 # Values of 64 segments and more, which the abort crosses, and all others.
 IN_MID_BURST = {
-    1: "test_block_download or random.block or random.soup",
+    1: "test_block_download or random.block or random.any-frames",
     40: "block-download.size[448] or block-download.size[672] or block-download.size[4096]",
 }
 

@@ -12,7 +12,7 @@ from run_bench import NODE_ID, Recording
 from conformance.device.safety import IDENTITY
 from conformance.dialogue.values import shown
 from conformance.plugin.exit_code import ExitCode
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer

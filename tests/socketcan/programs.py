@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 
 ROOT = Path(__file__).parents[2]
 FLEET = ROOT / "tests" / "fleet"

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from conformance.plugin.exit_code import ExitCode
-from conformance.reference.device import REFERENCE_OBJECTS
+from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.run.case_files import case_files
 from conformance.sdo.objects import DataType
 

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.host import NodeHost
 from conformance.reference.node import Node
 from conformance.reference.server import Server

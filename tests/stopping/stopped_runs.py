@@ -31,7 +31,7 @@ from fleet_run import CHANNEL, Bus, socketcan, stand_in  # noqa: E402
 from remembering_device import NODE_ID  # noqa: E402
 
 from conformance.__main__ import DONE, main  # noqa: E402
-from conformance.reference.device import reference_entries  # noqa: E402
+from conformance.reference.built_in_device import reference_entries  # noqa: E402
 from conformance.reporting.journal import journals, read_journal  # noqa: E402
 from conformance.reporting.recorded import NotRecorded, read_run  # noqa: E402
 

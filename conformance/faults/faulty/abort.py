@@ -184,7 +184,7 @@ class MultiplexerStaleInDownload(Server):
         return super().refused_multiplexer(request)
 
 
-@fault("every-abort-answered", Defect.ABORT, "abort.not-answered", "run.beside-the-cases")
+@fault("every-abort-answered", Defect.ABORT, "abort.not-answered", "run.outside-the-cases")
 class EveryAbortAnswered(Server):
     """Answers every abort with an abort of 0000h:00, as it does commands that it does not know."""
 

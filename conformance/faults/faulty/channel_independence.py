@@ -3,7 +3,7 @@
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.initiates import initiated
+from conformance.faults.addressed_objects import initiated
 from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import About, Defect
 from conformance.reference.node import Node, ServerChannel

@@ -9,11 +9,17 @@ from conformance.reference.node import Node, ServerChannel
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.channel_parameters import (
+    COUNT,
+    FIRST_RECORD,
+    REQUEST,
+    RESPONSE,
+    ServerParameter,
+)
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, Entry, Refusal
-from conformance.sdo.parameters import COUNT, FIRST_RECORD, REQUEST, RESPONSE, ServerParameter
 
 fault = partial(registry.fault, about=About.CHANNELS)
 

@@ -18,11 +18,11 @@ from conformance.reference.communication import (
     cob_id_check,
 )
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
-from conformance.sdo.parameters import CheckedEntry
 from conformance.sdo.storage import COMMANDS
 
 fault = partial(registry.fault, about=About.OBJECTS)

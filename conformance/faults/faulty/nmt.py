@@ -4,7 +4,7 @@ from functools import partial
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.faults import registry
-from conformance.faults.initiates import DOWNLOADS, initiated
+from conformance.faults.addressed_objects import DOWNLOADS, initiated
 from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import About, Defect
 from conformance.reference.node import Node

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from conformance.device.values import encode_number
+from conformance.device.numbers import encode_number
 from conformance.faults import registry
 from conformance.faults.faulty.expedited_download import SameValueRefused
 from conformance.faults.registry import About, Defect

@@ -28,7 +28,7 @@ from conformance.sdo.objects import Refusal
     "matrix.block-upload-between",
     "matrix.block-upload-sent",
     "matrix.block-upload-end",
-    "random.soup",
+    "random.any-frames",
 )
 class UnknownIgnored(Server):
     """Does not answer a command specifier that it does not know."""

@@ -3,16 +3,16 @@
 from functools import partial
 
 from conformance.faults import registry
+from conformance.faults.addressed_objects import initiated
 from conformance.faults.altered_nodes import AlteredNode
-from conformance.faults.initiates import initiated
 from conformance.faults.registry import About
 from conformance.reference.node import Node, ServerChannel
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.channel_parameters import ServerParameter
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Abort
 from conformance.sdo.objects import Refusal
-from conformance.sdo.parameters import ServerParameter
 
 unusual = partial(registry.unusual, about=About.CHANNELS)
 

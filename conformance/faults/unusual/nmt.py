@@ -3,17 +3,17 @@
 from functools import partial
 
 from conformance.faults import registry
+from conformance.faults.addressed_objects import DOWNLOADS, initiated
 from conformance.faults.altered_nodes import AlteredNode
-from conformance.faults.initiates import DOWNLOADS, initiated
 from conformance.faults.registry import About
 from conformance.reference.node import HEARTBEAT_TIME, Node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.emergency import register_of
 from conformance.sdo.frames import Abort
 from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
 from conformance.sdo.objects import Access, DataType, Refusal
-from conformance.sdo.parameters import CheckedEntry
 
 unusual = partial(registry.unusual, about=About.NMT)
 COMMUNICATION_ERROR = 0x8100

@@ -13,9 +13,9 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.strategies import SearchStrategy
 
 from conformance.device.lacking import NotTestable
-from conformance.generated.conversations.ground import Ground, survey
+from conformance.generated.conversations.conversation import Conversation
+from conformance.generated.conversations.device_objects import DeviceObjects, survey
 from conformance.generated.conversations.store import FailingStore
-from conformance.generated.conversations.transfers import Conversation
 from conformance.generated.conversations.trials import Failure, Trials
 from conformance.run.case_run import CaseRun
 from conformance.run.session import DeviceSession
@@ -25,7 +25,7 @@ SEARCH_SECONDS = 60.0
 SHRINK_SECONDS = 30.0
 # They mind examples that are slow or large: a device is as slow as it is.
 NO_HEALTH_CHECKS = list(HealthCheck)
-Draw = Callable[[Ground], SearchStrategy[Conversation]]
+Draw = Callable[[DeviceObjects], SearchStrategy[Conversation]]
 
 
 class Broken(Exception):
@@ -72,11 +72,11 @@ class Search:
         if not self._plan.examples:
             raise NotTestable("no random conversations were asked for: leave out --sdo-examples=0")
         sdo, result = self._run.sdo, self._run.result
-        ground = survey(sdo)
-        trials = Trials(self._session, sdo, ground)
+        objects = survey(sdo)
+        trials = Trials(self._session, sdo, objects)
         hunt = Hunt(trials, self._plan, sdo.info)
         begin = time.monotonic()
-        failure = self._failed_before(trials) or hunt.run(draw(ground), result.case_id)
+        failure = self._failed_before(trials) or hunt.run(draw(objects), result.case_id)
         result.progress = (
             f"{hunt.done} of {self._plan.examples} examples in {time.monotonic() - begin:.1f} s"
         )

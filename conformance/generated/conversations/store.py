@@ -6,7 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from conformance.generated.conversations.transfers import Conversation, from_lines, to_lines
+from conformance.generated.conversations.conversation import Conversation, from_lines, to_lines
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
-from conformance.generated.conversations.client import FRAMES
-from conformance.generated.conversations.ground import Ground
-from conformance.generated.conversations.transfers import (
+from conformance.generated.conversations.conversation import (
     Conversation,
     Disturbance,
     Event,
     Service,
     Transfer,
 )
+from conformance.generated.conversations.disturbed_client import FRAMES, Objects
 from conformance.generated.variations import EDGE_SIZES
 from conformance.sdo.layout import Multiplexer
 
@@ -33,34 +32,34 @@ LAST_AT = 140
 UNDISTURBED: Disturbances = st.just(())
 
 
-def segmented_transfers(ground: Ground) -> Conversations:
+def segmented_transfers(objects: Objects) -> Conversations:
     """Draw expedited and segmented transfers, undisturbed."""
-    return _conversations(_transfers(ground, PLAIN), most=3)
+    return _conversations(_transfers(objects, PLAIN), most=3)
 
 
-def block_transfers(ground: Ground) -> Conversations:
+def block_transfers(objects: Objects) -> Conversations:
     """Draw block transfers with losses, repetitions, delays and partial acknowledgements."""
     events = (Event.LOSE, Event.LOSE, Event.REPEAT, Event.LATE)
-    return _conversations(_transfers(ground, BLOCKS, _disturbances(events, most=8)), most=2)
+    return _conversations(_transfers(objects, BLOCKS, _disturbances(events, most=8)), most=2)
 
 
-def sequences(ground: Ground) -> Conversations:
+def sequences(objects: Objects) -> Conversations:
     """Draw transfers of all kinds and sizes, one after another, undisturbed."""
-    return _conversations(_transfers(ground, (*PLAIN, *BLOCKS)), least=2, most=5)
+    return _conversations(_transfers(objects, (*PLAIN, *BLOCKS)), least=2, most=5)
 
 
-def interrupted(ground: Ground) -> Conversations:
+def interrupted(objects: Objects) -> Conversations:
     """Draw transfers that end before their end, and others behind them."""
     events = (Event.ABORT, Event.LEAVE, Event.INSERT)
-    one = _transfers(ground, (*PLAIN, *BLOCKS), _disturbances(events, least=1, most=1))
+    one = _transfers(objects, (*PLAIN, *BLOCKS), _disturbances(events, least=1, most=1))
     return _conversations(one, most=5)
 
 
-def soup(ground: Ground) -> Conversations:
+def any_frames(objects: Objects) -> Conversations:
     """Draw transfers whose frames are altered, or joined by others, in any way."""
     likely = (Event.ALTER, Event.ALTER, Event.INSERT, Event.REPEAT)
     events = (*likely, Event.CUT, Event.LATE, Event.LOSE)
-    one = _transfers(ground, (*PLAIN, *BLOCKS), _disturbances(events, least=1))
+    one = _transfers(objects, (*PLAIN, *BLOCKS), _disturbances(events, least=1))
     return _conversations(one, most=3)
 
 
@@ -95,26 +94,26 @@ def _disturbance(event: Event) -> st.SearchStrategy[Disturbance]:
 
 
 def _transfers(
-    ground: Ground,
+    objects: Objects,
     services: Sequence[Service],
     disturbances: Disturbances = UNDISTURBED,
 ) -> st.SearchStrategy[Transfer]:
     """Draw one transfer; numbers are written undisturbed, so that they stay what they should."""
     uploads = [service for service in services if service not in DOWNLOADS]
-    kinds = [_of_text(ground, mux, services, disturbances) for mux in ground.rooms]
-    if ground.numbers:
-        kinds.append(_of_any(ground.numbers, services, UNDISTURBED))
-    kinds.append(_of_any(ground.readable, uploads, disturbances))
+    kinds = [_of_text(objects, mux, services, disturbances) for mux in objects.rooms]
+    if objects.numbers:
+        kinds.append(_of_any(objects.numbers, services, UNDISTURBED))
+    kinds.append(_of_any(objects.readable, uploads, disturbances))
     return st.one_of(kinds)
 
 
 def _of_text(
-    ground: Ground,
+    objects: Objects,
     mux: Multiplexer,
     services: Sequence[Service],
     disturbances: Disturbances,
 ) -> st.SearchStrategy[Transfer]:
-    room = ground.rooms[mux]
+    room = objects.rooms[mux]
     edges = [size for size in EDGE_SIZES if size <= room]
     sizes = st.integers(0, min(room, 40)) | st.sampled_from(edges) | st.integers(0, room)
     return st.builds(

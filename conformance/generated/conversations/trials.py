@@ -7,9 +7,9 @@ from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
-from conformance.generated.conversations.ground import Ground
-from conformance.generated.conversations.perform import converse
-from conformance.generated.conversations.transfers import Conversation
+from conformance.generated.conversations.conversation import Conversation
+from conformance.generated.conversations.converse import converse
+from conformance.generated.conversations.device_objects import DeviceObjects
 from conformance.run.afterwards import leave, shift
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Afterwards
@@ -37,13 +37,13 @@ class Trials:
     ``bench_error`` is what is wrong with the bench.
     """
 
-    def __init__(self, session: DeviceSession, sdo: Dialogue, ground: Ground) -> None:
+    def __init__(self, session: DeviceSession, sdo: Dialogue, objects: DeviceObjects) -> None:
         """Take an idle device that was surveyed."""
         self.ended = False
         self.bench_error: BenchError | None = None
         self._session = session
         self._sdo = sdo
-        self._ground = ground
+        self._objects = objects
         self._left: Way | None = None
 
     def attempt(self, conversation: Conversation, like: Rule | None = None) -> Failure | None:
@@ -68,10 +68,10 @@ class Trials:
         if self.ended:
             return None
         try:
-            self._ground.restore(self._sdo)
+            self._objects.restore(self._sdo)
             self._session.show(())
             self._sdo.record.early.forget()
-            converse(conversation, self._ground, self._sdo)
+            converse(conversation, self._objects, self._sdo)
         except Violation as violation:
             violation.request = violation.request or self._sdo.wire.last_sent
             failure = Failure(conversation, violation, self._session.frames)

@@ -10,10 +10,7 @@ from conformance.sdo.rules.aftermath import (
 )
 from conformance.sdo.rules.block_details import BLOCK_ACK
 from conformance.sdo.rules.block_download import BLOCK_PROGRESS
-from conformance.sdo.rules.freedoms import RESTART
-from conformance.sdo.rules.idle import MISSING_REFUSED, NOT_REFUSED
-from conformance.sdo.rules.model import Level, Rule, Violation
-from conformance.sdo.rules.registry import (
+from conformance.sdo.rules.chapters import (
     CHAPTERS,
     RULES,
     RULES_BY_ID,
@@ -21,6 +18,9 @@ from conformance.sdo.rules.registry import (
     UnknownRule,
     rule_of,
 )
+from conformance.sdo.rules.freedoms import RESTART
+from conformance.sdo.rules.idle import MISSING_REFUSED, NOT_REFUSED
+from conformance.sdo.rules.model import Level, Rule, Violation
 from conformance.sdo.rules.responses import (
     ABORT_CODE,
     ANSWERED,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from conformance.faults.registry import About, Deviation, assemble
-from conformance.reference.device import reference_entries
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame

@@ -1,18 +1,18 @@
 """An ordinary client, disturbed as a conversation says: a generator of frames, without a bus.
 
 It yields what is to be done and is sent what was heard of it; ``drive`` lets a function do it, on a
-bus or on none. The client only decides how to go on: what it finds wrong with a response, it takes
-as any client would, and ends the transfer with an abort. To judge is for whoever drives it.
+bus or on none. The client only decides how to go on: where a response is wrong, it ends the
+transfer with an abort, as any client would. Its driver judges the responses.
 """
 
 from collections import deque
-from collections.abc import Callable, Container, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from itertools import chain, repeat
 from typing import Protocol
 
-from conformance.generated.conversations.transfers import (
+from conformance.generated.conversations.conversation import (
     Conversation,
     Disturbance,
     Event,
@@ -96,8 +96,16 @@ class Objects(Protocol):
         """The objects that frames name which are inserted."""
 
     @property
-    def rooms(self) -> Container[Multiplexer]:
-        """The strings and domains: an upload of these reads what is written before."""
+    def rooms(self) -> Mapping[Multiplexer, int]:
+        """How many bytes each string and domain takes; uploads read what is written before."""
+
+    @property
+    def numbers(self) -> Sequence[Multiplexer]:
+        """The writable objects whose values have one length."""
+
+    @property
+    def readable(self) -> Sequence[Multiplexer]:
+        """What can be read, and what the device does not have."""
 
     def data(self, transfer: Transfer) -> bytes:
         """Return what a download writes."""
@@ -111,7 +119,7 @@ class Objects(Protocol):
 
 def conversing(conversation: Conversation, objects: Objects) -> Actions:
     """Perform all transfers, then read back what they were about."""
-    client = _Client(objects)
+    client = DisturbedClient(objects)
     for transfer in conversation:
         yield from client.perform(transfer)
     own = objects.targets.own
@@ -131,10 +139,11 @@ def drive(actions: Actions, do: Callable[[Action], Heard]) -> None:
         heard = do(action)
 
 
-class _Client:
-    """Performs transfers one after another."""
+class DisturbedClient:
+    """A client to whose requests happens what a transfer says."""
 
     def __init__(self, objects: Objects) -> None:
+        """Take the objects that transfers may be about."""
         self._objects = objects
         self._client = BlockClient(ResponseChecks(lambda violation: None), objects.longest)
 

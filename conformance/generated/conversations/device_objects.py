@@ -9,15 +9,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from conformance.device.device import IDENTITY_COUNT, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
 from conformance.dialogue.room import NO_ROOM
-from conformance.generated.conversations.transfers import Transfer
+from conformance.generated.conversations.conversation import Transfer
 from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
@@ -32,7 +32,7 @@ ROOMS = (1799, 897, MOST_PLAIN, 64, 20)
 
 
 @dataclass(slots=True)
-class Ground:
+class DeviceObjects:
     """The objects of a device that transfers may be about.
 
     ``rooms`` has the bytes that each string or domain surely takes, ``first`` what it holds when a
@@ -115,7 +115,7 @@ def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
     return data[:1] + mux_bytes(own) + data[4:]
 
 
-def survey(sdo: Dialogue) -> Ground:
+def survey(sdo: Dialogue) -> DeviceObjects:
     """Find out what a device offers; raises NotTestable without a string or domain."""
     device = sdo.device
     Roles(device).variable()
@@ -135,7 +135,7 @@ def survey(sdo: Dialogue) -> Ground:
         missing_sub_index(sdo, IDENTITY_COUNT.index),
     )
     first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
-    return Ground(device, targets, rooms, first, dict(device.values))
+    return DeviceObjects(device, targets, rooms, first, dict(device.values))
 
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:

@@ -1,6 +1,6 @@
 """The built-in device: the objects that transfers are tested on, and how the suite knows them."""
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
 

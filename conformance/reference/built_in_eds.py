@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from conformance.device.deny import PERMISSIONS
 from conformance.device.eds import parse_eds
-from conformance.device.listing import Listing, ObjectType
+from conformance.device.eds_listing import Listing, ObjectType
+from conformance.device.numbers import decode_number, is_number
 from conformance.device.permits import Permits
-from conformance.device.values import decode_number, is_number
+from conformance.device.protected_objects import PERMISSIONS
+from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.reference.communication import EMERGENCY, RECEIVED, SENT
-from conformance.reference.device import REFERENCE_OBJECTS
 from conformance.reference.dictionary import GAPPY
 from conformance.reference.node import Node
 from conformance.sdo.emergency import ERROR_LIST

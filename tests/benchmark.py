@@ -1,6 +1,6 @@
 """How fast transfers go, beside canopen's client and beside python-can alone: ``make bench``.
 
-    python tests/bench.py [--size BYTES] [--expedited COUNT] [--rounds COUNT] [TRANSFER]
+    python tests/benchmark.py [--size BYTES] [--expedited COUNT] [--rounds COUNT] [TRANSFER]
 
 Everything runs on python-can's virtual bus in this process, our server in a thread of its own. The
 floor is the exchange of as many frames in the same rhythm without any protocol: request and

@@ -1,8 +1,8 @@
 """One field of the matrix: lead the server into a state, send one frame, judge what follows."""
 
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index

@@ -3,9 +3,9 @@
 from dataclasses import replace
 from typing import Any
 
-from conformance.device.listing import ListedObject, Listing, ObjectType, mandatory_and
-from conformance.device.objects import KnownObject
-from conformance.run import listed as choose
+from conformance.device.eds_listing import ListedObject, Listing, ObjectType, mandatory_and
+from conformance.device.known_objects import KnownObject
+from conformance.run import object_choices as choose
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

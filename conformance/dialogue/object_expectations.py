@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.objects import KnownObject
-from conformance.device.values import Number, decode_number, encode_number
+from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import same_value, shown

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -14,7 +14,7 @@ Due_co = TypeVar("Due_co", bound=Request, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Begun(Generic[Due_co]):
+class OpenTransfer(Generic[Due_co]):
     """A transfer that waits for its client, and the frame with which the client would go on.
 
     ``value`` is what the object held before a download, None for an upload.
@@ -25,11 +25,11 @@ class Begun(Generic[Due_co]):
     value: bytes | None = None
 
 
-def begin(sdo: Dialogue, state: State[Due_co]) -> Begun[Due_co]:
+def begin(sdo: Dialogue, state: State[Due_co]) -> OpenTransfer[Due_co]:
     """Lead the server into a state: by a download to a string, or an upload of what is long."""
     if not state.downloads:
         known, data = Room(sdo).long_object()
-        return Begun(known, state.reach(sdo, known, len(data)))
+        return OpenTransfer(known, state.reach(sdo, known, len(data)))
     text = Roles(sdo.device).text()
     value = Room(sdo).prepare(text, SIZE, state.least)
-    return Begun(text, state.reach(sdo, text, len(value)), value)
+    return OpenTransfer(text, state.reach(sdo, text, len(value)), value)

@@ -1,6 +1,6 @@
 """How long a self-test takes, beside its frames alone: part of ``make bench``.
 
-    python tests/bench_self_test.py [--answer-delay SECONDS]
+    python tests/benchmark_self_test.py [--answer-delay SECONDS]
 
 The floor is the exchange of the very same frames, as the bus log of the run has them, by two
 threads with bare python-can on the same kind of bus, which is in this process. With a delay the

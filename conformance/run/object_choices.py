@@ -6,12 +6,12 @@ labels stand in the ids of the cases, so they name objects and never count them.
 
 from collections.abc import Callable, Iterable
 
-from conformance.device.deny import group_of
 from conformance.device.device import IDENTITY_NAMES
-from conformance.device.listing import STRUCTURE_OF_OBJECT, ListedObject, Listing
-from conformance.device.objects import KnownObject
-from conformance.device.values import beyond as beyond_limit
-from conformance.device.values import is_number
+from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject, Listing
+from conformance.device.known_objects import KnownObject
+from conformance.device.numbers import beyond as beyond_limit
+from conformance.device.numbers import is_number
+from conformance.device.protected_objects import group_of
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access

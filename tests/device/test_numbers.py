@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from conformance.device.values import beyond, bounds, decode_number, encode_number, is_number
+from conformance.device.numbers import beyond, bounds, decode_number, encode_number, is_number
 from conformance.sdo.objects import DataType
 
 INTEGERS = [one for one in DataType if one.name.startswith(("INTEGER", "UNSIGNED"))]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from conformance.device.files import did_you_mean
-from conformance.device.values import Number
+from conformance.device.numbers import Number
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 

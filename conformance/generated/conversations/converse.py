@@ -2,7 +2,9 @@
 
 from conformance.bus.errors import WriteNotPermitted
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.conversations.client import (
+from conformance.generated.conversations.conversation import Conversation
+from conformance.generated.conversations.device_objects import DeviceObjects
+from conformance.generated.conversations.disturbed_client import (
     Action,
     Heard,
     Listen,
@@ -12,8 +14,6 @@ from conformance.generated.conversations.client import (
     conversing,
     drive,
 )
-from conformance.generated.conversations.ground import Ground
-from conformance.generated.conversations.transfers import Conversation
 from conformance.generated.lockstep import Lockstep
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.block_download import SubBlock
@@ -23,21 +23,21 @@ from conformance.sdo.rules import NO_REBOOT, Violation
 MOST_DOUBTFUL = 2
 
 
-def converse(conversation: Conversation, ground: Ground, sdo: Dialogue) -> None:
+def converse(conversation: Conversation, objects: DeviceObjects, sdo: Dialogue) -> None:
     """Perform all transfers, then read back what they were about.
 
     Raises Violation for the first response that fails a device, or when it boots on the way.
     """
     boot_ups = sdo.channel.boot_ups
-    oracle = Oracle(ground.knowledge(), sdo.device.node_id)
-    ground.values.clear()  # until this conversation has ended well
+    oracle = Oracle(objects.knowledge(), sdo.device.node_id)
+    objects.values.clear()  # until this conversation has ended well
     lockstep = Lockstep(sdo, oracle)
     driver = _Driver(lockstep)
     with lockstep.following():
-        drive(conversing(conversation, ground), driver.do)
+        drive(conversing(conversation, objects), driver.do)
     if sdo.channel.boot_ups > boot_ups:
         raise Violation(NO_REBOOT, expected="no boot-up message", actual="the device booted")
-    ground.remember(oracle.values)
+    objects.remember(oracle.values)
 
 
 class _Driver:

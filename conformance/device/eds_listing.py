@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 
-from conformance.device.objects import KnownObject
+from conformance.device.known_objects import KnownObject
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
