@@ -41,7 +41,7 @@ def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
 
 
 @must("run.outside-the-cases", "response.unsolicited")
-def test_beside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
+def test_outside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
     """What the suite met when it got to know the device was right, or a case has failed for it."""
     aside = [standing for _, standing in whole_run.causes.aside()]
     # An abort that names another object says less than why there was one.
