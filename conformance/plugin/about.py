@@ -49,6 +49,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "server_timeout": run.server_timeout,
         "seed": run.seed,
         "examples": options.examples,
+        "budget": options.budget,
         "strict": options.strict,
         "properties": run_properties(run),
     }

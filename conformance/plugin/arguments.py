@@ -1,6 +1,7 @@
 """The suite's options: how they are declared to pytest, and what each of them takes."""
 
 import math
+import re
 import shlex
 from argparse import ArgumentTypeError
 from collections.abc import Iterable
@@ -14,8 +15,11 @@ from conformance.device.protected_objects import PermissionNameError, parse_perm
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 
-DEFAULT_EXAMPLES = 20
+DEFAULT_EXAMPLES, THOROUGH_EXAMPLES = 20, 500
 PREFIX = "--sdo-"
+_NUMBER = r"(\d+(?:\.\d+)?)"
+_DURATION = re.compile(f"(?:{_NUMBER}h)?(?:{_NUMBER}min)?(?:{_NUMBER}s?)?", re.ASCII)
+_UNITS = (3600, 60, 1)
 
 
 def add_options(parser: pytest.Parser) -> None:
@@ -169,8 +173,19 @@ def add_options(parser: pytest.Parser) -> None:
         "--sdo-examples",
         metavar="N",
         type=_count,
-        default=DEFAULT_EXAMPLES,
-        help="random conversations that each case random.* tries (%(default)s); 0 for none",
+        help=f"random conversations that each case random.* tries ({DEFAULT_EXAMPLES}); 0 for none",
+    )
+    group.addoption(
+        "--sdo-budget",
+        metavar="TIME",
+        type=duration,
+        help="how long the run may take, such as 5min, 2min30s or 300: the cases that show most in "
+        "the shortest time come first, the others are 'not run'",
+    )
+    group.addoption(
+        "--sdo-thorough",
+        action="store_true",
+        help=f"{THOROUGH_EXAMPLES} random conversations for each case random.*",
     )
 
 
@@ -218,6 +233,16 @@ def _seconds(text: str) -> float:
     if not 0 < value < math.inf:
         raise ArgumentTypeError(f"{text!r} is no time: write seconds, as in 0.5")
     return value
+
+
+def duration(text: str) -> float:
+    """Return the seconds of a time such as 5min, 2min30s or 300; raises ArgumentTypeError."""
+    found = _DURATION.fullmatch(text)
+    parts = found.groups(default="0") if found else ("0", "0", "0")
+    seconds = sum(float(part) * unit for part, unit in zip(parts, _UNITS, strict=True))
+    if not seconds:
+        raise ArgumentTypeError(f"{text!r} is no time: write 5min, 2min30s, 1h or seconds")
+    return seconds
 
 
 def _channel(text: str) -> ChannelIds | ClientRecord:

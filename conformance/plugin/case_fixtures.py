@@ -115,10 +115,12 @@ class CaseFixtures:
         """Random conversations with the device, as many as --sdo-examples says."""
         del _conformance_tools  # it begins the case
         case, run = case_of(self._item), self._item.stash[CASE_RUN]
-        options = self._item.config.stash[STATE].options
+        state = self._item.config.stash[STATE]
+        options, left = state.options, max(state.seconds_left(case.node_id), 0.0)
         folder = options.report_dir / "failing"
         store = FailingStore.of(folder, case.node_id, case.case_id)
-        plan = Plan(options.examples, options.run.seed)
+        seconds = min(options.search_seconds, left)
+        plan = Plan(options.examples, options.run.seed, seconds)
         return Search(_conformance_device_session, run, plan, store)
 
     @pytest.fixture(name="_conformance_whole_run")

@@ -15,6 +15,7 @@ from conformance.bus.errors import (
     SuiteError,
 )
 from conformance.device.known_deviations import KnownDeviation, write_deviations
+from conformance.plugin import budget
 from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.outcome import Evidence, SummaryTerminal
@@ -176,6 +177,8 @@ class FinalReport:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
         elif session.exitstatus == pytest.ExitCode.OK and once:
             session.exitstatus = ExitCode.BENCH_ERROR
+        elif session.exitstatus == pytest.ExitCode.OK and self._nothing_was_run():
+            session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
         elif session.exitstatus == pytest.ExitCode.OK and self._leaves_out_the_suite(session):
             self._suite_left_out = True
             session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
@@ -191,13 +194,18 @@ class FinalReport:
         folder = session.config.invocation_params.dir
         return not self._state.results or any((folder / path).is_dir() for path in paths)
 
+    def _nothing_was_run(self) -> bool:
+        results = self._state.results
+        return bool(results) and all(result.verdict is Verdict.NOT_RUN for result in results)
+
     def _how(self, session: pytest.Session) -> str:
         """Say how the run has ended, if not by itself."""
         if session.exitstatus == pytest.ExitCode.INTERRUPTED and self._state.stop.requests:
             return self._state.stop.reason
         unreached = self._state.findings.unreached
         ended = str(session.shouldfail or session.shouldstop or "")
-        return ended or (unreached[0].actual if unreached else COMPLETE)
+        spent = any(result.actual == budget.WHY for result in self._state.results)
+        return ended or (unreached[0].actual if unreached else budget.WHY if spent else COMPLETE)
 
     def _about_end(self, session: pytest.Session) -> dict[str, Any]:
         """Return the last line of the record."""

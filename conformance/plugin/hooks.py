@@ -8,17 +8,18 @@ import pytest
 from conformance import __version__
 from conformance.device.eds_listing import Listing
 from conformance.plugin.arguments import add_options, check_names
+from conformance.plugin.budget import Budget
 from conformance.plugin.case_fixtures import CaseFixtures
 from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.items import SLOW, CaseFunction, make_items, make_module, ordered
-from conformance.plugin.options import Options, read_options
+from conformance.plugin.options import read_options
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, is_beside, read_arguments
 from conformance.plugin.state import STATE, RunState, is_left_to
 from conformance.plugin.stopping import Stopping
-from conformance.plugin.time_left import TimeLeft
+from conformance.plugin.time_left import TimeLeft, estimate_for
 from conformance.plugin.unrestored import left_lines
 from conformance.plugin.worker_reports import Receiver, Sender
 from conformance.plugin.workers import Controller, is_controller
@@ -67,8 +68,13 @@ def pytest_configure(config: pytest.Config) -> None:
             FinalReport(state, controller, shows_all=config.getoption("verbose") > 0),
             "conformance-final-report",
         )
-        config.pluginmanager.register(_time_left(config, options), "conformance-time-left")
+        time_left = TimeLeft(config, estimate_for(options), options.budget)
+        config.pluginmanager.register(time_left, "conformance-time-left")
     if controller is None:
+        if options.budget is not None:
+            budget = Budget(options.budget, options.run.node_ids, estimate_for(options))
+            state.seconds_left = budget.left
+            config.pluginmanager.register(budget, "conformance-budget")
         config.pluginmanager.register(Running(config, state), "conformance-running")
         config.pluginmanager.register(CaseReports(state), "conformance-case-reports")
     # The last one is the innermost: what it raises is met by those before.
@@ -77,12 +83,6 @@ def pytest_configure(config: pytest.Config) -> None:
         config.args = [str(CASES)]
     else:
         config.args, config.stash[NAMED] = read_arguments(config.args, config.invocation_params.dir)
-
-
-def _time_left(config: pytest.Config, options: Options) -> TimeLeft:
-    """Return what estimates the rest of a run; on a simulated bus a silence takes no time."""
-    free = options.simulated and not options.answer_delay
-    return TimeLeft(config, 0.0 if free else options.run.response_timeout)
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

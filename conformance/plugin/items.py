@@ -143,6 +143,11 @@ def _items(
             yield item
 
 
+def judges_run(item: pytest.Item) -> bool:
+    """Say whether a case judges what the other cases of the run have seen."""
+    return isinstance(item, CaseFunction) and WHOLE_RUN in item.fixturenames
+
+
 def ordered(items: Iterable[pytest.Item], *, by_risk: bool = True) -> list[pytest.Item]:
     """Sort items: device by device, and what judges a whole run behind its other cases.
 
@@ -155,6 +160,6 @@ def ordered(items: Iterable[pytest.Item], *, by_risk: bool = True) -> list[pytes
         if not isinstance(item, CaseFunction):
             return (0, False, 0)
         kind = item.risk.kind if item.risk is not None and by_risk else 0
-        return (item.node_id, WHOLE_RUN in item.fixturenames, kind)
+        return (item.node_id, judges_run(item), kind)
 
     return sorted(items, key=place)

@@ -2,6 +2,7 @@
 
 import shlex
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 import pytest
@@ -19,7 +20,8 @@ from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
-from conformance.plugin.arguments import DEFAULT_EXAMPLES
+from conformance.generated.conversations.search import SEARCH_SECONDS
+from conformance.plugin.arguments import DEFAULT_EXAMPLES, THOROUGH_EXAMPLES
 from conformance.plugin.workers import Share, share_of
 from conformance.reference.built_in_eds import listing_of, permits_for
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
@@ -34,7 +36,8 @@ class Options:
 
     ``node_ids`` are all devices of the run, ``run.node_ids`` those that this process tests.
     ``answer_delay`` is in seconds. It ``restores`` what earlier runs have left.
-    ``draft`` is where the known deviations are drafted.
+    ``draft`` is where the known deviations are drafted. ``budget`` are the seconds that the run may
+    take, None for any number.
     """
 
     run: RunSettings
@@ -51,6 +54,13 @@ class Options:
     examples: int = DEFAULT_EXAMPLES
     eds: Path | None = None
     restores: bool = False
+    thorough: bool = False
+    budget: float | None = None
+
+    @property
+    def search_seconds(self) -> float:
+        """How long a random case may search: a thorough run tries all of its examples."""
+        return inf if self.thorough else SEARCH_SECONDS
 
 
 def read_options(config: pytest.Config) -> Options | None:
@@ -103,9 +113,11 @@ def read_options(config: pytest.Config) -> Options | None:
         config.getoption("sdo_answer_delay"),
         deviations,
         _path(config, "sdo_write_deviations"),
-        config.getoption("sdo_examples"),
+        _examples(config),
         _eds(config, description),
         config.getoption("sdo_restore"),
+        config.getoption("sdo_thorough"),
+        config.getoption("sdo_budget"),
     )
 
 
@@ -245,6 +257,13 @@ def _process(
             f"node-ID goes, as in --sdo-process='./my_server vcan0 {NODE_ID}'."
         )
     return settings
+
+
+def _examples(config: pytest.Config) -> int:
+    examples: int | None = config.getoption("sdo_examples")
+    if examples is not None:
+        return examples
+    return THOROUGH_EXAMPLES if config.getoption("sdo_thorough") else DEFAULT_EXAMPLES
 
 
 def _path(config: pytest.Config, option: str) -> Path | None:

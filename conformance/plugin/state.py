@@ -1,8 +1,10 @@
 """What the plugin keeps during a pytest run, and how an item is seen as a case."""
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,8 @@ class RunState:
 
     ``judged_late_answers`` says how many answers a case has judged that came late from a device:
     others may come while the next device is tested. What was ``discovered`` of the devices goes
-    with the first report. ``stop`` is told of the signals that end a run.
+    with the first report. ``stop`` is told of the signals that end a run. ``seconds_left`` says for
+    how long a device, by its node-ID, may be tested yet.
     """
 
     options: Options
@@ -41,6 +44,7 @@ class RunState:
     stop: Stop = field(default_factory=Stop)
     values: Values | None = None
     discovered: list[dict[str, Any]] = field(default_factory=list)
+    seconds_left: Callable[[int], float] = lambda node_id: inf
     judged_late_answers: Counter[int] = field(default_factory=Counter)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 

@@ -2,14 +2,17 @@
 
 import time
 from collections.abc import Sequence
+from math import inf
 
 import pytest
 
 from conformance.device.known_objects import KnownObject
+from conformance.plugin.arguments import DEFAULT_EXAMPLES
+from conformance.plugin.options import Options
 from conformance.plugin.outcome import SummaryTerminal
 from conformance.plugin.workers import Worker, is_controller
 from conformance.reporting.estimate import Estimate, Taken
-from conformance.run.verdict import CaseResult, Verdict
+from conformance.run.verdict import CaseResult
 
 # The first estimate comes after this number of cases and this part of the work.
 FIRST_CASES, FIRST_PART = 20, 0.05
@@ -23,7 +26,6 @@ SHORT = 5.0
 LOOK = 10.0
 # A run with more time left than this prints how to select fewer cases, in seconds.
 LONG = 3600.0
-UNTRIED = (Verdict.NOT_RUN, Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED)
 
 
 def in_words(seconds: float) -> str:
@@ -37,6 +39,16 @@ def in_words(seconds: float) -> str:
     if seconds < 100 * 60:
         return f"{seconds / 60:.0f} min"
     return f"{seconds / 3600:.0f} h"
+
+
+def estimate_for(options: Options) -> Estimate:
+    """Return what estimates how long the cases of a run take."""
+    free = options.simulated and not options.answer_delay  # time jumps over a silence
+    return Estimate(
+        0.0 if free else options.run.response_timeout,
+        options.examples / DEFAULT_EXAMPLES,
+        options.search_seconds,
+    )
 
 
 def say(config: pytest.Config, line: str, *, behind_dots: bool = False) -> None:
@@ -78,10 +90,13 @@ class DiscoveryProgress:
 class TimeLeft:
     """The hooks of the process that reports: it estimates how long the run will take yet."""
 
-    def __init__(self, config: pytest.Config, silence: float) -> None:
-        """Take the terminal of the run; ``silence`` is the time of an answer that does not come."""
+    def __init__(
+        self, config: pytest.Config, estimate: Estimate, budget: float | None = None
+    ) -> None:
+        """Take the terminal of the run; its ``budget`` are the seconds after which it ends."""
         self._config = config
-        self._estimate = Estimate(silence)
+        self._estimate = estimate
+        self._deadline = inf if budget is None else time.monotonic() + budget
         self._begin: dict[str, float] = {}
         self._started: float | None = None
         self._next: float | None = None
@@ -111,7 +126,7 @@ class TimeLeft:
         if report.when != "teardown":
             return
         self._begin[worker] = now
-        taken = _taken(now - begin, self._results.pop(report.nodeid, None))
+        taken = Taken.by(self._results.pop(report.nodeid, None), now - begin)
         self._estimate.finish(report.nodeid, taken, worker)
         self._look(now - self._started)
 
@@ -123,7 +138,7 @@ class TimeLeft:
                 return
         elif elapsed < self._next:
             return
-        left = estimate.left()
+        left = min(estimate.left(), max(self._deadline - time.monotonic(), 0.0))
         first = self._next is None
         self._next = elapsed + min(max((elapsed + left) / 10, OFTEN), SELDOM)
         if left < SHORT:
@@ -135,11 +150,3 @@ class TimeLeft:
             f"device's pace about {in_words(left)} left{hint}",
             behind_dots=True,
         )
-
-
-def _taken(seconds: float, result: CaseResult | None) -> Taken:
-    """Return how long a test has taken, as far as it is known; not each has a result."""
-    if result is None:
-        return Taken(seconds, tried=False)
-    tried = result.verdict not in UNTRIED
-    return Taken(seconds, result.answers, result.answering, result.waited, tried)

@@ -7,9 +7,12 @@ tell that are done. Where those of a kind take more or less than that, the other
 
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
-from conformance.reporting.workload import Work, work_of
+from conformance.generated.conversations.search import SEARCH_SECONDS
+from conformance.reporting.workload import RANDOM, Work, work_of
+from conformance.run.verdict import CaseResult, Verdict
 
 # So much does an answer weigh beside a second of work, for cases to count by what they have to do.
 ANSWER = 0.001
@@ -17,6 +20,7 @@ ANSWER = 0.001
 DOUBT = 3.0
 # What is left of a case where the same was not testable for another service: for want of room, say.
 LACKING = 0.05
+UNTRIED = (Verdict.NOT_RUN, Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED)
 
 
 @dataclass(slots=True)
@@ -46,6 +50,14 @@ class Taken:
     waited: float = 0.0
     tried: bool = True
 
+    @classmethod
+    def by(cls, result: CaseResult | None, seconds: float) -> Self:
+        """Return how long a test has taken, as far as it is known; not each has a result."""
+        if result is None:
+            return cls(seconds, tried=False)
+        tried = result.verdict not in UNTRIED
+        return cls(seconds, result.answers, result.answering, result.waited, tried)
+
 
 @dataclass(slots=True)
 class Pace:
@@ -73,19 +85,39 @@ class Pace:
 class Estimate:
     """The cases of a run, by the process that runs them, as pytest names them.
 
-    A ``silence`` takes so many seconds.
+    A ``silence`` takes so many seconds. Random cases try so many ``times`` the usual examples, but
+    no longer than ``search_seconds``.
     """
 
     silence: float = 0.0
+    times: float = 1.0
+    search_seconds: float = SEARCH_SECONDS
     pace: Pace = field(default_factory=Pace)
     selected: int = 0
     done: int = 0
     _left: dict[str, dict[str, Work]] = field(default_factory=dict)
     _taken: list[tuple[Work, Taken]] = field(default_factory=list)
 
+    def work(self, name: str) -> Work:
+        """Return what a case has to do in this run."""
+        work = work_of(name)
+        if work.service != RANDOM:
+            return work
+        return replace(
+            work,
+            answers=work.answers * self.times,
+            silences=work.silences * self.times,
+            seconds=work.seconds * self.times,
+            at_most=self.search_seconds,
+        )
+
+    def due(self, name: str) -> float:
+        """Return how many seconds a case will take at the pace of those that are done."""
+        return self.work(name).due(*self.pace.fit(), self.silence)
+
     def select(self, names: Iterable[str], worker: str = "") -> None:
         """Take the cases that a process is going to run."""
-        self._left[worker] = {name: work_of(name) for name in names}
+        self._left[worker] = {name: self.work(name) for name in names}
         self.selected += len(self._left[worker])
 
     def finish(self, name: str, taken: Taken, worker: str = "") -> None:

@@ -9,8 +9,6 @@ from functools import cache
 from math import inf
 from pathlib import Path
 
-from conformance.generated.conversations.search import SEARCH_SECONDS
-
 RANDOM = "random"
 # What a case does that nobody has counted: answers and silences to wait for, and milliseconds.
 UNKNOWN = (10.0, 0.0, 10.0)
@@ -69,8 +67,7 @@ def work_of(name: str) -> Work:
     """Return what a case has to do, by its name in pytest."""
     service, family = service_of(name), family_of(name)
     answers, silences, milliseconds = _table().get(family) or _table().get(service) or UNKNOWN
-    limit = SEARCH_SECONDS if service == RANDOM else inf
-    return Work(service, family, answers, silences, milliseconds / 1000, limit)
+    return Work(service, family, answers, silences, milliseconds / 1000)
 
 
 def counted() -> set[str]:

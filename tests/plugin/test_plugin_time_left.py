@@ -9,6 +9,7 @@ from plugin_runs import self_test
 
 from conformance.plugin import time_left
 from conformance.plugin.time_left import TimeLeft, in_words
+from conformance.reporting.estimate import Estimate
 
 pytest_plugins = ["pytester"]
 LINE = re.compile(
@@ -53,7 +54,7 @@ def test_workers_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
     said: list[str] = []
     config = cast("pytest.Config", None)
     monkeypatch.setattr(time_left, "say", lambda _, line, **how: said.append(line))
-    told = TimeLeft(config, 0.0)
+    told = TimeLeft(config, Estimate())
     workers = [Process({"workerid": worker}) for worker in ("gw0", "gw1")]
     names = [f"cases/test_abort.py::abort.repeated[{number}]" for number in range(6)]
     for worker in workers:

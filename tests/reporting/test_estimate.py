@@ -1,6 +1,7 @@
 """How long a run will take yet: from what its cases have to do, and how long others have taken."""
 
 import random
+from math import inf
 
 import pytest
 
@@ -82,8 +83,18 @@ def test_what_needs_more_room_than_there_is_takes_no_time_for_other_services_eit
     assert estimate.left() < due / 10
 
 
+ANY_FRAMES = "cases/test_random.py::random.any-frames"
+
+
 def test_a_random_case_ends_in_its_time() -> None:
-    assert work_of("cases/test_random.py::random.any-frames").due(1.0, 1.0, 0.0) == 60.0
+    assert Estimate().work(ANY_FRAMES).due(1.0, 1.0, 0.0) == 60.0
+
+
+def test_a_random_case_takes_as_long_as_it_has_examples() -> None:
+    usual, more = Estimate(search_seconds=inf), Estimate(times=25.0, search_seconds=inf)
+    assert more.due(ANY_FRAMES) == pytest.approx(25 * usual.due(ANY_FRAMES))
+    other = "cases/test_abort.py::abort.repeated"
+    assert more.due(other) == usual.due(other)
 
 
 def test_a_test_that_nobody_has_counted() -> None:

@@ -1,0 +1,63 @@
+"""--sdo-budget: the cases of a run in their order, as far as the time goes at this device's pace.
+
+A case that would not be over in time is not run; a shorter one behind it may be. What judges the
+whole run is always run: it only looks at what the others have seen, if there were any.
+"""
+
+import time
+from collections.abc import Generator, Sequence
+
+import pytest
+
+from conformance.plugin.items import judges_run
+from conformance.plugin.state import RESULT, case_of, left_out, uses_device
+from conformance.reporting.estimate import Estimate, Taken
+from conformance.run.verdict import Verdict
+
+WHY = "budget"
+
+
+class Budget:
+    """The hooks of a process that runs cases: they leave out what would take too long."""
+
+    def __init__(self, seconds: float, node_ids: Sequence[int], estimate: Estimate) -> None:
+        """Each device has its part of the time, and what those before it have left over."""
+        self._begin = time.monotonic()
+        self._seconds = seconds
+        self._node_ids = list(node_ids)
+        self._estimate = estimate
+        self._tried: set[int] = set()
+
+    def left(self, node_id: int) -> float:
+        """Return the seconds that are left for the cases of a device."""
+        nodes = self._node_ids
+        parts = (nodes.index(node_id) + 1) / len(nodes) if node_id in nodes else 1.0
+        return self._begin + self._seconds * parts - time.monotonic()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtestloop(self) -> None:
+        """Begin to count."""
+        self._begin = time.monotonic()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Leave out a case that would take too long."""
+        if not uses_device(item):
+            return
+        case = case_of(item)
+        if judges_run(item) and case.node_id in self._tried:
+            return
+        if self._estimate.due(item.nodeid) > self.left(case.node_id):
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, WHY)
+            pytest.skip(f"{Verdict.NOT_RUN.value}: {WHY}")
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        """Take how long a case has taken, with what goes before and behind it."""
+        begin = time.monotonic()
+        outcome = yield
+        taken = Taken.by(item.stash.get(RESULT, None), time.monotonic() - begin)
+        if taken.tried and uses_device(item):
+            self._tried.add(case_of(item).node_id)
+            self._estimate.pace.add(self._estimate.work(item.nodeid), taken)
+        return outcome
