@@ -1,4 +1,4 @@
-"""In which generated conversation the oracle rejects each fault.
+"""In which generated script the oracle rejects each fault.
 
 To search through all of them takes a second or two a fault; ``rejections.json`` remembers where it
 was found the last time. Run this file to look for all faults anew and to write that file.
@@ -10,9 +10,9 @@ from functools import cache
 from multiprocessing import Pool
 from pathlib import Path
 
-from oracle_bench import NODE_ID, Lockstep, known_entries, of_the_protocol, started
-from oracle_scripts import Transfer, play
-from oracle_sequences import conversations
+from oracle_lockstep import Lockstep, known_entries, of_the_protocol, started
+from oracle_objects import NODE_ID
+from oracle_sequences import Script, scripts
 
 from conformance.faults.catalogue import build_node, faults, find_deviation
 from conformance.sdo.oracle import Knowledge, Oracle
@@ -22,8 +22,8 @@ PATH = Path(__file__).with_name("rejections.json")
 
 
 @cache
-def all_conversations() -> list[list[Transfer]]:
-    return list(conversations())
+def all_scripts() -> list[Script]:
+    return list(scripts())
 
 
 @cache
@@ -33,14 +33,14 @@ def known_device() -> Knowledge:
 
 
 def minded(name: str | None, number: int) -> list[Violation]:
-    """Hold a conversation with a faulty server, or the right one; return what the oracle minds."""
+    """Play a script against a faulty server, or the right one; return what the oracle minds."""
     lockstep = Lockstep(started(build_node(name, NODE_ID)), Oracle(known_device(), NODE_ID))
-    play(all_conversations()[number], lockstep.ask, lockstep.wait)
+    lockstep.play(all_scripts()[number])
     return lockstep.found
 
 
 def rejected(name: str, number: int) -> Violation | None:
-    """Return the first thing in a conversation that a fault may not do."""
+    """Return the first thing in a script that a fault may not do."""
     deviation = find_deviation(name)
     assert deviation is not None
     found = minded(name, number)
@@ -48,15 +48,15 @@ def rejected(name: str, number: int) -> Violation | None:
 
 
 def search(name: str) -> int | None:
-    """Return the number of a conversation in which the oracle rejects a fault."""
-    numbers = list(range(len(all_conversations())))
+    """Return the number of a script in which the oracle rejects a fault."""
+    numbers = list(range(len(all_scripts())))
     random.Random(name).shuffle(numbers)
     return next((number for number in numbers if rejected(name, number)), None)
 
 
 @cache
 def remembered() -> dict[str, int]:
-    """Return the conversations in which faults were rejected the last time."""
+    """Return the scripts in which faults were rejected the last time."""
     found: dict[str, int] = json.loads(PATH.read_text(encoding="utf-8"))
     return found
 

@@ -1,16 +1,33 @@
-"""Generated conversations that lead through every state of a server, and disturb it there."""
+"""Generated scripts that lead through every state of a server, and disturb it there.
 
-from collections.abc import Iterator
+A script is what a client does: transfers, which may be disturbed, single frames, and silences that
+are longer than the server's time-out.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from enum import Enum
 
-from oracle_scripts import Disturbance, Noise, Transfer
+from oracle_objects import (
+    CONSTANTS,
+    DOMAIN,
+    MISSING,
+    NODE_ID,
+    NUMBERS,
+    TARGETS,
+    TEXT,
+    VENDOR_ID,
+    WRITE_ONLY,
+)
 
-from conformance.generated.variations import BLOCK_FRAMES, LONG_SIZES, UNKNOWN_SPECIFIERS
+from conformance.generated.conversations.conversation import Disturbance, Event, Service, Transfer
+from conformance.generated.conversations.disturbed_client import FRAMES
+from conformance.generated.matrix.stimuli import STIMULI
+from conformance.generated.variations import LONG_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
-    BlockAck,
     BlockDownloadInitiate,
     BlockUploadInitiate,
     DownloadInitiate,
@@ -18,179 +35,181 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.layout import Multiplexer
+from conformance.sdo.layout import Message, Multiplexer
 
-TEXT, DOMAIN = Multiplexer(0x2010), Multiplexer(0x2011)
-NUMBERS = {Multiplexer(0x2000 + length): length for length in (1, 2, 3, 4, 8)}
-CONSTANTS = {
-    Multiplexer(0x1000): 4,
-    Multiplexer(0x1008): 28,
-    Multiplexer(0x1009): 3,
-    Multiplexer(0x1018, 0): 1,
-    Multiplexer(0x1018, 1): 4,
-    Multiplexer(0x1018, 2): 4,
-    Multiplexer(0x1200, 1): 4,
-}
-WRITE_ONLY = Multiplexer(0x2020)
-VENDOR_ID = Multiplexer(0x1018, 1)
-MISSING = (
-    Multiplexer(0x1FFF),
-    Multiplexer(0x1018, 9),
-    Multiplexer(0x1018, 0x81),
-    Multiplexer(0x1000, 1),
-    Multiplexer(0x2001, 1),
-    Multiplexer(0x2010, 0xFE),
-)
+
+class Silence(Enum):
+    """A pause of the client until the server gives up."""
+
+    TIME_OUT = "time-out"
+
+
+Step = Transfer | CanFrame | Silence
+Script = Sequence[Step]
+
+NUMBER = Multiplexer(0x2004)
 SIZES = (0, *range(1, 9), 13, 14, 15, 20, 21, 22, *LONG_SIZES, 448, 490, 672, 1777)
-DOWNLOADS = ("segmented download", "block download")
-UPLOADS = ("upload", "block upload")
-KINDS = (*DOWNLOADS, *UPLOADS)
+DOWNLOADS = (Service.DOWNLOAD, Service.BLOCK_DOWNLOAD)
+UPLOADS = (Service.UPLOAD, Service.BLOCK_UPLOAD)
+SERVICES = (*DOWNLOADS, *UPLOADS)
+VENDOR = Transfer(Service.UPLOAD, VENDOR_ID)
+# Single bits of a request, in byte 0 all of them: the byte, and the mask.
+BITS = (*((0, 1 << bit) for bit in range(8)), *((byte, 1) for byte in range(1, 8)))
+LATE_REQUESTS = ("00h", "10h", "60h", "70h", "segment-2", "A2h-ackseq-2", "A3h", "C1h-crc-0")
 
 
-def payload(size: int, seed: int = 0) -> bytes:
-    """Return bytes of which no two next to each other are the same, and none is 0."""
-    return bytes(
-        0x21 + (7 * position + position // 89 + 31 * seed) % 89 for position in range(size)
-    )
-
-
-def conversations() -> Iterator[list[Transfer]]:
+def scripts() -> Iterator[Script]:
     """Yield all of them, short ones first."""
     yield from _single_objects()
     yield from _sizes()
-    yield from _histories()
-    yield from _stimuli_when_idle()
-    yield from _stimuli_in_transfers()
+    yield from _memories()
+    yield from _frames_when_idle()
+    yield from _frames_in_transfers()
     yield from _changed_bits()
     yield from _lost_segments()
     yield from _pairs()
-    yield from _numbers_kept()
+    yield from _unfinished_numbers()
     yield from _texts_read_at_once()
     yield from _thresholds()
-    yield from _uploads_left()
+    yield from _unfinished_uploads()
 
 
-def _read_back(mux: Multiplexer) -> list[Transfer]:
-    return [Transfer("upload", mux), Transfer("upload", VENDOR_ID)]
+def frame(message: Message | bytes) -> CanFrame:
+    """Return a request to the node."""
+    data = message if isinstance(message, bytes) else message.encode()
+    return CanFrame(0x600 + NODE_ID, data)
 
 
-def _single_objects() -> Iterator[list[Transfer]]:
+def abort(mux: Multiplexer, code: AbortCode = AbortCode.GENERAL_ERROR) -> CanFrame:
+    return frame(Abort(mux, code))
+
+
+def stored(size: int, content: int = 0, mux: Multiplexer = TEXT) -> Transfer:
+    """Return a download that ought to succeed."""
+    return Transfer(Service.DOWNLOAD, mux, size, content)
+
+
+def disturbed(transfer: Transfer, *disturbances: Disturbance) -> Transfer:
+    return replace(transfer, disturbances=disturbances)
+
+
+def left(transfer: Transfer, at: int) -> Transfer:
+    """Return a transfer with which the client does not go on, from one of its requests on."""
+    return disturbed(transfer, Disturbance(at, Event.LEAVE))
+
+
+def announcing(transfer: Transfer, size: int) -> Transfer:
+    """Return a download whose initiate announces a size that is not its own."""
+    wrong = (transfer.size ^ size).to_bytes(4, "little")
+    return disturbed(
+        transfer,
+        *(Disturbance(0, Event.ALTER, byte, mask) for byte, mask in enumerate(wrong, 4) if mask),
+    )
+
+
+def short_transfer(service: Service, content: int = 0) -> Transfer:
+    """Return a transfer of 20 bytes, in sub-blocks of two segments where they are uploaded."""
+    size = 20 if service in DOWNLOADS else 0
+    return Transfer(service, TEXT, size, content, block_sizes=(2,))
+
+
+def _read(mux: Multiplexer) -> Transfer:
+    return Transfer(Service.UPLOAD, mux)
+
+
+def _read_back(mux: Multiplexer) -> Script:
+    return (_read(mux), VENDOR)
+
+
+def _single_objects() -> Iterator[Script]:
     for mux in (*CONSTANTS, *NUMBERS, TEXT, DOMAIN, WRITE_ONLY, *MISSING):
-        for kind in UPLOADS:
-            yield [Transfer(kind, mux), *_read_back(mux)]
-        for kind in (*DOWNLOADS, "expedited download"):
-            for size in range(1, 10):
-                data = payload(size)
-                yield [Transfer(kind, mux, data), *_read_back(mux)]
-                yield [Transfer(kind, mux, data, sized=False), *_read_back(mux)]
-    for kind in DOWNLOADS:
+        for service in UPLOADS:
+            yield (Transfer(service, mux), *_read_back(mux))
+        for service in (*DOWNLOADS, Service.EXPEDITED):
+            for size in range(1, 5 if service is Service.EXPEDITED else 10):
+                for sized in (True, False):
+                    yield (Transfer(service, mux, size, sized=sized), *_read_back(mux))
+    for service in DOWNLOADS:
         for announced in (0, 1, 7, 13, 15, 2**32 - 1):
-            yield [Transfer(kind, TEXT, payload(14), announced=announced), *_read_back(TEXT)]
+            yield (announcing(Transfer(service, TEXT, 14), announced), *_read_back(TEXT))
     for threshold in (*range(1, 30), 255):
         for size in (1, 4, 5, 13, 14, 28):
-            yield [
-                Transfer("segmented download", TEXT, payload(size)),
-                Transfer("block upload", TEXT, threshold=threshold),
-            ]
+            yield (stored(size), Transfer(Service.BLOCK_UPLOAD, TEXT, threshold=threshold))
     for block_size in (0, 1, 127, 128, 255):
-        yield [Transfer("block upload", TEXT, block_size=block_size), *_read_back(TEXT)]
+        upload = Transfer(Service.BLOCK_UPLOAD, TEXT, block_sizes=(block_size,))
+        yield (upload, *_read_back(TEXT))
 
 
-def _sizes() -> Iterator[list[Transfer]]:
+def _sizes() -> Iterator[Script]:
     for size in SIZES:
         for sized in (True, False):
             for crc in (True, False):
-                yield [
-                    Transfer("segmented download", TEXT, payload(size), sized=sized),
-                    Transfer("upload", TEXT),
-                    Transfer("block upload", TEXT, crc=crc),
-                    Transfer("block download", TEXT, payload(size, 1), sized=sized, crc=crc),
-                    Transfer("upload", TEXT),
-                    Transfer("block upload", TEXT, crc=crc, block_size=3),
-                ]
+                yield (
+                    replace(stored(size), sized=sized),
+                    _read(TEXT),
+                    Transfer(Service.BLOCK_UPLOAD, TEXT, crc=crc),
+                    Transfer(Service.BLOCK_DOWNLOAD, TEXT, size, 1, sized=sized, crc=crc),
+                    _read(TEXT),
+                    Transfer(Service.BLOCK_UPLOAD, TEXT, crc=crc, block_sizes=(3,)),
+                )
 
 
-def _loose(frame: bytes) -> Transfer:
-    return Transfer("loose frame", TEXT, frame)
-
-
-def _histories() -> Iterator[list[Transfer]]:
+def _memories() -> Iterator[Script]:
     """Yield what servers remember of, or forget after, what was before."""
-    numbers = [Transfer("upload", mux) for mux in NUMBERS]
-    number, vendor = Multiplexer(0x2004), Transfer("upload", VENDOR_ID)
-    values = [Transfer("expedited download", number, payload(4, seed)) for seed in (0, 1, 0, 2)]
-    yield [*values[:3], *numbers, *values[2:], *numbers]
+    numbers = [_read(mux) for mux in NUMBERS]
+    values = [Transfer(Service.EXPEDITED, NUMBER, 4, content) for content in (0, 1, 0, 2)]
+    yield (*values[:3], *numbers, *values[2:], *numbers)
     for mux, length in NUMBERS.items():
-        own = Transfer("upload", mux)
-        right = Transfer("segmented download", mux, payload(length))
-        for wrong in (payload(length + 1), payload(length - 1)):
-            for kind in (*DOWNLOADS, "expedited download"):
-                yield [Transfer(kind, mux, wrong), right, own, *numbers]
-        unused = DownloadInitiate(mux, True, True, 3, b"\x5a\x5b\x5c\x5d").encode()
-        uncounted = DownloadInitiate(mux, True, False, 3, b"\x5a\x5b\x5c\x5d").encode()
-        yield [_loose(unused), own, _loose(uncounted), own]
+        for wrong in (length + 1, length - 1):
+            for service in (*DOWNLOADS, Service.EXPEDITED):
+                if wrong:
+                    yield (Transfer(service, mux, wrong), stored(length, 0, mux), *numbers)
+            yield (*_empty(mux), stored(length, 0, mux), *numbers)
+        for size_indicated in (True, False):
+            unused = DownloadInitiate(mux, True, size_indicated, 3, b"\x5a\x5b\x5c\x5d")
+            yield (frame(unused), _read(mux))
     for size in (20, 30, 100):
-        yield [Transfer("segmented download", TEXT, payload(size)), *_read_back(TEXT), *numbers]
-        yield [Transfer("download with an empty last segment", TEXT, payload(size)), vendor]
-    abort = _loose(Abort(VENDOR_ID, AbortCode.GENERAL_ERROR).encode())
-    yield [values[0], abort, *numbers, abort, abort, abort, vendor]
-    for request in (*UNKNOWN_SPECIFIERS.values(), Abort(TEXT, AbortCode.TIMED_OUT).encode()):
-        yield [_loose(request), vendor]
-    yield [Transfer("upload", MISSING[0])] * 40
-    ended = (Disturbance(1, Noise.ABORTED),)
-    for kind in KINDS:
+        yield (stored(size), *_read_back(TEXT), *numbers)
+        yield (*_ending_empty(size), VENDOR)
+    idle = abort(VENDOR_ID)
+    yield (values[0], idle, *numbers, idle, idle, idle, VENDOR)
+    for label in ("E0h", "E1h", "F0h", "FFh", "80h"):
+        yield (FRAMES[label](TARGETS), VENDOR)
+    yield [_read(MISSING[0])] * 40
+    for service in SERVICES:
         for sized in (True, False):
-            aborted = Transfer(kind, TEXT, payload(20), sized=sized, disturbed=ended)
-            yield [aborted] * 40 + [Transfer(kind, TEXT, payload(20)), *_read_back(TEXT)]
-            yield [aborted, Transfer(kind, TEXT, payload(14), sized=sized), *_read_back(TEXT)]
-            yield [aborted, *[vendor] * 30]
-    refused = Transfer("segmented download", TEXT, payload(14), announced=7)
-    yield [refused, Transfer("segmented download", TEXT, payload(30)), *_read_back(TEXT)]
-    long = Transfer("segmented download", TEXT, payload(100))
+            whole = replace(short_transfer(service), sized=sized)
+            aborted = (left(whole, 2), abort(TEXT))
+            yield (*aborted * 40, whole, *_read_back(TEXT))
+            yield (*aborted, Transfer(service, TEXT, 14, sized=sized), *_read_back(TEXT))
+            yield (*aborted, *[VENDOR] * 30)
+    yield (announcing(stored(14), 7), stored(30), *_read_back(TEXT))
     for first in (2, 3, 7):
         for later in (1, 2, 5, 9):
-            for taken in (127, 1):
-                upload = Transfer("block upload", TEXT, block_size=first, next_block_size=later)
-                yield [long, replace(upload, taken=taken), vendor]
+            for withheld in ((), (first - 1, later - 1, later - 1)):
+                upload = Transfer(Service.BLOCK_UPLOAD, TEXT, withheld=withheld)
+                yield (stored(100), replace(upload, block_sizes=(first, later)), VENDOR)
 
 
-def stimuli(mux: Multiplexer) -> list[bytes]:
-    """Return requests of all kinds, with variations."""
-    messages = [
-        *BLOCK_FRAMES.values(),
-        *(UploadSegment(toggle) for toggle in (0, 1)),
-        UploadSegment(0, reserved_bits=1),
-        UploadSegment(0, reserved=b"\1" * 7),
-        *(
-            DownloadSegment.with_data(b"ABCDEFG", toggle=toggle, last=last)
-            for toggle in (0, 1)
-            for last in (False, True)
-        ),
-        *(
-            Abort(named, AbortCode.GENERAL_ERROR, bits)
-            for named in (mux, VENDOR_ID)
-            for bits in (0, 1, 0x1F)
-        ),
-        *(UploadInitiate(named) for named in (mux, VENDOR_ID, MISSING[0])),
-        UploadInitiate(VENDOR_ID, reserved_bits=1),
-        UploadInitiate(VENDOR_ID, reserved=b"\1\2\3\4"),
-        *(DownloadInitiate.with_size(named, 14) for named in (TEXT, VENDOR_ID)),
-        *(DownloadInitiate.with_data(named, b"\1\2") for named in (Multiplexer(0x2002), TEXT)),
-        *(BlockDownloadInitiate.with_size(named, 14) for named in (TEXT, VENDOR_ID)),
-        *(BlockUploadInitiate(named, 127) for named in (mux, VENDOR_ID)),
-        *(BlockAck(number, 127) for number in (0, 3, 4, 128, 255)),
-        *(BlockAck(1, size) for size in (0, 128, 255)),
-    ]
-    changed = [bytes([command, *mux_bytes(VENDOR_ID), 0, 0, 0, 0]) for command in ODD_COMMANDS]
-    return [*(message.encode() for message in messages), *UNKNOWN_SPECIFIERS.values(), *changed]
+def _empty(mux: Multiplexer) -> Script:
+    """Return a segmented download of no bytes, to an object that need not take it."""
+    return (
+        frame(DownloadInitiate.with_size(mux, 0)),
+        frame(DownloadSegment.with_data(b"", toggle=0, last=True)),
+    )
 
 
-ODD_COMMANDS = (0x2E, 0x30, 0x33, 0x41, 0x5F, 0xA6, 0xBC, 0xC3, 0xC7, 0xDE)
+def _ending_empty(size: int) -> Script:
+    """Return a segmented download whose last segment has no data."""
+    segments = -(-size // 7)
+    not_last = Disturbance(segments, Event.ALTER, mask=1)
+    empty = DownloadSegment.with_data(b"", toggle=segments % 2, last=True)
+    return (disturbed(stored(size), not_last), frame(empty))
 
 
 SHORT_FRAMES = (
     UploadInitiate(VENDOR_ID),
-    DownloadInitiate.with_data(Multiplexer(0x2004), b"\1\2\3\4"),
+    DownloadInitiate.with_data(NUMBER, b"\1\2\3\4"),
     DownloadInitiate.with_data(Multiplexer(0x2002), b"\1\2"),
     DownloadInitiate.with_data(Multiplexer(0x2001), b"\1"),
     DownloadInitiate.with_size(TEXT, 14),
@@ -211,185 +230,137 @@ FOREIGN = (
 )
 
 
-def mux_bytes(mux: Multiplexer) -> bytes:
-    return UploadInitiate(mux).encode()[1:4]
-
-
-def _stimuli_when_idle() -> Iterator[list[Transfer]]:
-    for frame in stimuli(TEXT):
-        for before in ([], [Transfer("segmented download", TEXT, payload(14))]):
-            idle = Transfer("loose frame", TEXT, frame)
-            yield [*before, idle, idle, *_read_back(TEXT)]
+def _frames_when_idle() -> Iterator[Script]:
+    for stimulus in STIMULI.values():
+        for before in ((), (stored(14),)):
+            yield (*before, stimulus(TARGETS), stimulus(TARGETS), *_read_back(TEXT))
     for length in range(8):
         for short in SHORT_FRAMES:
-            cut = (Disturbance(0, Noise.CUT, length=length),)
-            loose = Transfer("loose frame", TEXT, short.encode(), disturbed=cut)
-            yield [loose, *_read_back(TEXT), Transfer("upload", Multiplexer(0x2004))]
+            yield (frame(short.encode()[:length]), *_read_back(TEXT), _read(NUMBER))
     for foreign in FOREIGN:
-        yield [
-            Transfer("upload", VENDOR_ID),
-            Transfer("foreign frame", VENDOR_ID, foreign=foreign),
-            Transfer("upload", VENDOR_ID),
-        ]
+        yield (VENDOR, foreign, VENDOR)
 
 
-def _stimuli_in_transfers() -> Iterator[list[Transfer]]:
-    before = Transfer("segmented download", TEXT, payload(20, 2))
-    for kind in KINDS:
+def _frames_in_transfers() -> Iterator[Script]:
+    before = stored(20, 2)
+    for service in SERVICES:
+        whole = short_transfer(service)
         for position in range(1, 5):
-            short_abort = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()[:4]
-            for frame in (*stimuli(TEXT), short_abort):
-                disturbed = (Disturbance(position, Noise.PRECEDED, frame),)
-                yield [
-                    before,
-                    Transfer(kind, TEXT, payload(20), block_size=2, disturbed=disturbed),
-                    *_read_back(TEXT),
-                ]
-            for noise in (Noise.ABORTED, Noise.SILENCE, Noise.TWICE, Noise.CUT):
-                disturbed = (Disturbance(position, noise),)
-                yield [
-                    before,
-                    Transfer(kind, TEXT, payload(20), block_size=2, disturbed=disturbed),
-                    Transfer(kind, TEXT, payload(20, 1)),
-                    *_read_back(TEXT),
-                ]
-            for byte, bit in (
-                *((0, bit) for bit in range(8)),
-                *((byte, 0) for byte in range(1, 8)),
-            ):
-                mask = bytes(1 << bit if place == byte else 0 for place in range(8))
-                disturbed = (Disturbance(position, Noise.CHANGED, mask),)
-                yield [
-                    before,
-                    Transfer(kind, TEXT, payload(20), block_size=2, disturbed=disturbed),
-                    *_read_back(TEXT),
-                ]
+            for label in FRAMES:
+                inserted = Disturbance(position, Event.INSERT, label=label)
+                yield (before, disturbed(whole, inserted), *_read_back(TEXT))
+            again = (short_transfer(service, 1), *_read_back(TEXT))
+            yield (before, left(whole, position + 1), abort(TEXT), *again)
+            for event in (Event.REPEAT, Event.CUT):
+                yield (before, disturbed(whole, Disturbance(position, event, 7)), *again)
+            for byte, mask in BITS:
+                altered = Disturbance(position, Event.ALTER, byte, mask)
+                yield (before, disturbed(whole, altered), *_read_back(TEXT))
+            for label in LATE_REQUESTS:
+                late = FRAMES[label](TARGETS)
+                yield (before, left(whole, position), Silence.TIME_OUT, late, *again)
 
 
-def _changed_bits() -> Iterator[list[Transfer]]:
-    for kind in KINDS:
+def _changed_bits() -> Iterator[Script]:
+    for service in SERVICES:
         for position in range(6):
-            for byte, bit in (
-                *((0, bit) for bit in range(8)),
-                *((byte, 0) for byte in range(1, 8)),
-            ):
-                mask = bytes(1 << bit if place == byte else 0 for place in range(8))
-                disturbed = (Disturbance(position, Noise.CHANGED, mask),)
+            for byte, mask in BITS:
+                altered = Disturbance(position, Event.ALTER, byte, mask)
                 for plain in (True, False):
-                    changed = Transfer(
-                        kind,
-                        TEXT,
-                        payload(20),
-                        sized=plain,
-                        crc=plain,
-                        block_size=2,
-                        disturbed=disturbed,
-                    )
-                    yield [changed, *_read_back(TEXT)]
+                    whole = replace(short_transfer(service), sized=plain, crc=plain)
+                    yield (disturbed(whole, altered), *_read_back(TEXT))
 
 
-def _lost_segments() -> Iterator[list[Transfer]]:
+def _lost_segments() -> Iterator[Script]:
     for size in (13, 20, 35, 100):
         for position in range(1, 8):
             for crc in (True, False):
-                lost = (Disturbance(position, Noise.LOST),)
-                yield [
-                    Transfer("block download", TEXT, payload(size), crc=crc, disturbed=lost),
-                    *_read_back(TEXT),
-                ]
-                twice = (*lost, Disturbance(position + size // 7, Noise.LOST))
-                yield [
-                    Transfer("block download", TEXT, payload(size), crc=crc, disturbed=twice),
-                    *_read_back(TEXT),
-                ]
+                lost = Disturbance(position, Event.LOSE)
+                again = Disturbance(position + size // 7, Event.LOSE)
+                for losses in ((lost,), (lost, again)):
+                    download = Transfer(Service.BLOCK_DOWNLOAD, TEXT, size, crc=crc)
+                    yield (disturbed(download, *losses), *_read_back(TEXT))
         for taken in range(4):
             for block_size in (2, 3, 4, 127):
-                yield [
-                    Transfer("segmented download", TEXT, payload(size)),
-                    Transfer("block upload", TEXT, taken=taken, block_size=block_size),
-                    Transfer("block upload", TEXT),
-                ]
+                withheld = (max(block_size - taken, 0),) * 3
+                upload = Transfer(Service.BLOCK_UPLOAD, TEXT, block_sizes=(block_size,))
+                yield (
+                    stored(size),
+                    replace(upload, withheld=withheld),
+                    Transfer(Service.BLOCK_UPLOAD, TEXT),
+                )
 
 
-def _pairs() -> Iterator[list[Transfer]]:
-    for first in KINDS:
-        for second in KINDS:
-            for sizes in ((30, 3), (3, 30), (14, 14), (30, 8)):
+def _pairs() -> Iterator[Script]:
+    for first in SERVICES:
+        for second in SERVICES:
+            for before, after in ((30, 3), (3, 30), (14, 14), (30, 8)):
                 for sized in (True, False):
-                    for cut in ((), (Disturbance(2, Noise.ABORTED),)):
-                        yield [
-                            Transfer("segmented download", TEXT, payload(sizes[0])),
-                            Transfer(first, TEXT, payload(sizes[0], 1), disturbed=cut),
-                            Transfer(second, TEXT, payload(sizes[1], 2), sized=sized),
-                            *(Transfer(kind, TEXT) for kind in UPLOADS),
-                            Transfer(second, DOMAIN, payload(sizes[1], 3), sized=sized),
-                            *(Transfer(kind, DOMAIN) for kind in UPLOADS),
-                            Transfer("upload", Multiplexer(0x1009)),
-                        ]
+                    begun = Transfer(first, TEXT, before if first in DOWNLOADS else 0, 1)
+                    size = after if second in DOWNLOADS else 0
+                    for whole in ((begun,), (left(begun, 3), abort(TEXT))):
+                        yield (
+                            stored(before),
+                            *whole,
+                            Transfer(second, TEXT, size, 2, sized=sized),
+                            *(Transfer(service, TEXT) for service in UPLOADS),
+                            Transfer(second, DOMAIN, size, 3, sized=sized),
+                            *(Transfer(service, DOMAIN) for service in UPLOADS),
+                            _read(Multiplexer(0x1009)),
+                        )
 
 
-def _numbers_kept() -> Iterator[list[Transfer]]:
+def _unfinished_numbers() -> Iterator[Script]:
     """Yield downloads to numbers that do not get to their end: a string may keep a part of one."""
-    for mux in (Multiplexer(0x2004), Multiplexer(0x2008)):
-        own, length = Transfer("upload", mux), NUMBERS[mux]
+    for mux in (NUMBER, Multiplexer(0x2008)):
+        length = NUMBERS[mux]
         end = -(-length // 7) + 1
-        for kind in DOWNLOADS:
-            for position in range(1, end + 1):
-                for broken in (
-                    Disturbance(position, Noise.ABORTED),
-                    Disturbance(position, Noise.REPLACED, UploadInitiate(VENDOR_ID).encode()),
-                    Disturbance(
-                        position, Noise.REPLACED, DownloadInitiate.with_size(TEXT, 14).encode()
-                    ),
-                ):
-                    yield [Transfer(kind, mux, payload(length), disturbed=(broken,)), own]
+        for service in DOWNLOADS:
+            for position in range(1, end + 2):
+                for ended in (abort(mux), frame(READ), frame(DownloadInitiate.with_size(TEXT, 14))):
+                    begun = left(Transfer(service, mux, length), position)
+                    yield (begun, ended, _read(mux))
         for byte in (1, 2):
-            wrong = (Disturbance(end, Noise.CHANGED, bytes(byte) + b"\1" + bytes(7 - byte)),)
-            yield [Transfer("block download", mux, payload(length), disturbed=wrong), own]
-        written = Transfer("expedited download", mux, payload(4))
-        yield [written, _loose(Abort(mux, AbortCode.GENERAL_ERROR).encode()), own]
+            wrong = Disturbance(end, Event.ALTER, byte, 1)
+            yield (disturbed(Transfer(Service.BLOCK_DOWNLOAD, mux, length), wrong), _read(mux))
+        yield (Transfer(Service.EXPEDITED, mux, 4), abort(mux), _read(mux))
 
 
-def _texts_read_at_once() -> Iterator[list[Transfer]]:
+def _texts_read_at_once() -> Iterator[Script]:
     """Yield downloads that are disturbed, or without data, and what is there right behind them."""
-    for position in range(1, 4):
-        for noise in (Noise.TWICE, Noise.SILENCE):
-            disturbed = (Disturbance(position, noise),)
-            for kind in DOWNLOADS:
-                yield [Transfer(kind, TEXT, payload(20), disturbed=disturbed), *_read_back(TEXT)]
-    refused = Transfer("segmented download", TEXT, payload(14), announced=20)
-    yield [refused, Transfer("segmented download", TEXT, payload(30, 1)), *_read_back(TEXT)]
-    for kind in DOWNLOADS:  # zeros at the end of a text are none of it
-        yield [Transfer(kind, DOMAIN), *(Transfer(upload, DOMAIN) for upload in UPLOADS)]
+    for service in DOWNLOADS:
+        whole = short_transfer(service)
+        for position in range(1, 4):
+            repeated = Disturbance(position, Event.REPEAT)
+            yield (disturbed(whole, repeated), *_read_back(TEXT))
+            yield (left(whole, position), Silence.TIME_OUT, *_read_back(TEXT))
+        # Zeros at the end of a text are none of it.
+        yield (Transfer(service, DOMAIN), *(Transfer(upload, DOMAIN) for upload in UPLOADS))
+    yield (announcing(stored(14), 20), stored(30, 1), *_read_back(TEXT))
 
 
-def _thresholds() -> Iterator[list[Transfer]]:
+def _thresholds() -> Iterator[Script]:
     """Yield block uploads of what is longer than pst allows to send otherwise."""
     for block_size in (0, 2, 127):
         for threshold in (1, 20, 255):
             for size in (30, 100):
-                text = Transfer("segmented download", TEXT, payload(size))
-                upload = Transfer("block upload", TEXT, block_size=block_size)
-                yield [text, replace(upload, threshold=threshold), *_read_back(TEXT)]
+                upload = Transfer(Service.BLOCK_UPLOAD, TEXT, block_sizes=(block_size,))
+                yield (stored(size), replace(upload, threshold=threshold), *_read_back(TEXT))
 
 
-def _uploads_left() -> Iterator[list[Transfer]]:
+def _unfinished_uploads() -> Iterator[Script]:
     """Yield uploads that the client aborts or leaves, and begins again."""
-    text = Transfer("segmented download", TEXT, payload(20))
-    aborted = Transfer("upload", TEXT, disturbed=(Disturbance(1, Noise.ABORTED),))
-    yield [text, *[aborted] * 40, Transfer("upload", TEXT)]
-    abort = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()
-    left = Transfer("upload", TEXT, disturbed=(Disturbance(1, Noise.REPLACED, abort),))
-    for mux in (VENDOR_ID, Multiplexer(0x1000)):
-        yield [text, left, *[Transfer("upload", mux)] * 3]
-    idle = _loose(Abort(VENDOR_ID, AbortCode.GENERAL_ERROR).encode())
-    yield [idle, *[Transfer("upload", Multiplexer(0x1000))] * 3]
-    for size, taken in ((20, 127), (100, 1), (100, 127)):
-        text = Transfer("segmented download", TEXT, payload(size))
-        upload = Transfer("block upload", TEXT, block_size=3, taken=taken)
+    aborted = (left(_read(TEXT), 2), abort(TEXT))
+    yield (stored(20), *aborted * 40, _read(TEXT))
+    device_type = _read(Multiplexer(0x1000))
+    for again in (VENDOR, device_type):
+        yield (stored(20), left(_read(TEXT), 1), abort(TEXT), *[again] * 3)
+    yield (abort(VENDOR_ID), *[device_type] * 3)
+    for size, withheld in ((20, ()), (100, (2, 2, 2)), (100, ())):
+        upload = Transfer(Service.BLOCK_UPLOAD, TEXT, block_sizes=(3,), withheld=withheld)
         for position in range(2, 7):
-            vanished = tuple(Disturbance(later, Noise.LOST) for later in range(position, 40))
-            yield [text, replace(upload, disturbed=vanished), Transfer("block upload", TEXT)]
+            vanished = left(upload, position)
+            yield (stored(size), vanished, Transfer(Service.BLOCK_UPLOAD, TEXT))
             for code in (AbortCode.CRC_ERROR, AbortCode.GENERAL_ERROR):
-                ended = (Disturbance(position, Noise.REPLACED, Abort(TEXT, code).encode()),)
-                yield [text, replace(upload, disturbed=ended), Transfer("block upload", TEXT)]
+                again = Transfer(Service.BLOCK_UPLOAD, TEXT)
+                yield (stored(size), vanished, abort(TEXT, code), again)

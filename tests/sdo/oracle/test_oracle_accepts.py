@@ -2,9 +2,10 @@
 
 import pytest
 from hypothesis import given, note, settings
-from oracle_bench import Lockstep, known_entries, of_the_protocol, reference_node, started
-from oracle_rejections import all_conversations
-from oracle_scripts import Transfer, play
+from oracle_lockstep import Lockstep, known_entries, of_the_protocol, reference_node, started
+from oracle_objects import NODE_ID
+from oracle_rejections import all_scripts
+from oracle_sequences import Script
 from oracle_strategies import SCRIPTS
 from sdo_strategies import UNHURRIED
 
@@ -13,7 +14,6 @@ from conformance.faults.registry import About
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Level, Violation
 
-NODE_ID = 5
 # What aborts its transfers now and then is told apart by trying again, which an oracle cannot.
 ABORTS_NOW_AND_THEN = "seventh-transfer-aborted"
 VARIANTS = [
@@ -21,14 +21,8 @@ VARIANTS = [
     for name in of_the_protocol(unusual(), (About.TRANSFERS, About.LENGTHS))
     if not name.startswith(ABORTS_NOW_AND_THEN)
 ]
-# Every so many of the generated conversations are held with each variant, and with the reference.
-STRIDE, REFERENCE_STRIDE = 360, 10
-
-
-def conversed(lockstep: Lockstep, script: list[Transfer]) -> list[Violation]:
-    """Hold a conversation, and read everything afterwards."""
-    play(script, lockstep.ask, lockstep.wait)
-    return lockstep.found
+# One in 361 of the generated scripts is played with each variant, one in 11 with the reference.
+STRIDE, REFERENCE_STRIDE = 361, 11
 
 
 def with_variant(name: str) -> Lockstep:
@@ -45,9 +39,9 @@ def too_grave(found: list[Violation], name: str) -> list[Violation]:
 
 @settings(UNHURRIED, max_examples=100)
 @given(SCRIPTS)
-def test_reference_server_is_accepted(script: list[Transfer]) -> None:
+def test_reference_server_is_accepted(script: Script) -> None:
     lockstep = Lockstep(reference_node())
-    found = conversed(lockstep, script)
+    found = lockstep.play(script)
     note("\n".join(lockstep.log))
     assert found == []
 
@@ -55,32 +49,32 @@ def test_reference_server_is_accepted(script: list[Transfer]) -> None:
 @pytest.mark.parametrize("name", VARIANTS)
 @settings(UNHURRIED, max_examples=10)
 @given(SCRIPTS)
-def test_unusual_server_is_accepted(name: str, script: list[Transfer]) -> None:
+def test_unusual_server_is_accepted(name: str, script: Script) -> None:
     lockstep = with_variant(name)
-    found = conversed(lockstep, script)
+    found = lockstep.play(script)
     note("\n".join(lockstep.log))
     assert too_grave(found, name) == []
 
 
-def test_reference_server_is_accepted_in_generated_conversations() -> None:
-    for script in all_conversations()[::REFERENCE_STRIDE]:
+def test_reference_server_is_accepted_in_generated_scripts() -> None:
+    for script in all_scripts()[::REFERENCE_STRIDE]:
         lockstep = Lockstep(reference_node())
-        assert conversed(lockstep, script) == [], "\n".join(lockstep.log)
+        assert lockstep.play(script) == [], "\n".join(lockstep.log)
 
 
 @pytest.mark.parametrize("name", VARIANTS)
-def test_unusual_server_is_accepted_in_generated_conversations(name: str) -> None:
-    for script in all_conversations()[VARIANTS.index(name) % STRIDE :: STRIDE]:
+def test_unusual_server_is_accepted_in_generated_scripts(name: str) -> None:
+    for script in all_scripts()[VARIANTS.index(name) % STRIDE :: STRIDE]:
         lockstep = with_variant(name)
-        found = conversed(lockstep, script)
+        found = lockstep.play(script)
         assert too_grave(found, name) == [], "\n".join(lockstep.log)
 
 
 @given(SCRIPTS)
 @settings(UNHURRIED, max_examples=50)
-def test_what_the_oracle_says_of_values_is_true(script: list[Transfer]) -> None:
+def test_what_the_oracle_says_of_values_is_true(script: Script) -> None:
     lockstep = Lockstep(reference_node())
-    conversed(lockstep, script)
+    lockstep.play(script)
     for mux, values in lockstep.oracle.values.items():
         held = lockstep.node.server.objects.find(mux).value
         assert values is None or held in values, f"{mux}: {held!r}"

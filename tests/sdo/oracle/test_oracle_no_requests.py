@@ -1,7 +1,8 @@
 """Frames that ask for nothing: remote frames, the other identifier, requests to another node."""
 
 import pytest
-from oracle_bench import NODE_ID, known_entries
+from oracle_lockstep import known_entries
+from oracle_objects import NODE_ID
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.oracle import Awaited, Oracle

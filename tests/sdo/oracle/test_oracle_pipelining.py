@@ -6,10 +6,11 @@ which a burst of requests may be meant grow with each of them, until nothing can
 
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
-from oracle_bench import NODE_ID, known_entries, reference_node
-from oracle_sequences import TEXT, VENDOR_ID, stimuli
+from oracle_lockstep import known_entries, reference_node
+from oracle_objects import NODE_ID, TARGETS, TEXT, VENDOR_ID
 from sdo_strategies import UNHURRIED
 
+from conformance.generated.matrix.stimuli import STIMULI
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
@@ -28,7 +29,12 @@ ABORT = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()
 READ = UploadInitiate(VENDOR_ID).encode()
 # Each of these may be answered by an abort, or by nothing.
 AMBIGUOUS = bytes.fromhex("A100000000000000")
-BURSTS = st.lists(st.sampled_from(stimuli(TEXT)), min_size=1, max_size=10)
+REQUESTS = [
+    frame.data
+    for frame in (stimulus(TARGETS) for stimulus in STIMULI.values())
+    if frame == CanFrame(0x600 + NODE_ID, frame.data) and len(frame.data) == 8
+]
+BURSTS = st.lists(st.sampled_from(REQUESTS), min_size=1, max_size=10)
 
 
 class Pipeline:

@@ -1,8 +1,8 @@
-"""For every faulty server there is a conversation in which the oracle rejects it."""
+"""For every faulty server there is a script in which the oracle rejects it."""
 
 import pytest
-from oracle_bench import of_the_protocol
-from oracle_rejections import all_conversations, minded, rejected, remembered, search
+from oracle_lockstep import of_the_protocol
+from oracle_rejections import all_scripts, minded, rejected, remembered, search
 
 from conformance.faults.catalogue import faults
 
@@ -16,7 +16,7 @@ NAMES = [name for name in of_the_protocol(faults()) if name not in NOT_JUDGED]
 def test_fault_is_rejected(name: str) -> None:
     number = remembered().get(name, 0)
     # Where it was found the last time, or else anywhere.
-    if number >= len(all_conversations()) or rejected(name, number) is None:
+    if number >= len(all_scripts()) or rejected(name, number) is None:
         assert search(name) is not None
 
 

@@ -2,16 +2,30 @@
 
 from dataclasses import dataclass, field
 
+from oracle_objects import NODE_ID, REFERENCE
+from oracle_sequences import Script, Silence
+
 from conformance.faults.registry import About, Deviation, assemble
+from conformance.generated.conversations.conversation import Transfer
+from conformance.generated.conversations.disturbed_client import (
+    Action,
+    DisturbedClient,
+    Heard,
+    Send,
+    Settle,
+    Then,
+    drive,
+)
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import Server
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_response
+from conformance.sdo.frames import Abort, Response
 from conformance.sdo.objects import Access, Entry, ObjectDictionary
 from conformance.sdo.oracle import Facts, Knowledge, Oracle, Presence
 from conformance.sdo.rules import Violation
-
-NODE_ID = 5
 
 
 def facts_of(entry: Entry, *, roomy: bool) -> Facts:
@@ -74,11 +88,33 @@ class Lockstep:
         self.log.append(f"> {frame}")
         return self._judge(self.node.receive(frame))
 
-    def ask(self, request: bytes | CanFrame) -> list[bytes]:
-        """Send a request; return the data bytes of the answers."""
+    def play(self, script: Script) -> list[Violation]:
+        """Play a script to its end, whatever the server does; return all that was found."""
+        client = DisturbedClient(REFERENCE)
+        for step in script:
+            match step:
+                case Transfer():
+                    drive(client.perform(step), self._do)
+                case CanFrame():
+                    self.send(step)
+                case Silence():
+                    self.wait()
+        return self.found
+
+    def _do(self, action: Action) -> Heard:
+        match action:
+            case Send():
+                answers = self._ask(action.frame)
+                left = action.in_sub_block and any(isinstance(one, Abort) for one in answers)
+                return Heard(answers, Then.LEFT if left else Then.GO_ON)
+            case Settle() if not (action.aborted and self.oracle.idle):
+                self.send(Abort(action.target, AbortCode.GENERAL_ERROR).encode())
+        return Heard()
+
+    def _ask(self, request: CanFrame) -> list[Response]:
         start = len(self.answers)
         self.send(request)
-        return self.answers[start:]
+        return [decode_response(answer) for answer in self.answers[start:]]
 
     def wait(self) -> list[Violation]:
         """Let the server's time-out pass."""
