@@ -6,6 +6,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.left import write_as_before
 from conformance.dialogue.object_expectations import (
     NOT_NOW,
     differing_reads,
@@ -105,6 +106,7 @@ def test_default_of_parameter(
     """
     due = entry.default or b""
     if device.permits.at_defaults:
+        write_as_before(sdo, entry.mux)
         sdo.expect_value(entry, due)
         return
     found = storage.loaded_defaults().get(entry.mux)
@@ -117,6 +119,7 @@ def test_default_of_parameter(
 @should("od.configured", "dictionary.configured", entry=choose.configured)
 def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
     """The device is configured as its DCF says (ParameterValue)."""
+    write_as_before(sdo, entry.mux)
     sdo.expect_value(entry, entry.configured or b"")
 
 

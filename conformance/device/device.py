@@ -21,6 +21,7 @@ from conformance.sdo.storage import COMMANDS
 
 # Where data types are defined: no entry there holds a value.
 LAST_DATA_TYPE = 0x025F
+LAST_COMMUNICATION_PARAMETER = 0x1FFF
 # Within how many seconds a device stores its parameters, if nothing else is declared.
 STORAGE_TIME = 5.0
 # The fewest bytes of a transfer in two segments, and of one with a first, a middle and a last one.
@@ -136,6 +137,21 @@ class Device:
         if keeps and mux in self.values:
             return self.values[mux]
         return self.keeping.parameters.get(mux)
+
+    def may_be_left(self, mux: Multiplexer) -> bool:
+        """Say whether an entry may stay as a case has left it until another needs what it held.
+
+        A string or domain that the user has named does nothing by what it holds. A number may, and
+        so may any communication parameter.
+        """
+        known = self.known.get(mux)
+        return known is not None and known.varies and mux.index > LAST_COMMUNICATION_PARAMETER
+
+    def holds(self, mux: Multiplexer) -> bytes | None:
+        """Return what an entry holds that only the suite writes; None where that is not known."""
+        if mux in self.keeping.left or mux in self.keeping.astray:
+            return self.keeping.seen.get(mux)
+        return self.values.get(mux)
 
     def will_change(self, mux: Multiplexer) -> None:
         """Note, before it is done, that an entry may be changed."""

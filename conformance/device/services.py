@@ -10,9 +10,12 @@ class Services:
     ``block_download_refusal`` is how the device refuses block downloads, empty if it serves them,
     None as long as nobody asked; ``block_upload_refusal`` is the same of block uploads.
     ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
-    looked.
+    looked. ``takes_blocks`` and ``gives_blocks``: a block download, or upload, was served to its
+    end.
     """
 
     block_download_refusal: str | None = None
     block_upload_refusal: str | None = None
     further_channels: tuple[int, ...] | None = None
+    takes_blocks: bool = False
+    gives_blocks: bool = False

@@ -254,6 +254,7 @@ class Blocks:
                 expected="every segment to be taken, sent without a gap",
                 actual=f"{repeated} segments had to be sent again",
             )
+        self._sdo.device.services.takes_blocks = True
 
     def try_download(self, target: Target, data: bytes) -> Abort | None:
         """Write an object in blocks; return the abort if the server refuses."""
@@ -310,7 +311,9 @@ class Blocks:
             acknowledge=acknowledge,
             next_block_size=next_block_size,
         )
-        return self._run_block(transfer, BlockUploadInitiate(mux, LARGEST_BLOCK))
+        uploaded = self._run_block(transfer, BlockUploadInitiate(mux, LARGEST_BLOCK))
+        self._sdo.device.services.gives_blocks = True
+        return uploaded
 
     def _run_block(self, transfer: Generator[Step, Response, Result], ordinary: Request) -> Result:
         """Run a transfer; a refusal of its initiate may mean that there are no block transfers."""

@@ -9,6 +9,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.left import write_all_as_before
 from conformance.dialogue.parameters import Parameters
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -109,7 +110,13 @@ class Network:
         self._sdo.note(wrong)
 
     def reset(self, command: NmtCommand) -> None:
-        """Reset the device and see it boot."""
+        """Reset the device and see it boot.
+
+        Whether or not it forgets what cases have left: what it holds then may be stored.
+        """
+        serves = self.state is None or self.state.serves_sdo
+        if serves and self._sdo.tracker.open is None:
+            write_all_as_before(self._sdo)
         self.send(command)
         self.expect_boot_up()
 

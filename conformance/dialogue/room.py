@@ -7,6 +7,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES
+from conformance.dialogue.left import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
@@ -218,7 +219,7 @@ class Room:
         blocks; where a counter wraps at ``size``, two segments begin behind that byte.
         """
         for known in self._device.objects:
-            data = self._device.values.get(known.mux, b"")
+            data = self._device.holds(known.mux) or b""
             if len(data) >= size and known.is_steady:
                 return known, data
         size += BEYOND
@@ -324,6 +325,7 @@ class Room:
             for known in sorted(self._device.objects, key=lambda known: not known.is_steady):
                 data = self._device.values.get(known.mux, b"")
                 if len(data) >= needed:
+                    write_as_before(self._sdo, known.mux)
                     return known, data
             raise NotTestable(
                 f"needs an object of {needed} bytes or more: name a string or domain, "

@@ -10,6 +10,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.left import write_all_as_before
 from conformance.dialogue.network import Network
 from conformance.dialogue.transfers import NOT_NOW
 from conformance.dialogue.values import same_value, shown
@@ -43,7 +44,11 @@ def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
 
 
 def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
-    """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done."""
+    """Write the signature to 1010h:01 or 1011h:01; the device confirms when it is done.
+
+    What cases have left changed is not stored.
+    """
+    write_all_as_before(sdo)
     signature = SIGNATURES[mux]
     words = f'"{signature.decode()}" to {mux}'
     seconds = max(sdo.device.storage_time, sdo.channel.response_timeout)

@@ -39,7 +39,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
 
 SEGMENTS_PER_LOOK = 4
@@ -56,8 +56,8 @@ class Wire:
     have crossed. ``misshapen`` is the breach by the shape of an answer to what was sent last, and
     ``server_aborted`` says that the last response was an abort. While it is ``fencing``, what comes
     may have been asked for by what went before; ``after_fence`` is called then. It
-    ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. ``seen`` is what
-    objects read since anything was sent that might have changed one.
+    ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. ``seen`` is that
+    of ``Keeping``.
     """
 
     def __init__(self, channel: Channel, device: Device, record: CaseRecord) -> None:
@@ -69,7 +69,7 @@ class Wire:
         self.delivered = Delivered()
         self.pauses = Pauses(device.server_timeout)
         self.timing = Timing(channel.pace)
-        self.seen: dict[Multiplexer, bytes] = {}
+        self.seen = device.keeping.seen
         self.last_sent: Request = NOTHING_SENT
         self.sent_before: Request = NOTHING_SENT
         self.data = b""

@@ -52,7 +52,7 @@ def knowledge_of(
                 Presence.PRESENT,
                 known.access,
                 known.data_type,
-                None if mux in device.keeping.astray else device.values.get(mux),
+                device.holds(mux),
                 steady=known.is_steady and mux in device.values,
                 capacity=capacity.get(mux),
                 filled=known.filled,

@@ -32,7 +32,13 @@ def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
     """Begin a case on a device."""
     generated = case.service in GENERATED
     return begin_case(
-        session, case.case_id, case.service, case.rule, case.cites, generated=generated
+        session,
+        case.case_id,
+        case.service,
+        case.rule,
+        case.cites,
+        generated=generated,
+        own=case.own,
     )
 
 

@@ -94,7 +94,7 @@ REACHED = pytest.StashKey[bool]()
 
 @dataclass(frozen=True, slots=True)
 class ItemCase:
-    """An item as a case: one of the suite's, or a user's own test."""
+    """An item as a case: one of the suite's ``own``, or a test of the user's."""
 
     case_id: str
     service: str
@@ -102,6 +102,7 @@ class ItemCase:
     node_id: int
     cites: tuple[Rule, ...] = ()
     risk: Risk | None = None
+    own: bool = False
 
     @property
     def tested_rules(self) -> set[str]:
@@ -129,7 +130,15 @@ def case_of(item: pytest.Item) -> ItemCase:
     """Return what an item is about; an ordinary test counts as a rule of its own."""
     if isinstance(item, CaseFunction):
         info = item.case
-        return ItemCase(item.case_id, item.service, info.rule, item.node_id, info.cites, item.risk)
+        return ItemCase(
+            item.case_id,
+            item.service,
+            info.rule,
+            item.node_id,
+            info.cites,
+            item.risk,
+            own=item.is_own,
+        )
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))
     node_ids = item.config.stash[STATE].options.node_ids

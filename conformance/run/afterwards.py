@@ -1,32 +1,17 @@
-"""What a case leaves behind: is the server idle, and are the values what they were?"""
+"""What a case leaves behind: is the server idle?"""
 
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from conformance.device.device import DEVICE_TYPE, Device
-from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.dialogue.channels import Channels, is_cob_id
+from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import unasked, unsolicited
-from conformance.dialogue.storage import write_signature
-from conformance.dialogue.values import same_value, shown
-from conformance.run.mappings import in_order, is_count, needed_for
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Response
-from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
-from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, NOT_REFUSED, UNSOLICITED, Violation
-from conformance.sdo.storage import SAVE_ALL
-
-# How many bytes more than its value an object may fill up with, as strings are with 00h.
-MOST_PADDING = 64
-MOST_TRIES = 2
-# A device that was silent twice was busy perhaps: behind so many other cases it is tried again.
-MOST_SILENCES = 5
+from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
 
 
 @dataclass(slots=True)
@@ -53,11 +38,11 @@ def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
-        _take_the_rest(sdo)
+        take_the_rest(sdo)
     return leaving
 
 
-def _take_the_rest(sdo: Dialogue) -> None:
+def take_the_rest(sdo: Dialogue) -> None:
     """Take what a server sends behind an abort of the suite: it belongs to no case."""
     try:
         sdo.fence()
@@ -112,188 +97,3 @@ def _not_idle(cause: Exception) -> Violation:
     return Violation(
         IDLE_AFTERWARDS, expected="an ordinary answer to a read of 1000h afterwards", actual=actual
     )
-
-
-@dataclass(slots=True)
-class Restorer:
-    """Puts back what cases wrote. ``unrestored`` lists what is not back yet, with the value due.
-
-    ``late`` has what came in the way: answers that belong to none of the requests. What could not
-    be put back twice is left alone until the end of the run: else a device that refuses it would be
-    written to after each case. A device that is ``gone`` meanwhile is asked no more.
-    """
-
-    device: Device
-    unrestored: dict[Multiplexer, str] = field(default_factory=dict)
-    late: list[Violation] = field(default_factory=list)
-    gone: bool = False
-    _tries: Counter[Multiplexer] = field(default_factory=Counter)
-    _silences: Counter[Multiplexer] = field(default_factory=Counter)
-
-    def expect(self, sdo: Dialogue) -> None:
-        """List all that a case wrote, before anything can go wrong or be interrupted."""
-        self._list(self._due(sdo.record.written))
-
-    def restore(self, sdo: Dialogue) -> None:
-        """Write the values of the start of the run to what this case wrote, and read them back."""
-        self._put_back(sdo, {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES})
-        self.device.keeping.astray = self.unrestored.keys() & self.device.values.keys()
-        if self.late or (sdo.record.causes.noisy and sdo.record.written):
-            _take_the_rest(sdo)
-
-    def restore_pending(self, sdo: Dialogue) -> None:
-        """Try once more what is listed, as with a device that was lost meanwhile."""
-        # Ends what an interrupted case may have left running.
-        sdo.channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
-        sdo.drain()
-        self._put_back(sdo, set(self.unrestored))
-        self.device.keeping.astray = self.unrestored.keys() & self.device.values.keys()
-
-    def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
-        """Return the values that have to be back."""
-        due = ((mux, self.device.kept(mux)) for mux in sorted(written))
-        return {mux: value for mux, value in due if value is not None}
-
-    def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
-        for mux, value in due.items():
-            self.unrestored[mux] = shown(value)
-        if self.device.keeping.to_store:
-            values = ", ".join(
-                f"{mux} {shown(value)}" for mux, value in self.device.keeping.to_store.items()
-            )
-            self.unrestored[SAVE_ALL] = f'"save" behind what was stored there: {values}'
-
-    def _put_back(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> None:
-        self.gone = False
-        due = self._due(written)
-        self._list(due)
-        if self.device.keeping.to_store:
-            self._store_again(sdo)
-        self._write(sdo, due)
-
-    def _store_again(self, sdo: Dialogue) -> None:
-        """Store what was stored before a case changed that.
-
-        It is tried once: from then on other values are in use, and would be stored as well.
-        """
-        self._write(sdo, self.device.keeping.to_store)
-        try:
-            write_signature(sdo, SAVE_ALL)
-        except (Violation, NotTestable) as error:
-            self.unrestored[SAVE_ALL] += f" ({error})"
-            sdo.end_transfer()
-        else:
-            del self.unrestored[SAVE_ALL]
-            self.device.keeping.changes.is_stored_again()
-        self.device.keeping.to_store = {}
-
-    def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
-        pending: dict[Multiplexer, bytes] = {}
-        for mux, value in due.items():
-            self.unrestored[mux] = shown(value)
-            if self.gone:
-                continue
-            self._tries[mux] += 1
-            if self._reads(sdo, self._known(mux), value):
-                self._is_back(mux, value)
-            elif self.device.may_put_back(mux):
-                pending[mux] = value
-        for mux in sorted(needed_for(pending) - pending.keys()):
-            kept = due.get(mux) or self._present(sdo, mux)
-            if kept and self.device.may_put_back(mux):
-                pending[mux], self.unrestored[mux] = kept, shown(kept)
-                self.device.keeping.changes.changes(mux, kept, self._known(mux).data_type)
-        for mux in pending:
-            if is_cob_id(mux):
-                self._disable(sdo, mux)  # it may only be moved while it is not in use
-        for mux in pending.keys() & needed_for(pending):
-            if is_count(mux):
-                self._map_nothing(sdo, mux)
-        for mux, value in in_order(pending):
-            if not self.gone:
-                self._restore(sdo, self._known(mux), value)
-
-    def _known(self, mux: Multiplexer) -> KnownObject:
-        return self.device.known.get(mux) or KnownObject(mux)
-
-    def _present(self, sdo: Dialogue, mux: Multiplexer) -> bytes | None:
-        try:
-            return sdo.upload(mux)
-        except Violation:
-            sdo.end_transfer()
-            return None
-
-    def _map_nothing(self, sdo: Dialogue, count: Multiplexer) -> None:
-        try:
-            sdo.try_download(count, b"\0")
-        except Violation:
-            sdo.end_transfer()  # its entries will be refused, and listed
-
-    def _disable(self, sdo: Dialogue, mux: Multiplexer) -> None:
-        try:
-            Channels(sdo).disable(mux)
-        except Violation:
-            sdo.end_transfer()  # the value itself will be refused, and listed
-
-    def _restore(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
-        """Write a value and read it back; once more where it is not taken at once.
-
-        What is neither a confirmation nor a refusal may be a late answer that was in the way.
-        """
-        try:
-            self._download(sdo, known, due)
-        except Violation as violation:
-            try:
-                stray = sdo.fence()
-                self._download(sdo, known, due)
-            except Violation as again:
-                self.unrestored[known.mux] += f" ({violation.actual})"
-                self._silences[known.mux] += again.rule is ANSWERED
-                self._look_whether_gone(sdo, again)
-                refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
-                self._tries[known.mux] = MOST_TRIES if refused else 0
-                return
-            if stray or violation.rule is not NOT_REFUSED:
-                self.late.append(
-                    Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
-                )
-        if self._reads(sdo, known, due):
-            self._is_back(known.mux, due)
-
-    def _look_whether_gone(self, sdo: Dialogue, silence: Violation) -> None:
-        if silence.rule is ANSWERED and not self.gone:
-            self.gone = not sdo.silence.recover()
-
-    def _is_back(self, mux: Multiplexer, value: bytes) -> None:
-        self.device.keeping.changes.is_back(mux, value)
-        del self.unrestored[mux]
-        self._tries.pop(mux, None)
-
-    def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
-        try:
-            sdo.download(known, due)
-        except Violation:
-            sdo.end_transfer()
-            raise
-
-    def _reads(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
-        """Say whether an object reads as it should; what cannot be read does not.
-
-        What was read last need not be read again, and what announces far more than is due need
-        not be read to its end to know that.
-        """
-        if known.mux in sdo.wire.seen:
-            return same_value(known, sdo.wire.seen[known.mux], due)
-        for _ in range(MOST_TRIES):
-            try:
-                response = sdo.initiate_upload(known)
-                if response.size is not None and response.size > len(due) + MOST_PADDING:
-                    sdo.end_transfer()
-                    return False
-                return same_value(known, sdo.finish_upload(known, response), due)
-            except Violation as breach:
-                sdo.end_transfer()
-                self._look_whether_gone(sdo, breach)
-                if sdo.record.early.met is None:
-                    break
-        return False

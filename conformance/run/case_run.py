@@ -49,13 +49,15 @@ def begin_case(
     cites: tuple[Rule, ...] = (),
     *,
     generated: bool = False,
+    own: bool = False,
 ) -> "CaseRun":
     """Start a case.
 
     ``cites`` are the rules of the registry that it tests; a ``generated`` one need not show what
-    another of its kind has shown.
+    another of its kind has shown. One of the suite's ``own`` takes strings and domains as it finds
+    them, and may leave them with another value: see ``Restorer``.
     """
-    sdo = session.begin(case_id, rule)
+    sdo = session.begin(case_id, rule, as_before=not own)
     result = CaseResult(
         case_id,
         service,
@@ -65,19 +67,26 @@ def begin_case(
         rule.sentence,
         rules=[each.id for each in cites],
     )
-    return CaseRun(session, sdo, result, Point(rule, cites, generated))
+    return CaseRun(session, sdo, result, Point(rule, cites, generated), leaves_values=own)
 
 
 class CaseRun:
     """A case that is running."""
 
     def __init__(
-        self, session: DeviceSession, sdo: Dialogue, result: CaseResult, point: Point
+        self,
+        session: DeviceSession,
+        sdo: Dialogue,
+        result: CaseResult,
+        point: Point,
+        *,
+        leaves_values: bool,
     ) -> None:
         """Start the clock of the case."""
         self.tools = CaseTools.of(sdo)
         self.result = result
         self._session = session
+        self._leaves_values = leaves_values
         self._judgement = Judgement(result, point, session.causes, lambda: sdo.wire.pauses.in_doubt)
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
@@ -269,7 +278,7 @@ class CaseRun:
             session.lost = True
             self.result.output = session.revival.process.tail() if session.revival else []
         else:
-            session.restorer.restore(self.sdo)
+            session.restorer.restore(self.sdo, leaves_values=self._leaves_values)
             session.keep_late(self.result.case_id)
             if session.restorer.gone:
                 session.lost, self.result.afterwards = True, Afterwards.LOST

@@ -11,11 +11,11 @@ from conformance.dialogue.allowance import Allowance
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord
-from conformance.run.afterwards import Restorer
 from conformance.run.doubts import Doubts
 from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.habits import SURVEY, survey
 from conformance.run.recording import Recording
+from conformance.run.restorer import Restorer
 from conformance.run.revival import Revival
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
@@ -121,9 +121,19 @@ class DeviceSession:
         self.lost = True
         return not self.revive()
 
-    def begin(self, case_id: str, rule: Rule) -> Dialogue:
-        """Start the conversation of a case: what is still in the queue is of the one before."""
+    def begin(self, case_id: str, rule: Rule, *, as_before: bool = True) -> Dialogue:
+        """Start the conversation of a case: what is still in the queue is of the one before.
+
+        ``as_before``: it finds all values as they were before the run.
+        """
         self.collect_late()
+        keeping = self.device.keeping
+        if as_before and keeping.left:
+            with self.channel.link.stop.putting_back():
+                self.restorer.put_back_left(self._dialogue(_RESTORING))
+            self.keep_late(self._last_case)
+        for mux in keeping.seen.keys() - keeping.left:
+            del keeping.seen[mux]  # what only the suite writes reads the same in the next case
         sdo = self._dialogue(rule)
         sdo.wire.timing.allowance = Allowance(self.channel.pace)
         self._frames.clear()

@@ -13,8 +13,8 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.room import MUCH_ROOM, Room
 from conformance.faults.catalogue import build_node
-from conformance.run.afterwards import Restorer
 from conformance.run.case_run import begin_case
+from conformance.run.restorer import Restorer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,

@@ -22,8 +22,8 @@ from conformance.faults.unusual.frame_shape import ShortFramesServed
 from conformance.generated.lockstep import knowledge_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.communication import communication_entries
-from conformance.run.afterwards import Restorer
 from conformance.run.case_run import begin_case
+from conformance.run.restorer import Restorer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate

@@ -20,7 +20,7 @@ from conformance.sdo.objects import Entry
 
 pytest_plugins = ["pytester"]
 
-# With every second of the first writes a case writes, with the others it is cleaned up behind. The
+# With some of the first writes a case writes, with others it is cleaned up behind. The
 # second number says how many requests later the run is interrupted: at the fence behind the case.
 WRITES = [
     (1, 0),

@@ -135,7 +135,8 @@ def survey(sdo: Dialogue) -> DeviceObjects:
         missing_sub_index(sdo, IDENTITY_COUNT.index),
     )
     first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
-    return DeviceObjects(device, targets, rooms, first, dict(device.values))
+    held = {mux: value for mux in device.values if (value := device.holds(mux)) is not None}
+    return DeviceObjects(device, targets, rooms, first, held)
 
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:

@@ -1,0 +1,118 @@
+"""Strings and domains stay as cases leave them until somebody needs what they held, or the end."""
+
+import json
+from typing import Any
+
+import pytest
+from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, discovered, recording
+
+from conformance.device.changes import BACK, CHANGED, Changes
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.left import write_as_before
+from conformance.generated.lockstep import knowledge_of
+from conformance.reference.built_in_device import reference_entries
+from conformance.reference.server import BlockDownload
+from conformance.run.case_run import CaseRun, begin_case
+from conformance.run.session import DeviceSession
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import (
+    BlockDownloadInitiate,
+    BlockUploadInitiate,
+    UploadSegment,
+)
+from conformance.sdo.objects import Entry
+
+LONG = bytes(range(0x20, 0x7F)) * 3
+
+
+def begin(session: DeviceSession) -> CaseRun:
+    """Begin a case of the suite's own."""
+    return begin_case(session, "a.case", "a service", RULE, own=True)
+
+
+def test_a_string_stays_a_number_does_not() -> None:
+    server = recording()
+    before = server.values()
+    told: list[dict[str, Any]] = []
+    with discovered(server) as bench:
+        bench.device.keeping.changes = Changes(told.append)
+        session = bench.session()
+        run = begin(session)
+        for known, value in ((TEXT, b"left"), (NUMBER, b"\1\2\3\4")):
+            run.sdo.download(known, value)
+        run.conclude(None)
+        assert server.values() == {**before, TEXT.mux: b"left"}
+        assert session.restorer.unrestored.keys() == {TEXT.mux}
+        assert knowledge_of(bench.device, {}).of(TEXT.mux).value is None, "it was not read"
+        assert [record["object"] for record in told if record["record"] == BACK] == ["2004h:00"]
+        session.restore_pending()
+    assert server.values() == before
+    assert session.restorer.unrestored == {}
+    first = {"record": CHANGED, "object": "2010h:00", "value": b"text".hex()}
+    assert first.items() <= told[0].items(), json.dumps(told)
+    assert told[-1] == {"record": BACK, "object": "2010h:00"}
+
+
+def test_a_test_of_the_users_finds_what_was_there() -> None:
+    server = recording()
+    before = server.values()
+    with discovered(server) as bench:
+        session = bench.session()
+        run = begin(session)
+        run.sdo.download(TEXT, b"left")
+        run.conclude(None)
+        begin_case(session, "test_mine", "mine", RULE)
+        assert server.values() == before
+        assert session.frames_so_far() == 0, "it is no part of the case"
+
+
+def test_what_a_case_has_read_last_the_next_one_knows() -> None:
+    server = recording()
+    with discovered(server) as bench:
+        session = bench.session()
+        run = begin(session)
+        run.sdo.download(TEXT, b"left")
+        run.sdo.upload(TEXT)
+        run.conclude(None)
+        run = begin(session)
+        assert bench.device.holds(TEXT.mux) == b"left"
+        run.sdo.download(NUMBER, bytes(4))
+        assert bench.device.holds(TEXT.mux) is None, "who knows what that changes"
+        write_as_before(run.sdo, TEXT.mux)
+        assert run.sdo.upload(TEXT) == b"text"
+        run.conclude(None)
+        assert session.restorer.unrestored == {}
+
+
+class _WrongInBlocks(Recording):
+    """Confirms block downloads of long values, and stores nothing but 00h."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        in_blocks = isinstance(self.transfer, BlockDownload)
+        super().store(entry, bytes(len(data)) if in_blocks and len(data) > 100 else data)
+
+
+@pytest.mark.parametrize("kind", [Recording, _WrongInBlocks])
+def test_long_values_are_put_back_in_blocks_where_that_works(kind: type[Recording]) -> None:
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = LONG
+    server = kind(entries)
+    with discovered(server) as bench:
+        session = bench.session()
+        asked: list[list[type]] = []
+        for _ in range(3):
+            run = begin(session)
+            Blocks(run.sdo).download(DOMAIN, b"short")
+            Blocks(run.sdo).upload(DOMAIN)
+            run.conclude(None)
+            server.requests.clear()
+            session.restore_pending()
+            assert server.entries[DOMAIN.mux].value == LONG
+            asked.append([type(decode_request(frame)) for frame in server.requests])
+    first, *others = asked
+    assert {UploadSegment, BlockUploadInitiate} <= set(first), "compared once"
+    works = kind is Recording
+    for each in others:
+        assert (BlockDownloadInitiate in each) == works
+        assert UploadSegment not in each
+        assert BlockUploadInitiate in each
