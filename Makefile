@@ -51,7 +51,8 @@ oldest: $(OLDEST)/installed
 
 $(OLDEST)/installed: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m venv $(OLDEST)
-	$(OLDEST)/bin/pip install --quiet pytest==7.4.0 python-can==4.3.0 canopen==2.3.0 junit-xml==1.9
+	$(OLDEST)/bin/pip install --quiet pytest==7.4.0 python-can==4.3.0 canopen==2.3.0 junit-xml==1.9 \
+	    jinja2==3.1.0
 	$(OLDEST)/bin/pip install --quiet .
 	touch $@
 

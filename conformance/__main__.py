@@ -25,7 +25,7 @@ from conformance.plugin.arguments import named_value
 from conformance.reference.host import NodeHost
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
-from conformance.reporting.report import write_report
+from conformance.reporting.report import write_reports
 from conformance.reporting.rule_listing import rule_lines
 from conformance.reporting.summary import verdict_counts
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
@@ -218,10 +218,11 @@ def _rules(options: argparse.Namespace) -> int:
 
 def _report(options: argparse.Namespace) -> int:
     run = read_run(options.folder)
-    path = write_report(options.folder, run)
+    paths = write_reports(options.folder, run)
     for line in (*verdict_counts(run.results), *run.troubles):
         print(inert(line))
-    print(f"written: {path}")
+    for path in paths:
+        print(f"written: {path}")
     return DONE
 
 

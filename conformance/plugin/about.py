@@ -13,6 +13,7 @@ from conformance import __version__
 from conformance.device.device import TEXTS, Device
 from conformance.plugin.state import RunState
 from conformance.reporting.summary import device_properties, run_properties
+from conformance.sdo.cob_id import ChannelIds
 
 _PACKAGES = ("pytest", "python-can", "canopen", "hypothesis")
 
@@ -63,10 +64,11 @@ def _file(path: Path) -> dict[str, str]:
     return {"name": str(path), "sha256": digest}
 
 
-def about_device(device: Device, *, alone: bool) -> dict[str, Any]:
-    """Return what was discovered of a device; it may be ``alone`` in its run."""
+def about_device(device: Device, ids: ChannelIds, *, alone: bool) -> dict[str, Any]:
+    """Return what was discovered of a device on this channel; it may be ``alone`` in its run."""
     return {
         "node_id": device.node_id,
+        "sdo_channel": ids.in_digits,
         "identity": device.identity,
         "texts": {
             str(mux): device.values[mux].decode("ascii", "backslashreplace")

@@ -158,6 +158,12 @@ def add_options(parser: pytest.Parser) -> None:
         help="where each run leaves a folder with its reports (%(default)s)",
     )
     group.addoption(
+        "--sdo-no-page",
+        action="store_true",
+        help="write no report.html, which takes some seconds after a run of many frames; "
+        "'conformance report DIR' writes it later",
+    )
+    group.addoption(
         "--sdo-restore",
         action="store_true",
         help="first restore the values that an earlier, killed run left changed on the device",

@@ -54,7 +54,7 @@ def open_bench(config: pytest.Config, state: RunState) -> None:
         lost = isinstance(silence, DeviceLost)
         state.findings.out[node_id] = "lost before the first case" if lost else "silent"
     for session in state.bench.sessions.values():
-        about = about_device(session.device, alone=len(options.node_ids) == 1)
+        about = about_device(session.device, session.channel.ids, alone=len(options.node_ids) == 1)
         state.findings.properties |= about["properties"]
         state.discovered.append(about)
 

@@ -65,7 +65,8 @@ class FinalReport:
         if (cases or self._controller is not None) and not session.config.option.collectonly:
             state = self._state
             about = about_run(session.config, state)
-            self._recorder = Recorder(state.report_dir, about, state.results)
+            page = not session.config.getoption("sdo_no_page")
+            self._recorder = Recorder(state.report_dir, about, state.results, page=page)
             if self._controller is None:
                 self._recorder.selected(cases)
         return (yield)

@@ -8,16 +8,22 @@ from typing import Any
 
 from conformance.reporting.bus_log import Place, merge_logs
 from conformance.reporting.recorded import RecordedRun
-from conformance.reporting.report import write_report
-from conformance.reporting.results import ResultsFile
+from conformance.reporting.report import write_reports
+from conformance.reporting.results import ResultsFile, now
 from conformance.run.verdict import CaseResult
 
 
 class Recorder:
     """Takes what is found. What cannot be written is kept, and ``troubles`` tell of it."""
 
-    def __init__(self, folder: Path, about: Mapping[str, Any], results: list[CaseResult]) -> None:
-        """Begin the record of a run; ``results`` is where they are kept in memory."""
+    def __init__(
+        self, folder: Path, about: Mapping[str, Any], results: list[CaseResult], *, page: bool
+    ) -> None:
+        """Begin the record of a run; ``results`` is where they are kept in memory.
+
+        ``page``: report.html is written in the end, beside junit.xml.
+        """
+        self._page = page
         self.run = RecordedRun(dict(about), results=results)
         self._folder = folder
         with suppress(OSError):  # the file says why it cannot be written
@@ -69,12 +75,12 @@ class Recorder:
 
     def end(self, about: Mapping[str, Any]) -> list[str]:
         """End the record and write the reports; return what could not be written."""
-        self.run.end = dict(about)
-        self._file.end(about)
+        self.run.end = {"at": now(), **about}
+        self._file.end(self.run.end)
         troubles = self._write_again() if self._file.close() else []
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            write_report(self._folder, self.run)
+            write_reports(self._folder, self.run, page=self._page)
         except OSError as error:
             troubles.append(f"The report cannot be written: {error}.")
         return troubles

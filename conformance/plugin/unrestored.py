@@ -10,7 +10,7 @@ from conformance.device.device import Device
 from conformance.plugin.findings import Findings
 from conformance.plugin.options import Options
 from conformance.reporting.journal import Journal, left_behind, put_back_left
-from conformance.sdo.cob_id import ChannelIds, CobId
+from conformance.sdo.cob_id import ChannelIds
 
 
 class Values:
@@ -27,8 +27,7 @@ class Values:
 
     def remember(self, device: Device, ids: ChannelIds, record: dict[str, Any]) -> None:
         """Write what is about to be changed, or is back."""
-        channel = f"{_digits(ids.request)}:{_digits(ids.response)}"
-        about = LeftBehind(self._path, device.node_id, channel, device.identity)
+        about = LeftBehind(self._path, device.node_id, ids.in_digits, device.identity)
         self._journal.tell(about, record)
 
     def before(self, channel: Channel) -> None:
@@ -47,10 +46,6 @@ class Values:
         findings.unrestored += self._pending
         if trouble := self._journal.close():
             findings.bench_errors.append(NotWritten(trouble))
-
-
-def _digits(cob_id: CobId) -> str:
-    return f"{cob_id.can_id:08X}" if cob_id.extended else f"{cob_id.can_id:03X}"
 
 
 def _left(options: Options) -> list[LeftBehind]:

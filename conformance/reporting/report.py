@@ -3,13 +3,14 @@
 from pathlib import Path
 
 from conformance.reporting.junit import write_junit
+from conformance.reporting.page.writing import write_page
 from conformance.reporting.recorded import RecordedRun
 
 JUNIT = "junit.xml"
 
 
-def write_report(folder: Path, run: RecordedRun) -> Path:
-    """Write junit.xml; raises OSError."""
+def write_reports(folder: Path, run: RecordedRun, *, page: bool = True) -> list[Path]:
+    """Write junit.xml and, for people, report.html; return what was written. Raises OSError."""
     path = folder / JUNIT
     write_junit(
         path,
@@ -19,4 +20,4 @@ def write_report(folder: Path, run: RecordedRun) -> Path:
         strict=run.about["strict"],
         troubles=run.troubles,
     )
-    return path
+    return [path, *([write_page(folder, run)] if page else [])]

@@ -18,7 +18,7 @@ from conformance.reporting.bus_log import Place
 from conformance.run.verdict import CaseResult
 
 RESULTS = "results.jsonl"
-FORMAT = 1
+FORMAT = 2
 RUN, SELECTED, DEVICE, CASE, MERGED, END = "run", "selected", "device", "case", "merged", "end"
 
 

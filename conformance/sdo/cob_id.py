@@ -133,6 +133,14 @@ class ChannelIds:
         if self.request == self.response:
             raise ChannelError(f"{self.request} cannot carry both requests and responses")
 
+    @property
+    def in_digits(self) -> str:
+        """The form that ``parse`` reads."""
+        return ":".join(
+            f"{cob_id.can_id:08X}" if cob_id.extended else f"{cob_id.can_id:03X}"
+            for cob_id in (self.request, self.response)
+        )
+
     def __str__(self) -> str:
         return f"{self.request} and {self.response}"
 

@@ -101,7 +101,7 @@ def run_cases(
         command = [
             *("--self-test", "-q", "-p", "no:cacheprovider", "-p", "no:xdist"),
             *(["--sdo-simulated"] if simulated else []),
-            *(f"--rootdir={folder}", f"--sdo-report-dir={folder}"),
+            *(f"--rootdir={folder}", f"--sdo-report-dir={folder}", "--sdo-no-page"),
             *([f"--sdo-fault={name}"] if name else []),
             *arguments,
         ]

@@ -96,7 +96,7 @@ def test_nothing_else_is_in_the_wheel(names: list[str]) -> None:
     assert not [name for name in names if "/tests/" in name or "__pycache__" in name]
     assert len(set(names)) == len(names)
     suffixes = {Path(name).suffix for name in names if name.startswith("conformance/")}
-    assert suffixes == {".py", ".typed", ".json"}
+    assert suffixes == {".py", ".typed", ".json", ".jinja", ".css", ".js"}
     assert [name for name in names if name.endswith(".json")] == [
         "conformance/reporting/workload.json"
     ]

@@ -27,6 +27,43 @@ PASSED = CaseResult(
     duration=0.25,
 )
 
+# The lines of a record beside those of its cases.
+ABOUT: dict[str, Any] = {
+    "begun": "2026-05-06T09:08:09.000+02:00",
+    "begun_utc": "2026-05-06T07:08:09",
+    "command": ["pytest", "--node-id=5,9"],
+    "eds": {"name": "drive.eds", "sha256": "00" * 32},
+    "node_ids": [5, 9],
+    "packages": {"pytest": "9.2.0"},
+    "permissions": ["nmt"],
+    "platform": "Linux",
+    "properties": {
+        "suite-version": "1",
+        "bus": "socketcan can0",
+        "bit-rate": "125000",
+        "response-timeout-ms": "1000",
+    },
+    "python": "3.11.7",
+    "self_test": False,
+    "strict": False,
+    "suite": "1",
+    "writable": ["2001h:00"],
+}
+DEVICE: dict[str, Any] = {
+    "node_id": 5,
+    "sdo_channel": "605:585",
+    "identity": {"vendor-id": "0x0000012E"},
+    "texts": {"1008h:00": "Drive"},
+    "properties": {"vendor-id": "0x0000012E"},
+}
+END: dict[str, Any] = {
+    "how": "complete",
+    "exit_status": 1,
+    "properties": {"not-restored": "x"},
+    "bench_errors": [],
+    "unrestored": [],
+}
+
 
 def result(verdict: Verdict = Verdict.PASS, **changes: Any) -> CaseResult:
     return replace(PASSED, verdict=verdict, **changes)

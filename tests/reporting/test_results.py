@@ -6,24 +6,16 @@ from pathlib import Path
 
 import pytest
 from junit_schema import breaches
-from reporting_results import PASSED, result
+from reporting_results import ABOUT, DEVICE, END, PASSED, result
 
 from conformance.reporting import recorded as module
 from conformance.reporting.appending import GrowingFile
 from conformance.reporting.bus_log import Place
 from conformance.reporting.recorded import NotRecorded, read_run
-from conformance.reporting.report import write_report
+from conformance.reporting.report import write_reports
 from conformance.reporting.results import RESULTS, ResultsFile
 from conformance.run.verdict import Verdict
 
-ABOUT = {
-    "begun_utc": "2026-05-06T07:08:09",
-    "node_ids": [5, 9],
-    "strict": False,
-    "properties": {"suite-version": "1"},
-}
-DEVICE = {"node_id": 5, "properties": {"vendor-id": "0x0000012E"}}
-END = {"how": "complete", "properties": {"not-restored": "x"}, "bench_errors": []}
 PLACE = Place("bus.log", 3, 7)
 CASES = [result(node_id=9), result(Verdict.FAIL, actual="\ud800 \x00 ü", trace=["a", "b"])]
 
@@ -46,7 +38,7 @@ def test_what_was_written_is_read_before_the_file_is_closed(tmp_path: Path) -> N
     assert (run.results, run.places, run.selected) == (CASES, [PLACE, PLACE], 3)
     assert run.by_device == CASES[::-1]
     assert run.properties == {
-        "suite-version": "1",
+        **ABOUT["properties"],
         "vendor-id": "0x0000012E",
         "not-restored": "x",
     }
@@ -74,7 +66,7 @@ def test_a_run_that_was_killed_at_any_byte(tmp_path: Path) -> None:
 def test_the_report_of_a_run_that_was_killed_says_so(tmp_path: Path) -> None:
     """As an error: what is left of it must not look like a run that has passed."""
     recorded(tmp_path, end=False)
-    path = write_report(tmp_path, read_run(tmp_path))
+    path, _ = write_reports(tmp_path, read_run(tmp_path))
     text = path.read_text(encoding="utf-8")
     assert 'message="the run was killed: its record has no end. 2 of 3 cases were finished"' in text
     assert 'errors="1"' in text
@@ -84,7 +76,8 @@ def test_the_report_of_a_run_that_was_killed_says_so(tmp_path: Path) -> None:
 def test_a_bench_error_that_no_case_shows(tmp_path: Path) -> None:
     file = recorded(tmp_path, end=False)
     file.end({**END, "bench_errors": ["can0 failed", "can0 failed"]})
-    text = write_report(tmp_path, read_run(tmp_path)).read_text(encoding="utf-8")
+    path, _ = write_reports(tmp_path, read_run(tmp_path))
+    text = path.read_text(encoding="utf-8")
     assert text.count('message="can0 failed"') == 1
 
 
@@ -119,8 +112,8 @@ def test_a_folder_without_a_record(tmp_path: Path) -> None:
 
 
 def test_another_format(tmp_path: Path) -> None:
-    (tmp_path / RESULTS).write_text('{"record": "run", "format": 2}\n', encoding="utf-8")
-    with pytest.raises(NotRecorded, match="has format 2"):
+    (tmp_path / RESULTS).write_text('{"record": "run", "format": 3}\n', encoding="utf-8")
+    with pytest.raises(NotRecorded, match="has format 3"):
         read_run(tmp_path)
 
 

@@ -1,0 +1,331 @@
+"""What report.html shows of a run, as values: each part of the page has a class here."""
+
+import math
+import re
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from datetime import datetime
+from functools import cached_property
+
+from conformance.reporting.cause_counts import CauseCount, counted_causes
+from conformance.reporting.official_steps import OFFICIAL_STEPS
+from conformance.reporting.page.diagram import Diagram, diagram
+from conformance.reporting.page.traffic import Times, Traffic
+from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.summary import counted
+from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
+from conformance.sdo.rules import RULES_BY_ID, Rule
+
+# What stands for a verdict where there is room for one character: not by colour alone.
+MARKS = {
+    Verdict.PASS: "✓",
+    Verdict.NON_STRICT: "~",
+    Verdict.INFO: "i",
+    Verdict.UNIMPLEMENTED: "∅",
+    Verdict.NOT_TESTABLE: "○",
+    Verdict.FAIL: "✗",
+    Verdict.KNOWN_DEVIATION: "k",
+    Verdict.STALE: "s",
+    Verdict.BENCH_ERROR: "b",
+    Verdict.NOT_RUN: "·",
+}
+PASSED = (Verdict.PASS, Verdict.INFO)
+NOT_TESTED = (Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED, Verdict.NOT_RUN)
+MATRIX = re.compile(r"matrix\.([^[]+)\[(.*)\]")
+PERCENTILES = (50, 95, 100)
+BARS = 24
+# Milliseconds; what is shorter is below the resolution of a log.
+SHORTEST = 0.001
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A case on the page: its place there, its result, its frames."""
+
+    number: int
+    result: CaseResult
+    frames: list[str]
+
+    @property
+    def anchor(self) -> str:
+        """Where the page shows it."""
+        return f"c{self.number}"
+
+    @property
+    def mark(self) -> str:
+        """The verdict as a character."""
+        return MARKS[self.result.verdict]
+
+    @property
+    def kind(self) -> str:
+        """The verdict as the name of a style."""
+        return self.result.verdict.value.replace(" ", "-")
+
+    @property
+    def state(self) -> str:
+        """The state of the server that the case is about; empty for none."""
+        found = MATRIX.fullmatch(self.result.case_id)
+        return found[1] if found else ""
+
+
+@dataclass(frozen=True, slots=True)
+class CauseShown:
+    """A cause with its rule, the picture of its first failure, and the cases behind it."""
+
+    count: CauseCount
+    rule: Rule | None
+    first: Case
+    diagram: Diagram | None
+    cases: list[Case]
+
+    @property
+    def kind(self) -> str:
+        """The kind of answer."""
+        return self.count.cause.partition(":")[2].strip() or self.first.result.actual
+
+    @property
+    def counts(self) -> str:
+        """How many cases it has."""
+        told = [f"{counted(len(self.count.failed))} failed"] if self.count.failed else []
+        told += [f"{len(self.count.kept_away)} not testable"] if self.count.kept_away else []
+        return ", ".join(told)
+
+
+@dataclass(slots=True)
+class Group:
+    """Cases that belong together: to a rule, a clause or a step of the official test."""
+
+    name: str
+    what: str
+    cases: list[Case] = field(default_factory=list)
+
+    def number(self, verdicts: Iterable[Verdict]) -> int:
+        """Return how many cases have one of these verdicts."""
+        return sum(case.result.verdict in verdicts for case in self.cases)
+
+    @property
+    def passed(self) -> int:
+        """How many passed."""
+        return self.number(PASSED)
+
+    @property
+    def failed(self) -> int:
+        """How many failed."""
+        return self.number(FAILED)
+
+    @property
+    def others(self) -> int:
+        """How many did neither."""
+        return len(self.cases) - self.passed - self.failed
+
+
+@dataclass(frozen=True, slots=True)
+class Map:
+    """The cases of the matrix: a column for each state, a row for each stimulus."""
+
+    states: list[str]
+    rows: list[tuple[str, list[Case | None]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """Response times to a kind of request, in milliseconds."""
+
+    kind: str
+    number: int
+    percentiles: list[float]
+    bars: list[int]
+    slowest: list[tuple[float, Case]]
+
+
+class PageContent:
+    """Everything on the page of a run; ``profile`` are lines on what the devices chose."""
+
+    def __init__(self, run: RecordedRun, traffic: Traffic, profile: dict[int, list[str]]) -> None:
+        """Take the run, and what its log has."""
+        self.run = run
+        self.traffic = traffic
+        self.profile = profile
+        self.cases = [
+            Case(number, result, traffic.shown.get(number, []))
+            for number, result in enumerate(run.results)
+        ]
+        self.about = run.about
+        self.alone = len(run.about["node_ids"]) == 1
+
+    # The verdict
+
+    @cached_property
+    def causes(self) -> list[CauseShown]:
+        """The causes, most cases first."""
+        by_result = {id(case.result): case for case in self.cases}
+        shown = []
+        for count in counted_causes(self.run.results, strict=self.about["strict"]):
+            results = [*count.failed, *count.kept_away]
+            cases = [by_result[id(result)] for result in results]
+            rule = RULES_BY_ID.get(rule_of_cause(count.cause))
+            shown.append(CauseShown(count, rule, cases[0], diagram(results[0].trace), cases))
+        return shown
+
+    @property
+    def failed(self) -> list[Case]:
+        """The cases that failed."""
+        failing = (*FAILED, *((Verdict.NON_STRICT,) if self.about["strict"] else ()))
+        return [case for case in self.cases if case.result.verdict in failing]
+
+    @property
+    def outcome(self) -> str:
+        """The name of the style of the verdict."""
+        if self.failed:
+            return "fail"
+        return "pass" if self.run.end and not self.run.end["exit_status"] else "bench-error"
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in one sentence."""
+        nodes = ", ".join(map(str, self.about["node_ids"]))
+        who = f"Node {nodes}" if self.alone else f"Nodes {nodes}"
+        tested = sum(case.result.verdict not in NOT_TESTED for case in self.cases)
+        if self.failed:
+            causes = len(self.causes)
+            why = f", for {causes} {'cause' if causes == 1 else 'causes'}" if causes else ""
+            return f"{who}: {len(self.failed)} of {counted(tested)} failed{why}."
+        if self.outcome == "pass":
+            return f"{who}: {counted(tested)} tested, none failed."
+        return f"{who}: no case has failed, but the run is not a pass; see below."
+
+    @property
+    def verdicts(self) -> list[Verdict]:
+        """The verdicts that were given."""
+        given = {case.result.verdict for case in self.cases}
+        return [verdict for verdict in Verdict if verdict in given]
+
+    def table(self, key: Callable[[CaseResult], str]) -> list[tuple[str, list[int], int]]:
+        """Return rows of a name, the number of cases for each verdict, and their sum."""
+        counts: dict[str, Counter[Verdict]] = defaultdict(Counter)
+        for case in self.cases:
+            counts[key(case.result)][case.result.verdict] += 1
+        return [
+            (name, [row[verdict] for verdict in self.verdicts], row.total())
+            for name, row in counts.items()
+        ]
+
+    @property
+    def by_service(self) -> list[tuple[str, list[int], int]]:
+        """The verdicts of each service."""
+        return self.table(lambda result: result.service)
+
+    @property
+    def by_level(self) -> list[tuple[str, list[int], int]]:
+        """The verdicts of each level."""
+        return self.table(lambda result: result.level)
+
+    @property
+    def not_tested(self) -> list[tuple[str, int]]:
+        """Why cases say nothing of the device, most cases first; each reason says what to do."""
+        reasons = Counter(
+            f"{case.result.verdict.value}: {case.result.actual}"
+            for case in self.cases
+            if case.result.verdict in NOT_TESTED and not case.result.cause
+        )
+        return reasons.most_common()
+
+    @property
+    def seconds(self) -> float | None:
+        """How long the run took."""
+        if self.run.end is None:
+            return None
+        begun, ended = map(datetime.fromisoformat, (self.about["begun"], self.run.end["at"]))
+        return (ended - begun).total_seconds()
+
+    # Cases in groups
+
+    @cached_property
+    def map(self) -> Map | None:
+        """The map of states and stimuli; None where no case of the matrix was selected."""
+        fields: dict[tuple[str, str], Case] = {}
+        for case in self.cases:
+            if found := MATRIX.fullmatch(case.result.case_id):
+                fields.setdefault((found[1], found[2]), case)
+        states = list(dict.fromkeys(state for state, _ in fields))
+        stimuli = dict.fromkeys(stimulus for _, stimulus in fields)
+        rows = [(each, [fields.get((state, each)) for state in states]) for each in stimuli]
+        return Map(states, rows) if fields else None
+
+    @cached_property
+    def by_rule(self) -> list[Group]:
+        """The cases of each rule that was tested."""
+        groups: dict[str, Group] = {}
+        for case in self.cases:
+            tested = case.result.tested_rules | case.result.broken_rules
+            for name in sorted(tested & RULES_BY_ID.keys()):
+                group = groups.setdefault(name, Group(name, RULES_BY_ID[name].sentence))
+                group.cases.append(case)
+        return [groups[name] for name in RULES_BY_ID if name in groups]
+
+    @cached_property
+    def by_clause(self) -> list[Group]:
+        """The cases of each clause."""
+        groups: dict[str, Group] = {}
+        for case in self.cases:
+            clause = case.result.clause
+            groups.setdefault(clause, Group(clause, "")).cases.append(case)
+        return [groups[clause] for clause in sorted(groups, key=_in_numbers)]
+
+    @cached_property
+    def by_step(self) -> list[Group]:
+        """The cases that do what a step of the official test does, and more."""
+        return [
+            Group(
+                step.name,
+                step.what,
+                [case for case in self.cases if case.result.case_id.startswith(step.stems)],
+            )
+            for step in OFFICIAL_STEPS
+        ]
+
+    # Times
+
+    @cached_property
+    def times(self) -> list[Distribution]:
+        """The response times by kind of request."""
+        return [self._distribution(kind, each) for kind, each in sorted(self.traffic.times.items())]
+
+    def _distribution(self, kind: str, times: Times) -> Distribution:
+        ordered = sorted(seconds * 1000 for seconds in times.all)
+        percentiles = [ordered[(len(ordered) - 1) * each // 100] for each in PERCENTILES]
+        # Each bar stands for times of one ratio: most answers are fast, a few very slow.
+        shortest = max(ordered[0], SHORTEST)
+        span = math.log(max(ordered[-1], 2 * shortest) / shortest)
+        bars = Counter(
+            min(BARS - 1, int(BARS * math.log(max(each, shortest) / shortest) / span))
+            for each in ordered
+        )
+        slowest = [(seconds * 1000, self.cases[case]) for seconds, case in reversed(times.slowest)]
+        return Distribution(
+            kind, len(ordered), percentiles, [bars[number] for number in range(BARS)], slowest
+        )
+
+    # Audit
+
+    @property
+    def written(self) -> Iterator[tuple[str, int, str, str, str]]:
+        """Yield for each object: its name, downloads, times of day, and values that were sent."""
+        for (node_id, mux), each in sorted(self.traffic.written.items()):
+            name = str(mux) if self.alone else f"node {node_id}, {mux}"
+            values = [value for value, _ in each.values.most_common(4)]
+            more = len(each.values) - len(values)
+            shown = "; ".join(values) + (f"; {more} more" if more else "")
+            first, last = map(_time_of_day, (each.first, each.last))
+            yield name, each.begun, first, last, shown
+
+
+def _time_of_day(seconds: float) -> str:
+    return f"{datetime.fromtimestamp(seconds):%H:%M:%S}"
+
+
+def _in_numbers(clause: str) -> list[tuple[bool, int, str]]:
+    """Return a key that puts 7.2.4.3.10 behind 7.2.4.3.9."""
+    parts = clause.split(".")
+    return [(not part.isdigit(), int(part) if part.isdigit() else 0, part) for part in parts]

@@ -1,0 +1,46 @@
+"use strict";
+// Without this script everything is there; with it cases can be filtered, and links open what they lead to.
+const filter = document.getElementById("filter");
+const cases = [...document.querySelectorAll("details.case")];
+
+function select() {
+  const wanted = Object.fromEntries(new FormData(filter));
+  const text = wanted.text.toLowerCase();
+  delete wanted.text;
+  let found = 0;
+  for (const each of cases) {
+    const fits = Object.entries(wanted).every(([name, value]) => !value || each.dataset[name] === value)
+      && (!text || each.textContent.toLowerCase().includes(text));
+    each.hidden = !fits;
+    found += fits;
+  }
+  document.getElementById("found").textContent = `${found} of ${cases.length} cases`;
+}
+
+function reveal() {
+  const target = document.getElementById(location.hash.slice(1));
+  if (target instanceof HTMLDetailsElement) {
+    target.hidden = false;
+    target.open = true;
+    target.scrollIntoView();
+    target.querySelector("summary").focus();
+  }
+}
+
+// A mark says which case it is; written out for each it would double the page.
+function name(event) {
+  const mark = event.target.closest("a.mark");
+  if (mark && !mark.title) {
+    const found = document.getElementById(mark.hash.slice(1));
+    mark.title = `${found.querySelector("summary").textContent.trim().slice(2)}: ${found.dataset.verdict}`;
+  }
+}
+
+addEventListener("mouseover", name);
+addEventListener("focusin", name);
+filter.hidden = false;
+filter.addEventListener("input", select);
+filter.addEventListener("submit", (event) => event.preventDefault());
+addEventListener("hashchange", reveal);
+select();
+reveal();

@@ -1,0 +1,231 @@
+"""What bus.log holds of each case: its frames in words, what was written, how fast answers came."""
+
+import heapq
+from bisect import insort
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+
+from conformance.reporting.bus_log import Place
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.nmt import NMT_ID, describe_nmt
+
+# A case may have thousands of frames; the page shows the first and the last.
+FIRST_SHOWN, LAST_SHOWN = 12, 4
+SLOWEST = 5
+SENT = "T"
+
+
+@dataclass(frozen=True, slots=True)
+class Logged:
+    """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it."""
+
+    time: float
+    frame: str
+    sent: bool
+
+    @property
+    def can_id(self) -> int:
+        """The CAN-ID; -1 for what is no frame."""
+        digits = self.frame.partition("#")[0]
+        return int(digits, 16) if digits else -1
+
+    @property
+    def data(self) -> bytes | None:
+        """The bytes of a classic data frame; None for any other."""
+        text = self.frame.partition("#")[2]
+        try:
+            return bytes.fromhex(text)
+        except ValueError:
+            return None
+
+
+@dataclass(slots=True)
+class Written:
+    """The downloads of one object: how many were begun, when, and the short values they had."""
+
+    begun: int = 0
+    first: float = 0.0
+    last: float = 0.0
+    values: Counter[str] = field(default_factory=Counter)
+
+
+@dataclass(slots=True)
+class Times:
+    """How long answers to one kind of request took, in seconds; the slowest with their cases."""
+
+    all: list[float] = field(default_factory=list)
+    slowest: list[tuple[float, int]] = field(default_factory=list)
+
+    def add(self, seconds: float, case: int) -> None:
+        """Take an answer that came in the case of this number."""
+        self.all.append(seconds)
+        if len(self.slowest) < SLOWEST or seconds > self.slowest[0][0]:
+            insort(self.slowest, (seconds, case))
+            del self.slowest[:-SLOWEST]
+
+
+@dataclass(slots=True)
+class Traffic:
+    """The frames of a run: those that are shown, as lines of text by the number of their case.
+
+    What was ``written`` is kept by node-ID and object, NMT commands by their words, response
+    ``times`` by kind of request.
+    """
+
+    shown: dict[int, list[str]] = field(default_factory=dict)
+    written: dict[tuple[int, Multiplexer], Written] = field(default_factory=dict)
+    commands: Counter[str] = field(default_factory=Counter)
+    times: dict[str, Times] = field(default_factory=dict)
+    requests: int = 0
+    responses: int = 0
+
+
+def read_traffic(
+    folder: Path,
+    places: Sequence[Place | None],
+    node_ids: Sequence[int],
+    channels: Mapping[int, ChannelIds],
+) -> Traffic:
+    """Read the frames of cases of which the ``places`` and nodes are known; raises OSError.
+
+    ``channels`` are those of the devices, by node-ID. What the bus carried between the cases counts
+    with those that follow.
+    """
+    traffic = Traffic()
+    for log in sorted({place.log for place in places if place is not None}):
+        for number, lines in _by_case(folder / log, log, places):
+            _Case(traffic, number, channels, node_ids[number]).take(lines)
+    return traffic
+
+
+def _by_case(
+    path: Path, log: str, places: Sequence[Place | None]
+) -> Iterator[tuple[int, list[Logged]]]:
+    """Yield the lines of each case; those of devices that are tested side by side overlap."""
+    waiting = sorted(
+        (
+            (place.first, place.last, number)
+            for number, place in enumerate(places)
+            if place is not None and place.log == log and place.last >= place.first
+        ),
+        reverse=True,
+    )
+    open_cases: list[tuple[int, int, list[Logged]]] = []
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for line_number, line in zip(count(1), file, strict=False):
+            while waiting and waiting[-1][0] <= line_number:
+                _, last, number = waiting.pop()
+                heapq.heappush(open_cases, (last, number, []))
+            logged = _logged(line)
+            for _, _, lines in open_cases:
+                if logged is not None:
+                    lines.append(logged)
+            while open_cases and open_cases[0][0] <= line_number:
+                _, number, lines = heapq.heappop(open_cases)
+                yield number, lines
+    while open_cases:  # the log was cut off
+        _, number, lines = heapq.heappop(open_cases)
+        yield number, lines
+
+
+def _logged(line: str) -> Logged | None:
+    """Read a line of bus.log; None for one that was not written to its end."""
+    match line.split():
+        case [time, _, frame, direction]:
+            return Logged(float(time.strip("()")), frame, direction == SENT)
+        case _:
+            return None
+
+
+class _Case:
+    """Adds the frames of one case to the traffic of its run."""
+
+    def __init__(
+        self, traffic: Traffic, number: int, channels: Mapping[int, ChannelIds], node_id: int
+    ) -> None:
+        self._traffic = traffic
+        self._number = number
+        self._node_id = node_id
+        self._ids = channels[node_id]
+        self._others = {
+            cob_id.can_id
+            for other, ids in channels.items()
+            if other != node_id
+            for cob_id in (ids.request, ids.response)
+        }
+        self._own = self._ids.request.can_id, self._ids.response.can_id
+        self._decoder = Decoder()
+        self._asked: tuple[float, Request] | None = None
+
+    def take(self, lines: Sequence[Logged]) -> None:
+        """Follow the frames, and keep those that are shown."""
+        lines = [logged for logged in lines if logged.can_id not in self._others]
+        shown = []
+        for position, logged in enumerate(lines):
+            is_shown = position < FIRST_SHOWN or position >= len(lines) - LAST_SHOWN
+            words = self._follow(logged, is_shown)
+            if is_shown:
+                elapsed = (logged.time - lines[0].time) * 1000
+                arrow = ">" if logged.sent else "<"
+                shown.append(f"{elapsed:.1f} {arrow} {logged.frame} {words}".rstrip())
+            elif position == FIRST_SHOWN:
+                left_out = len(lines) - FIRST_SHOWN - LAST_SHOWN
+                shown.append(f"… {left_out} frames, which are in bus.log")
+        self._traffic.shown[self._number] = shown
+
+    def _follow(self, logged: Logged, is_shown: bool) -> str:
+        """Count a frame; return it in words where they are wanted."""
+        can_id, data = logged.can_id, logged.data
+        if data is None or len(data) != FRAME_LENGTH or can_id not in self._own:
+            return self._beside(logged, can_id, data)
+        if can_id == self._ids.request.can_id:
+            request = self._decoder.request(data)
+            if logged.sent:
+                self._traffic.requests += 1
+                self._asked = logged.time, request
+                self._note(request, logged.time)
+            return describe(request) if is_shown else ""
+        self._traffic.responses += 1
+        response = self._decoder.response(data)
+        if self._asked is not None:
+            time, request = self._asked
+            self._asked = None
+            times = self._traffic.times.setdefault(_kind(request), Times())
+            times.add(logged.time - time, self._number)
+        return describe(response) if is_shown else ""
+
+    def _beside(self, logged: Logged, can_id: int, data: bytes | None) -> str:
+        """Note an NMT command; return what is not of the device's SDO channel in words."""
+        if data is None or can_id < 0:
+            return ""
+        words = describe_nmt(CanFrame(can_id, data)) or ""
+        if logged.sent and can_id == NMT_ID:
+            self._traffic.commands[words] += 1
+        return words
+
+    def _note(self, request: Request, time: float) -> None:
+        """Keep what would be written."""
+        if not isinstance(request, DownloadInitiate | BlockDownloadInitiate):
+            return
+        written = self._traffic.written.setdefault(
+            (self._node_id, request.mux), Written(first=time)
+        )
+        written.begun += 1
+        written.last = time
+        if isinstance(request, DownloadInitiate) and request.expedited:
+            written.values[request.data.hex(" ").upper()] += 1
+        elif request.size is not None:
+            written.values[f"{request.size} bytes"] += 1
+
+
+def _kind(request: Request) -> str:
+    """Return the name of a kind of request, in words."""
+    name = type(request).__name__
+    return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip()

@@ -1,0 +1,221 @@
+"""report.html: what it says of a run, from its record and its log."""
+
+import re
+from collections.abc import Sequence
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from reporting_results import ABOUT, DEVICE, END, UNHURRIED, result
+
+from conformance.__main__ import DONE, main
+from conformance.reporting.bus_log import Place
+from conformance.reporting.page.writing import PAGE, write_page
+from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.results import RESULTS, ResultsFile
+from conformance.run.verdict import CaseResult, Verdict
+
+LOG = """\
+(100.000000) can0 605#4000100000000000 T
+(100.001000) can0 585#4300100091010F00 R
+(100.500000) can0 000#8205 T
+(101.000000) can0 605#2B01200034120000 T
+(101.002000) can0 609#4000100000000000 T
+(101.004000) can0 585#8001200002000106 R
+(101.010000) can0 605#2B01200034120000 T
+(101.018000) can0 585#6001200000000000 R
+"""
+PLACES = [Place("bus.log", 1, 3), Place("bus.log", 4, 8)]
+FAILED = result(
+    Verdict.FAIL,
+    case_id="matrix.idle[40h]",
+    broken_rule="response.specifier: words",
+    cause="response.specifier: abort to download initiate",
+    expected="60h",
+    actual="an abort",
+    trace=[
+        "      0.0 ms > 605#2B01200034120000 download initiate 2001h:00, expedited, 2 bytes: 34 12",
+        "*     2.0 ms < 585#8001200002000106 abort 2001h:00, 06010002h (read only)",
+    ],
+)
+
+
+class Reader(HTMLParser):
+    """Keeps the text of a page, and checks that its tags fit together."""
+
+    VOID = frozenset(("meta", "input", "br", "path", "rect"))
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.text = ""
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag not in self.VOID:
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.open[-1:] not in (["style"], ["script"]):
+            self.text += " ".join(data.split()) + " " if data.strip() else ""
+
+
+def page_of(
+    folder: Path, results: Sequence[CaseResult], *, ended: bool = True, log: str = LOG
+) -> Reader:
+    (folder / "bus.log").write_text(log, encoding="utf-8")
+    places: list[Place | None] = [*PLACES, None][: len(results)]
+    end = {"at": "2026-05-06T09:09:09.500+02:00", **END} if ended else None
+    run = RecordedRun(ABOUT, [DEVICE], list(results), places, len(results), end)
+    reader = Reader()
+    reader.feed(write_page(folder, run).read_text(encoding="utf-8"))
+    reader.close()
+    assert reader.open == []
+    return reader
+
+
+def test_the_verdict(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    assert "Nodes 5, 9: 1 of 2 cases failed, for 1 cause." in page.text
+    assert "device name (1008h) Drive" in page.text
+    assert "drive.eds" in page.text
+    assert "pytest --node-id=5,9" in page.text
+    assert "(60.5 s)" in page.text
+
+
+def test_a_cause(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    assert "1. response.specifier : abort to download initiate" in page.text
+    assert "MUST, CiA 301 clause" in page.text
+    (picture,) = (each for tag, each in page.tags if each.get("class") == "diagram")
+    assert picture["aria-label"] == (
+        "client: download initiate 2001h:00, expedited, 2 bytes: 34 12; "
+        "server: abort 2001h:00, 06010002h (read only) (the offending frame)"
+    )
+    assert [each["class"] for tag, each in page.tags if tag == "g" and each] == ["decisive"]
+    assert "2B cs 1, n 2, e 1, s 1 01 20 00 2001h:00 34 12 00 00 data" in page.text
+    assert "80 cs 4 01 20 00 2001h:00 02 00 01 06 code 06010002h" in page.text
+
+
+def test_the_frames_of_a_case_that_passed(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(trace=[]), result(case_id="download.number")])
+    assert (
+        "0.0 > 605#4000100000000000 upload initiate 1000h:00 "
+        "1.0 < 585#4300100091010F00 upload initiate response 1000h:00, expedited, 4 bytes: "
+        "91 01 0F 00 500.0 > 000#8205 NMT: reset communication, node 5"
+    ) in page.text
+    assert "609#" not in page.text
+
+
+def test_times_and_audit(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    assert "upload initiate 1 1.00 1.00 1.00" in page.text
+    assert "download initiate 2 4.00 4.00 8.00" in page.text
+    assert "3 requests were sent in the cases, 3 responses came." in page.text
+    assert re.search(r"node 5, 2001h:00 2 \d\d:\d\d:\d\d \d\d:\d\d:\d\d 34 12 ", page.text)
+    assert "NMT: reset communication, node 5 1" in page.text
+    assert "Each value that was changed has been put back." in page.text
+
+
+def test_the_map(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    assert "idle 40h ✗" in page.text
+
+
+def test_rules_and_steps(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    assert "SDO 01 reads 1000h 1 0 0 1 ✓" in page.text
+    assert "SDO 02 reads and writes back 1017h 0 0 0 none" in page.text
+    assert re.search(r"response\.specifier [^✓✗]* 0 1 0 1 ✗", page.text)
+
+
+def test_a_run_that_was_killed(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result()], ended=False)
+    assert "no case has failed, but the run is not a pass" in page.text
+    assert "the run was killed: its record has no end" in page.text
+    assert "The run has no end: what was not put back stands in not-restored.jsonl" in page.text
+
+
+def test_a_log_that_is_cut_off_or_gone(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(trace=[]), FAILED], log=LOG[:300])
+    assert "0.0 > 605#4000100000000000 upload initiate 1000h:00" in page.text
+    (tmp_path / "bus.log").unlink()
+    run = RecordedRun(ABOUT, [DEVICE], [result()], [PLACES[0]], 1, None)
+    text = write_page(tmp_path, run).read_text(encoding="utf-8")
+    assert "There is no log of frames beside this report." in text
+
+
+def test_it_needs_nothing_beside_it(tmp_path: Path) -> None:
+    """Neither the network nor another file; a policy in it forbids what is fetched."""
+    page = page_of(tmp_path, [result(), FAILED])
+    for _, attributes in page.tags:
+        assert not attributes.keys() & {"src", "onclick", "onload"}
+        assert (attributes.get("href") or "#").startswith("#")
+    (policy,) = (each for tag, each in page.tags if each.get("http-equiv"))
+    assert str(policy["content"]).startswith("default-src 'none'")
+
+
+def test_each_link_leads_somewhere(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    ids = [each["id"] for _, each in page.tags if "id" in each]
+    assert len(ids) == len(set(ids))
+    assert {str(each["href"])[1:] for tag, each in page.tags if tag == "a"} <= set(ids)
+
+
+HOSTILE = (
+    "<script>x()</script>",
+    "]]>",
+    "{{ 7 * 7 }}",
+    "\x1b[31m",
+    "\u202e",
+    '"onload=x()',
+    "-->",
+    "</pre>",
+)
+TEXTS = st.text(min_size=1) | st.sampled_from(HOSTILE)
+
+
+@UNHURRIED
+@given(TEXTS, TEXTS, TEXTS)
+def test_what_a_device_says_is_inert(
+    tmp_path_factory: pytest.TempPathFactory, said: str, name: str, frame: str
+) -> None:
+    """Whatever it sends is text, and is shown; nothing of it becomes a tag."""
+    folder = tmp_path_factory.mktemp("inert")
+    harmless, hostile = (
+        result(Verdict.FAIL, actual=text, notes=[text], trace=[f"{before}{text}"], cause=text)
+        for before, text in (("*     0.0 ms < 1#00 ", "x"), (f"*     0.0 ms < {frame} ", said))
+    )
+    plain = page_of(folder, [harmless])
+    device = {**DEVICE, "texts": {"1008h:00": said}, "identity": {name: said}}
+    run = RecordedRun(ABOUT, [device], [hostile], [PLACES[0]], 1, None)
+    text = write_page(folder, run).read_text(encoding="utf-8")
+    reader = Reader()
+    reader.feed(text)
+    assert {tag for tag, _ in reader.tags} <= {tag for tag, _ in plain.tags}
+    assert not any(name.startswith("on") for _, each in reader.tags for name in each)
+    assert "\x1b" not in text
+    assert "\u202e" not in text
+    if said in HOSTILE and said.isprintable():
+        assert said in reader.text
+
+
+def test_the_command_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "bus.log").write_text(LOG, encoding="utf-8")
+    file = ResultsFile(tmp_path)
+    file.run(ABOUT)
+    file.selected(1)
+    file.device(DEVICE)
+    file.case(result(), PLACES[0])
+    file.end(END)
+    assert not file.close()
+    assert (tmp_path / RESULTS).is_file()
+    assert main(["report", str(tmp_path)]) == DONE
+    assert f"written: {tmp_path / PAGE}" in capsys.readouterr().out
