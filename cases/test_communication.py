@@ -26,7 +26,7 @@ SECTIONS = (b"[deviceinfo]", b"[mandatoryobjects]")
 # The capabilities of 1010h: on command, and by itself; of 1011h: on command.
 CAPABILITIES = {"1010h": (0x1010, 0b11), "1011h": (0x1011, 0b01)}
 PDOS = {label: COB_ID_ENTRIES[label] for label in ("1400h", "1800h")}
-# Of the CAN-IDs that are kept for other services, some that carry nobody's commands.
+# Of the CAN-IDs that are kept for other services, some that carry no commands.
 KEPT_FOR_OTHERS = (0x101, 0x6E0, 0x7FF)
 FREE_ID = 0x6A1
 STRAY_BIT = 1 << 11

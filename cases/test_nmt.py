@@ -62,7 +62,7 @@ def next_segment(sdo: Dialogue, kind: str) -> UploadSegment | DownloadSegment:
 def test_serves(
     sdo: Dialogue, room: Room, network: Network, text: KnownObject, command: NmtCommand
 ) -> None:
-    """In Pre-operational and in Operational the server reads and writes as ever."""
+    """In Pre-operational and in Operational the server reads and writes as before."""
     network.send(command)
     network.settle()
     data = room.prepare(text, 17)

@@ -56,7 +56,7 @@ def test_unknown_is_over(sdo: Dialogue, request: bytes) -> None:
     request=BLOCK_FRAMES,
 )
 def test_out_of_block(sdo: Dialogue, request: Message) -> None:
-    """A frame of a block transfer that nobody started: abort or silence, no positive answer."""
+    """A frame of a block transfer that was not started: abort or silence, no positive answer."""
     sdo.send(request)
     sdo.expect_silence_or_abort()
 

@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError as error:
         if options.command is _serve:  # it is the connection to a bus
             return _broken(error, BROKEN_BENCH)
-        # Whoever reads has seen enough, as ``head`` does; Python would complain once more.
+        # The reader has closed the pipe, as ``head`` does; Python would complain once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     except (BenchError, OSError, can.CanError) as error:

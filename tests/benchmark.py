@@ -49,7 +49,7 @@ PATIENCE = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Rhythm:
-    """Rounds of so many frames from the client and so many back."""
+    """Rounds of a number of frames from the client and a number of frames back."""
 
     rounds: int
     requests: int
@@ -153,7 +153,7 @@ def clients() -> Iterator[tuple[SuiteClient, Dialogue, SdoClient]]:
 
 
 def repeated(count: int, task: Callable[[], object]) -> None:
-    """Do a short task so many times."""
+    """Do a short task ``count`` times."""
     for _ in range(count):
         task()
 

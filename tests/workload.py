@@ -21,7 +21,7 @@ from conformance.plugin.state import STATE
 from conformance.reporting.workload import family_of, service_of
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT
 
-# A family stands alone that has so much of all answers, silences or time.
+# A family stands alone that has this share of all answers, silences or time.
 PART = 0.002
 
 

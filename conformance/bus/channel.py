@@ -16,7 +16,7 @@ MOST_OVERHEARD = 1000
 ABORTS = b"\x80"
 # Frames with the times at which they arrived.
 Waiting = deque[tuple[CanFrame, float]]
-# A silence in doubt is waited out again, so many times at most.
+# How many times at most a silence in doubt is waited out again.
 MOST_WAITS = 5
 
 
@@ -104,20 +104,20 @@ class Channel:
     def receive(self, timeout: float | None = None) -> CanFrame | None:
         """Return the device's next response within ``timeout`` seconds (default: the channel's).
 
-        None when there is none: so long a silence, while the suite was listening. One in doubt is
-        waited out again. Raises SecondClient when somebody else uses the channel, InterfaceLost
+        None after a silence of this time, while the suite was listening. One in doubt is waited
+        out again. Raises SecondClient when another client uses the channel, InterfaceLost
         when the bus is not reached any more.
         """
         return self._next(self._responses, timeout)
 
     def pause(self, seconds: float) -> CanFrame | None:
-        """Send nothing for so many seconds by the clock; return a response that ends the pause."""
+        """Send nothing for a time, by the clock; return a response that ends the pause."""
         return self._next_within(self._responses, Patience(seconds, plain=True))
 
     def waiting(self) -> list[CanFrame]:
-        """Look, without waiting, for a frame more; return the responses that nobody took yet.
+        """Look, without waiting, for a frame more; return the responses not yet taken.
 
-        Raises SecondClient when somebody else uses the channel.
+        Raises SecondClient when another client uses the channel.
         """
         frame = self.link.look()
         if frame is not None:
@@ -156,7 +156,7 @@ class Channel:
         self.missed, self.in_doubt = patience.missed, False
         if self._held and queue is self._responses:
             held, _ = self._held[0]
-            if self.strangers.somebody_else_answers(held, queue[0][0]):
+            if self.strangers.another_answers(held, queue[0][0]):
                 self._held.clear()
                 raise second_client(self.ids.request)
             return self._from_device()
@@ -165,7 +165,7 @@ class Channel:
         return found
 
     def _from_device(self) -> CanFrame:
-        """Take an abort on the identifier of the requests for the device's: nobody else answers."""
+        """Take an abort on the identifier of the requests for the device's: no other answers."""
         self.strangers.confirmed = True
         found, self.arrived = self._held.popleft()
         self.at_rest = False

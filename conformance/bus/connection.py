@@ -5,7 +5,7 @@ import socket
 from conformance.bus.errors import InterfaceLost
 
 GREETING = b"< hi >"
-# Within so many seconds a daemon greets who connects.
+# Seconds within which a daemon greets a client that connects.
 PATIENCE = 2.0
 
 

@@ -11,7 +11,8 @@ class UnmarkedEchoes:
     """Knows our own frames again where a bus brings back each of them once, like any other.
 
     They come in the order in which they were sent; some may have been lost. An equal frame of
-    somebody else may be taken for ours: then ours, behind it, is taken for his, and is noticed.
+    another node may be taken for ours: then ours, behind it, is taken for the other's, and is
+    noticed.
     """
 
     def __init__(self) -> None:

@@ -21,7 +21,7 @@ PATIENCE = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ErrorStates:
-    """The state of a controller, and what it has counted; nothing where nobody tells."""
+    """The state of a controller, and what it has counted; nothing where neither is known."""
 
     state: str = ""
     counts: Mapping[str, int] = field(default_factory=dict)

@@ -2,7 +2,7 @@
 
 In the order of a run: the bus cannot be opened (BusNotOpened); the device never answers
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
-or leaves the bus (BusOff); frames are lost (FramesDropped, FailedOnce); somebody else talks to the
+or leaves the bus (BusOff); frames are lost (FramesDropped, FailedOnce); another client talks to the
 device (SecondClient), or answers for it (TwoDevices); the device stops answering (DeviceLost); a
 case would write without permission (WriteNotPermitted); the device's program does not run
 (ProcessFailed); one of several processes that test is gone (WorkerLost); a report cannot be written

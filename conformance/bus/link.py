@@ -32,7 +32,7 @@ RETRY_PAUSE = 0.002
 
 
 class Direction(StrEnum):
-    """Who sent a frame: we, or somebody on the bus."""
+    """Who sent a frame: the suite, or another node on the bus."""
 
     SENT = "sent"
     RECEIVED = "received"
@@ -187,7 +187,7 @@ class Link:
         That is SDO traffic of all nodes, NMT and error control, everything else that these nodes
         send by default, 11-bit frames with these CAN-IDs, and all 29-bit frames: an answer on a
         wrong identifier must be seen. Not the SDO traffic of ``neighbours``, which another process
-        tests meanwhile. Within this process, on the virtual bus, there is nobody else.
+        tests meanwhile. On the virtual bus, within this process, there are no others.
         """
         if isinstance(self._bus, VirtualBus):
             return

@@ -8,7 +8,7 @@ from conformance.sdo.can_frame import CanFrame
 
 
 class _Outgoing(can.Message):
-    """A message that is sent once and changed by nobody: all who receive it may have the same.
+    """A message that is sent once and never changed: all receivers may share it.
 
     python-can's virtual bus makes a copy for each of them, and its general way to copy takes longer
     than sending and receiving together.

@@ -6,12 +6,13 @@ from collections import Counter, deque
 PROVEN = 10
 # How much longer than nearly all of its answers took a device is waited for then.
 MARGIN = 10.0
-# At least so many seconds; and where an answer need not come. A busy machine may take longer than
-# the one for a device that is a program on it.
+# The shortest wait in seconds, and the shortest where an answer need not come. On a busy machine a
+# device that is a program may take longer.
 SHORTEST, SHORTEST_OF_OPEN = 0.25, 0.1
-# Of so many answers one may have been kept waiting by the machine.
+# Of this number of answers, the machine may have delayed one.
 NEARLY_ALL = 100
-# Of so many plain reads, each behind an answer, a device that is sound leaves none unanswered.
+# Plain reads that are looked at, each behind an answer, and how many unanswered ones are too many:
+# a sound device leaves none unanswered.
 LOOKED_AT, TOO_MANY = 60, 12
 
 
@@ -42,7 +43,7 @@ class Pace:
         self.silences += 1
 
     def late(self, seconds: float) -> None:
-        """Take that an answer came when nobody waited for it any more."""
+        """Take that an answer came after the wait for it had ended."""
         self._latest = max(self._latest, seconds)
 
     def read(self, *, answered: bool) -> None:

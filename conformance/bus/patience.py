@@ -1,4 +1,4 @@
-"""How long a silence has lasted: it counts only while somebody was listening.
+"""How long a silence has lasted: it counts only while the suite was listening.
 
 A busy machine may keep this process from running, in the middle of a wait as anywhere else. The
 wait is made of short looks; what a look took longer than it should was not spent listening, so it
@@ -9,13 +9,13 @@ import time
 
 # Seconds of one look: shorter than any response time-out that is in use.
 LOOK = 0.05
-# A look that ends so much later than it should was interrupted; timers alone are never that late.
+# A look that ends later than it should by this time was interrupted: timers alone never are.
 LATE = 0.02
-# Where looks never end in time, waiting has to end all the same.
+# Where looks never end in time, waiting has to end nevertheless.
 MOST_LATE = 40
-# Past its end, a wait looks at what has arrived already for so many seconds more.
+# For how many seconds past its end a wait looks at frames that have arrived already.
 DRAIN_LIMIT = 0.25
-# A silence is in doubt when so much of the wait was missed: in seconds, and as a part of it.
+# A silence is in doubt when this much of the wait was missed: in seconds, and as a share of it.
 DOUBT, DOUBTFUL_PART = 0.05, 0.25
 
 
@@ -23,13 +23,13 @@ class Patience:
     """One wait for frames: how long to look next, and whether it is over.
 
     ``missed`` are the seconds during which this process was not running. A ``plain`` wait counts
-    them: it is as long as the clock says, whoever listened.
+    them: it ends by the clock, even if the suite was not listening.
     """
 
     __slots__ = ("_asked", "_late", "_over", "_plain", "_seconds", "_since", "left", "missed")
 
     def __init__(self, seconds: float, *, plain: bool = False) -> None:
-        """Begin a wait of so many seconds."""
+        """Begin a wait; ``seconds`` is its length."""
         self.left = seconds
         self.missed = 0.0
         self._seconds = seconds
@@ -46,7 +46,7 @@ class Patience:
 
     @property
     def in_doubt(self) -> bool:
-        """Whether so much was missed that a silence may be due to that."""
+        """Whether enough of the wait was missed to explain a silence."""
         return self.missed > max(DOUBT, DOUBTFUL_PART * self._seconds)
 
     def look(self, shortest: float) -> float:

@@ -22,7 +22,7 @@ class Stop:
     """
 
     def __init__(self) -> None:
-        """Nobody has asked yet."""
+        """No stop was asked for yet."""
         self.requests = 0
         self.by = ""
         self._tolerated = 0

@@ -2,7 +2,7 @@
 
 Anybody may send 29-bit, remote or FD frames with the number of the channel. Such a frame is taken
 for the device's only where it holds the answer to what was asked. An abort on the identifier of the
-requests is the device's where it names what was asked and nobody else answers that.
+requests is the device's where it names what was asked and no other node answers that.
 """
 
 from collections import Counter, deque
@@ -18,12 +18,12 @@ from conformance.sdo.pairing import is_answer, names_object
 
 _CODES = frozenset(AbortCode)
 _NO_OBJECT = Multiplexer(0)
-# What an abort may be about that comes now: of so many requests.
+# An abort that comes now may be about one of this number of requests.
 RECENT = 4
 
 
 class Strangers:
-    """Tells the frames of the device from those of somebody else; keeps one of each kind of these.
+    """Tells the frames of the device from those of other nodes; keeps one of each kind of these.
 
     ``confirmed``: the device is known to send its aborts on the identifier of the requests.
     """
@@ -65,7 +65,7 @@ class Strangers:
         abort = decode_request(frame.data)
         return isinstance(abort, Abort) and abort.mux in (*self._objects, _NO_OBJECT)
 
-    def somebody_else_answers(self, abort: CanFrame, frame: CanFrame) -> bool:
+    def another_answers(self, abort: CanFrame, frame: CanFrame) -> bool:
         """Say whether a response answers the same request as an abort that came before it."""
         aborted = decode_request(abort.data)
         answered = getattr(decode_response(frame.data), "mux", self._objects[-1])
@@ -76,13 +76,13 @@ class Strangers:
         return not (isinstance(before, Abort) and before.mux == aborted.mux)
 
     def note(self, frame: CanFrame) -> None:
-        """Keep that somebody sends such a frame."""
+        """Keep that another node sends such a frame."""
         kind = format_of(frame)
         self._first.setdefault(kind, frame)
         self._counts[kind] += 1
 
     def lines(self) -> list[str]:
-        """Say, once for each format, what somebody sends."""
+        """Say, once for each format, what other nodes send."""
         return [
             f"another node sends {kind}s with the CAN-ID of the device's responses: "
             f"{self._first[kind]}" + (f" and {count - 1} more" if count > 1 else "")
@@ -111,7 +111,7 @@ def heard_elsewhere(overheard: Sequence[CanFrame], number: int) -> str:
 
 
 def asked_by_others(overheard: Iterable[CanFrame]) -> set[int]:
-    """Return the node-IDs to which somebody else sent requests."""
+    """Return the node-IDs to which another client sent requests."""
     return {
         frame.can_id & 0x7F
         for frame in overheard

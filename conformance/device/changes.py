@@ -13,7 +13,7 @@ Values = dict[Multiplexer, bytes]
 Tell = Callable[[dict[str, Any]], None]
 
 
-def _nobody(record: dict[str, Any]) -> None:
+def _untold(record: dict[str, Any]) -> None:
     del record
 
 
@@ -25,7 +25,7 @@ class Changes:
     change before it is made, and what is back.
     """
 
-    tell: Tell = _nobody
+    tell: Tell = _untold
     outstanding: Values = field(default_factory=dict)
     stored: Values = field(default_factory=dict)
 

@@ -114,7 +114,7 @@ class Device:
         return sorted(self.values.keys() - moving)
 
     def resettable(self) -> list[KnownObject]:
-        """Return what was read, stays until somebody writes it, and goes back in a reset."""
+        """Return what was read, stays until it is written, and goes back in a reset."""
         return [
             known
             for known in self.objects

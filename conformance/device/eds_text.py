@@ -49,7 +49,7 @@ _COMPANION = re.compile(r"[0-9a-f]{4}(name|value|denotation|objectlinks)", re.IG
 _NUMBER = re.compile(r"[+-]?(0x[0-9a-f]+|[0-9]+)", re.IGNORECASE)
 _MOST_DIGITS = 40
 _MOST_REMEMBERED = 80
-# So many names are looked at for one that is misspelt.
+# How many names are compared with one that is misspelt.
 MOST_COMPARED = 1000
 
 
@@ -163,7 +163,7 @@ def sections_of(path: Path, text: str) -> dict[str, Section]:
             section = _begin(path, line, content, sections)
             if len(sections) >= MOST_SECTIONS:
                 raise section.error(
-                    f"more than {MOST_SECTIONS} sections: no device has so many; is it the right "
+                    f"more than {MOST_SECTIONS} sections: no device has as many; is it the right "
                     "file?"
                 )
             sections[section.name] = section

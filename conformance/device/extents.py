@@ -22,7 +22,7 @@ from conformance.sdo.objects import TEXT_TYPES
 # A device may have one length for its strings, and fill up with 00h what is shorter; one that was
 # seen to bring data without an end is given less.
 PADDING, LITTLE = 1024, 64
-# Behind so many uploads without an end it is what the device does.
+# After this number of uploads without an end it is what the device does.
 ENOUGH = 3
 # What a text is allowed that was not read yet, where the EDS states a value and where it does not.
 STATED, TEXT = 1 << 14, 1 << 17

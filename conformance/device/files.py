@@ -24,7 +24,7 @@ def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
     Raises FileError.
     """
     try:
-        # Whoever opens a pipe that nobody writes to waits for ever.
+        # To open a pipe without a writer would block for ever.
         if path.exists() and not path.is_file() and not path.is_dir():
             raise FileError(path, None, "that is a pipe or a device, and no file.")
         with path.open("rb") as file:

@@ -50,7 +50,7 @@ class KnownDeviation:
 
     @property
     def is_explained(self) -> bool:
-        """Whether somebody has filled in the reason of a draft."""
+        """Whether the reason of a draft was filled in."""
         return self.reason != NO_REASON
 
     @property

@@ -1,4 +1,4 @@
-"""What keeps a case from being run on a device: a case that meets it fails nobody."""
+"""What keeps a case from being run on a device: no case fails because of it."""
 
 
 class NotTestable(Exception):

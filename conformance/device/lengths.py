@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 class Lengths:
     """The lengths, in bytes, that a string or domain takes.
 
-    ``taken`` are some that it has taken. ``most`` is the largest, None as long as nobody had to
-    find out; a ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
+    ``taken`` are some that it has taken. ``most`` is the largest, None until it was measured; a
+    ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
     words. Shorter values than ``filled`` bytes are filled up to as many. Between lengths that are
     taken there may be ``refused`` ones. ``much`` is how many bytes it took when it was asked for
-    much room, 0 where it refused them, None as long as nobody asked.
+    much room, 0 where it refused them, None until it was asked.
     """
 
     taken: set[int] = field(default_factory=set)
@@ -28,7 +28,7 @@ class Lengths:
         return None if self.fixed or len(self.taken) < 2 else max(self.taken)
 
     def fit(self, wanted: int) -> int | None:
-        """Return what to write where so many bytes would be best; None if that is to be tried."""
+        """Return what to write where ``wanted`` bytes would be best; None to try just these."""
         if self.fixed:
             return self.most
         if self.filled:

@@ -187,7 +187,7 @@ class DeviceProcess:
 def guard(group: int) -> subprocess.Popen[bytes] | None:
     """Start what ends a group of processes when this process is gone, however that has ended.
 
-    It reads from a pipe that nobody writes to: that ends with this process. None where no process
+    It reads from a pipe that stays empty, and that ends with this process. None where no process
     can be started; what it is for needs none then.
     """
     try:

@@ -20,7 +20,7 @@ class Roles:
     device: Device
 
     def number(self, length: int | None = None) -> KnownObject:
-        """Return a writable number, of so many bytes; by default the first of 4, 2, 1, 8 bytes."""
+        """Return a writable number of ``length`` bytes, or the first of 4, 2, 1, 8 bytes."""
         lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
         for wanted in lengths:
             for known in self.all_writable():

@@ -28,7 +28,7 @@ class WritePolicy:
     Allowed are the objects that the user named; with the permission for probes also entries that
     are read-only by the standard (a probe writes them with the value just read, and a conformant
     device refuses), and entries that the device has said it does not have. Protected objects are
-    allowed by permissions alone, whoever named them.
+    allowed by permissions alone, even where the user named them.
     """
 
     def __init__(

@@ -8,9 +8,9 @@ class Services:
     """The refusals of services that a device may lack, and its further SDO channels.
 
     ``block_download_refusal`` is how the device refuses block downloads, empty if it serves them,
-    None as long as nobody asked; ``block_upload_refusal`` is the same of block uploads.
-    ``further_channels`` are the SDO server parameter records behind 1200h, None as long as nobody
-    looked. ``takes_blocks`` and ``gives_blocks``: a block download, or upload, was served to its
+    None until that was tried; ``block_upload_refusal`` is the same of block uploads.
+    ``further_channels`` are the SDO server parameter records behind 1200h, None until they were
+    searched. ``takes_blocks`` and ``gives_blocks``: a block download, or upload, was served to its
     end.
     """
 

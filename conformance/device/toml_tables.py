@@ -13,7 +13,7 @@ from conformance.device.known_objects import ObjectNameError
 Read = TypeVar("Read")
 # A list of known deviations may name thousands of cases.
 LARGEST = 1024 * 1024
-# What tomllib needs for a key of many parts grows with their square: so much is read in a second.
+# The time of tomllib grows with the square of the parts of a key: this square takes a second.
 LONGEST_LINE = 4096
 MOST_SQUARED_DOTS = 1_000_000
 
@@ -45,7 +45,7 @@ class Table:
             raise self._error(key, f"{key} = {shown(value)}: {wanted}.") from None
 
     def finish(self) -> None:
-        """Raise FileError for a key that nobody has read."""
+        """Raise FileError for a key that was not read."""
         for key in self._values:
             if key not in self._known:
                 where = f" in [{self._name}]" if self._name else ""

@@ -8,9 +8,9 @@ for thousands of them would hold up the run for hours.
 from conformance.bus.pace import Pace
 from conformance.device.lacking import NotTestable
 
-# So many answers tell the pace of a device.
+# How many answers it takes to know the pace of a device.
 KNOWN = 100
-# So much longer may the answers of a case take, and so many seconds, whatever the pace.
+# What the answers of a case may take: a multiple of the pace, and at least these seconds.
 FACTOR, LEAST = 20.0, 60.0
 
 

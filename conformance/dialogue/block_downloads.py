@@ -15,7 +15,7 @@ from conformance.sdo.frames import BlockDownloadInitiateResponse
 def begin_block_download(
     sdo: Dialogue, known: KnownObject, segments: int | None, size: int
 ) -> bytes:
-    """Start a block download of ``size`` bytes and send so many segments; return its data.
+    """Start a block download of ``size`` bytes and send its first ``segments``; return its data.
 
     With all of them, None, the end is due.
     """
@@ -27,7 +27,7 @@ def begin_block_download(
 def send_blocks(
     sdo: Dialogue, known: KnownObject, data: bytes, segments: int | None
 ) -> BlockDownloadInitiateResponse:
-    """Start a block download and send so many segments, None for all; return the first answer."""
+    """Start a block download, send its first ``segments``, or all; return the first answer."""
     blocks = Blocks(sdo)
     response = blocks.initiate_download(known, len(data))
     block_size = response.block_size

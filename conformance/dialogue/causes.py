@@ -266,6 +266,6 @@ class Causes:
 
     @property
     def noisy(self) -> bool:
-        """Whether the device was seen to send what nobody asked for."""
+        """Whether the device was seen to send unsolicited responses."""
         unasked = (ABORT_NOT_ANSWERED.id, UNSOLICITED.id)
         return any(cause.rule_id in unasked for cause in self._standing)

@@ -77,9 +77,9 @@ class Channels:
         return self._device.services.further_channels
 
     def require_records(self, count: int = 1) -> tuple[int, ...]:
-        """Return so many records behind 1200h, none of them that of this channel.
+        """Return ``count`` records behind 1200h, none of them that of this channel.
 
-        Raises Unimplemented, with the refusal, when the device has not as many.
+        Raises Unimplemented, with the refusal, when the device has fewer.
         """
         found = self.records()
         if len(found) < count:
@@ -97,7 +97,7 @@ class Channels:
         return self.cob_id(index, REQUEST).can_id == self._channel.ids.request.can_id
 
     def require(self, count: int = 1) -> tuple[int, ...]:
-        """Return so many records that may be configured; raises NotTestable without permission."""
+        """Return ``count`` records that may be configured; raises NotTestable, Unimplemented."""
         found = self.require_records(count)
         self.require_parameters()
         return found

@@ -36,7 +36,7 @@ TOGGLED = 0x7F
 MOST_QUEUED = 8
 # Within how many seconds a device boots.
 BOOT_TIME = 5.0
-# How long a device without heartbeats gets to enter a state that nobody can see.
+# How long a device without heartbeats gets to enter a state that cannot be observed.
 SETTLING_TIME = 0.1
 TOO_SHORT = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 
@@ -123,7 +123,7 @@ class Network:
     def produce_heartbeats(self) -> Abort | None:
         """Let the device tell its state by a time in 1017h; return the abort if it refuses.
 
-        One that has a time of its own, which cannot be written, tells its state all the same.
+        One that has a time of its own, which cannot be written, tells its state nevertheless.
         """
         self._device.permits.require(NMT)
         refusal = self._parameters.learn_or_refusal(HEARTBEAT_TIME)

@@ -74,7 +74,7 @@ def differing_reads(
 
 
 def may_be_written(device: Device, entry: KnownObject) -> None:
-    """Raise NotTestable for an entry that nobody allowed to write, or that was not read."""
+    """Raise NotTestable for an entry that may not be written, or that was not read."""
     refusal = device.permits.refusal(entry)
     if refusal:
         raise NotTestable(refusal)
@@ -82,7 +82,7 @@ def may_be_written(device: Device, entry: KnownObject) -> None:
 
 
 def may_be_probed(device: Device, entry: KnownObject) -> None:
-    """Raise NotTestable for a read-only entry that nobody allowed to try and write."""
+    """Raise NotTestable for a read-only entry that the suite may not try to write."""
     refusal = device.permits.probe_refusal(entry)
     if refusal:
         raise NotTestable(refusal)

@@ -60,14 +60,14 @@ class Pauses:
         self.active_at = arrived
 
     def missed(self, seconds: float) -> None:
-        """Take that an answer was not there, and that so much of the wait for it was missed."""
+        """Take that no answer came, and how many seconds of the wait for it were missed."""
         self._deaf = True
         self.notes.append(
             f"bench: it was not running for {seconds * 1000:.0f} ms while an answer was awaited"
         )
 
     def repeated(self, seconds: float) -> None:
-        """Take that a read was repeated because so much of the wait for its answer was missed."""
+        """Take that a read was repeated because part of the wait for its answer was missed."""
         self.notes.append(
             f"bench: it was not running for {seconds * 1000:.0f} ms while an answer was awaited; "
             "the read was repeated"
@@ -92,7 +92,7 @@ class Pauses:
         return self.in_doubt
 
     def excuses(self, response: Response) -> bool:
-        """Whether a response that nobody asked for tells of a transfer that was given up."""
+        """Whether an unsolicited response tells of a transfer that was given up."""
         return self.longest >= self._limit and is_timeout(response)
 
     def forget(self) -> None:

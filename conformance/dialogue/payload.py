@@ -32,7 +32,7 @@ def mux_bytes(mux: Multiplexer) -> bytes:
 
 
 def text(chosen: random.Random, size: int, heads: Sequence[Multiplexer]) -> bytes:
-    """Return so many printable bytes; ``heads`` are what segments behind the 31st may name.
+    """Return ``size`` printable bytes; ``heads`` are what segments behind the 31st may name.
 
     More than ``MOST_PLAIN`` bytes need one at least.
     """

@@ -19,7 +19,7 @@ class CaseRecord:
 
     ``causes`` is what is known to be wrong with the device. ``minor`` are breaches that stop
     nothing; ``own`` has breaches that are what the case is about, whatever their rules. ``notes``
-    are for whoever reads the result. ``written`` are the objects that may have changed, and
+    are for the reader of the result. ``written`` are the objects that may have changed, and
     ``early`` the aborts by which the server left a transfer. ``channels`` are those on which the
     case has talked.
     """
@@ -49,7 +49,7 @@ class CaseRecord:
         return Violation(self.rule, expected=expected, actual=actual)
 
     def cause_of(self, violation: Violation, asked: Request) -> Cause:
-        """Return the cause of a breach: what was sent last counts, if nobody took note of more."""
+        """Return the cause of a breach: it followed its own request, or the one ``asked`` last."""
         return cause_of(violation, violation.rule, violation.request or asked)
 
     def is_known(self, error: BaseException | None, asked: Request) -> bool:

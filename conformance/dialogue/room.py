@@ -20,7 +20,7 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 MUCH_ROOM = 4096
 # How many bytes are written beyond a size.
 BEYOND = 8
-# Where so many bytes or fewer are refused, it is found out how many are not.
+# Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
 NO_ROOM = (
     AbortCode.LENGTH_TOO_HIGH,
@@ -181,7 +181,7 @@ class Room:
         return size in lengths.taken or (is_text and size <= (lengths.surely or 0))
 
     def refused(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
-        """Build what a refusal of so many bytes means: too small an object, or a breach."""
+        """Build what a refusal of ``size`` bytes means: too small an object, or a breach."""
         if abort.code not in NO_ROOM:
             return Violation(
                 NOT_REFUSED,
@@ -202,8 +202,8 @@ class Room:
     def _takes_otherwise(self, known: KnownObject, data: bytes) -> bool:
         """Say whether it is not for the length that an object refused a download.
 
-        It takes these bytes without their size. Or it takes so many longer and shorter values that
-        no fixed length, no shortest one and no multiple of anything explains it.
+        It takes these bytes without their size. Or it takes longer and shorter values, so that no
+        fixed length, no shortest one and no multiple explains the refusal.
         """
         size = len(data)
         return (
@@ -312,7 +312,7 @@ class Room:
         lengths.refusal = describe_code(abort.code)
 
     def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:
-        """Return an object whose upload takes so many segments or more, and its value.
+        """Return an object whose upload takes ``segments`` or more, and its value.
 
         That is a string or domain that may be written, else what reads long enough by itself.
         """

@@ -17,7 +17,7 @@ from conformance.sdo.frames import Abort, BlockSegment, Response, UploadInitiate
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
 
-# Three sub-blocks that a server sends though nobody wants them are taken to their end.
+# Three sub-blocks that a server sends unasked are taken to their end.
 MOST_STRAY = 400
 # What comes faster than it is taken has no end.
 MOST_DRAINED = 10_000
@@ -26,8 +26,8 @@ MOST_DRAINED = 10_000
 class Silence:
     """The silence of a server on a channel: proven, and brought about where it has to be.
 
-    It ``calms_down`` a noisy device only where that is sure to answer: of one that sends what
-    nobody asked for, that is taken away before the next transfer begins.
+    It ``calms_down`` a noisy device only where that is sure to answer: unsolicited responses of one
+    that sends them are taken away before the next transfer begins.
     """
 
     def __init__(self, wire: Wire) -> None:
@@ -71,7 +71,7 @@ class Silence:
     # The fence
 
     def fence(self, most: int = MOST_STRAY) -> list[Response]:
-        """Read 1000h and return what came before its answer: so many at the most.
+        """Read 1000h and return what came before its answer, ``most`` responses at most.
 
         Not the refusals of segments that crossed with an abort of the server.
         """
@@ -193,7 +193,7 @@ class Silence:
             self._calm_afterwards()
 
     def _calm_afterwards(self) -> None:
-        """Calm the device down where a transfer was ended; whoever asks next will meet its silence.
+        """Calm the device down where a transfer was ended; the next request will meet its silence.
 
         It is ended in the middle of tidying as well, where nothing may be raised.
         """
@@ -203,7 +203,7 @@ class Silence:
             self.drain()
 
     def calm(self) -> None:
-        """Take what the device sends though nobody asked, and note it.
+        """Take what the device sends unasked, and note it.
 
         Not the segments of a sub-block that were on their way when the client ended the transfer.
         """

@@ -118,7 +118,7 @@ class Storage:
         device = self._device
         if not device.listing.is_complete:
             raise NotTestable(
-                "needs an EDS, --sdo-eds=FILE: nobody else knows all that would change"
+                "needs an EDS, --sdo-eds=FILE, which lists all objects that would change"
             )
         self._require_for_defaults(LOAD_DEFAULTS)
         self._require_for_defaults(NMT)

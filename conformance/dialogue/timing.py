@@ -50,7 +50,7 @@ class Timing:
         self.waited += time.monotonic() - begin
 
     def gave_up(self) -> None:
-        """Take that nobody waits any more for the answer to what was sent last."""
+        """Take that the wait for the answer to what was sent last has ended."""
         self._unanswered_at = self._sent_at
 
     def came_late(self) -> None:

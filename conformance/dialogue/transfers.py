@@ -117,7 +117,7 @@ class Transfers:
         return self.wire.receive()
 
     def wait(self, seconds: float) -> Response | None:
-        """Send nothing for so many seconds; return the response that is due within them."""
+        """Send nothing for a time; return the response that is due within it."""
         return self.wire.wait(seconds)
 
     def fence(self) -> list[Response]:

@@ -118,7 +118,7 @@ class Wire:
         if not self.may_ask(frame):
             raise NotTestable(
                 "needs permission to send SDO requests to other nodes, which may end a transfer "
-                f"that somebody has open there: add --sdo-allow={OTHER_NODES}"
+                f"that another client has open there: add --sdo-allow={OTHER_NODES}"
             )
         self._about_to_send(decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")))
         self.channel.send_frame(frame)
@@ -216,7 +216,7 @@ class Wire:
         return frame
 
     def wait(self, seconds: float) -> Response | None:
-        """Send nothing for so many seconds; return the response that is due within them."""
+        """Send nothing for a time; return the response that is due within it."""
         frame = self.channel.receive(seconds)
         if frame is None:
             self._note_missed()
@@ -225,7 +225,7 @@ class Wire:
         return response
 
     def pause(self, seconds: float) -> Response | None:
-        """Send nothing for so many seconds by the clock; return the response that ends the pause.
+        """Send nothing for a time, by the clock; return the response that ends the pause.
 
         To the server that is a silence of its client like any other.
         """

@@ -96,7 +96,7 @@ class Lockstep:
         numbers = (channel.request_id, channel.response_id)
         received = captured.direction is Direction.RECEIVED and captured.frame.can_id in numbers
         if received and not channel.is_response(captured.frame):
-            return  # somebody else's
+            return  # of another client or server
         if self._sdo.wire.fencing:
             self._held.append(captured)
         else:
@@ -241,7 +241,7 @@ class Lockstep:
     def settle(self, mux: Multiplexer) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes.
 
-        All that was sent may have been answered, so many answers may come before that of the fence.
+        Each request may have been answered: as many answers may come before that of the fence.
         """
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
             self._look_for_abort()

@@ -50,7 +50,7 @@ BLOCK_SIZE = 2
 LONGEST = LARGEST_BLOCK * SEGMENT_LENGTH
 Due_co = TypeVar("Due_co", bound=Request | None, covariant=True)
 Reach = Callable[[Dialogue, KnownObject, int], Due_co]
-"""Leads an idle server into a state by a transfer of an object, of so many bytes.
+"""Leads an idle server into a state by a transfer of an object, of a size in bytes.
 
 Returns the request with which the client would go on; None where no transfer runs.
 """
@@ -81,7 +81,7 @@ def _idle(sdo: Dialogue, known: KnownObject, size: int) -> None:
 
 
 def _segmented_download(segments: int) -> Reach[DownloadSegment]:
-    """Return the way into a download of which so many segments were sent, or are to come (< 0)."""
+    """Return the way into a download: ``segments`` were sent or, if negative, are to come."""
 
     def reach(sdo: Dialogue, known: KnownObject, size: int) -> DownloadSegment:
         chunks = segments_of(sdo.payload(size))
@@ -96,7 +96,7 @@ def _segmented_download(segments: int) -> Reach[DownloadSegment]:
 
 
 def _segmented_upload(segments: int) -> Reach[UploadSegment]:
-    """Return the way into an upload of which so many segments came, or are to come (< 0)."""
+    """Return the way into an upload: ``segments`` came or, if negative, are to come."""
 
     def reach(sdo: Dialogue, known: KnownObject, size: int) -> UploadSegment:
         sdo.start_segmented_upload(known)
@@ -110,7 +110,7 @@ def _segmented_upload(segments: int) -> Reach[UploadSegment]:
 
 
 def _block_download(segments: int) -> Reach[BlockSegment]:
-    """Return the way into a block download of which so many segments were sent."""
+    """Return the way into a block download of which ``segments`` were sent."""
 
     def reach(sdo: Dialogue, known: KnownObject, size: int) -> BlockSegment:
         data = sdo.payload(size)
@@ -164,7 +164,7 @@ def _block_download_end(sdo: Dialogue, known: KnownObject, size: int) -> BlockEn
 
 
 def _two_sub_blocks(size: int) -> int:
-    """Return the block size with which an upload of so many bytes takes two sub-blocks."""
+    """Return the block size with which an upload of ``size`` bytes takes two sub-blocks."""
     return BLOCK_SIZE if size >= THREE_SEGMENTS else 1
 
 

@@ -1,4 +1,4 @@
-"""Judges the SDO conversations in a recorded log, whoever held them with which device."""
+"""Judges the SDO conversations in a recorded log, of any client with any device."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -28,8 +28,8 @@ ASKING = frozenset((0x40, 0x23, 0x27, 0x2B, 0x2F))
 ANSWERING = frozenset((0x43, 0x47, 0x4B, 0x4F, 0x60, 0x80))
 MOST_EXCHANGES = 50_000
 # The more requests a client sends ahead of the answers, the more ways there are in which a server
-# may have gone on. So many are followed, on one channel and on all; what goes beyond the usual
-# number counts.
+# may have gone on. These are the limits, on one channel and on all; only ways beyond the
+# usual number count.
 USUAL_EFFORT = 5
 MOST_EFFORT = 4_000
 MOST_EFFORT_OF_ALL = 20_000
@@ -108,8 +108,8 @@ class Stopped:
 class Exchanges:
     """Requests and answers, frame by frame, after which a channel was at rest as before.
 
-    Most of a log are the same ones again and again, apart from the values in them, which nobody
-    knows; of them nothing is left to find out.
+    Most of a log are the same ones again and again, apart from the values in them, which are not
+    known; of them nothing is left to find out.
     """
 
     def __init__(self) -> None:

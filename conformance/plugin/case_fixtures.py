@@ -1,4 +1,4 @@
-"""What the suite's own cases get, under names that nobody gives a fixture of his own.
+"""What the suite's own cases get, under names that no project has by chance.
 
 A conftest.py may have a fixture called ``device`` or ``text``: it is for the tests of its folder,
 and must not decide what a case of the suite is run on.

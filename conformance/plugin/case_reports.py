@@ -17,7 +17,7 @@ from conformance.plugin.suite_errors import (
 )
 from conformance.run.verdict import Verdict
 
-# In so many cases one after another a full transmit buffer is a cable that is out.
+# After this number of cases in a row, a full transmit buffer is a cable that is unplugged.
 MOST_FULL = 3
 
 

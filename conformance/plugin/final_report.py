@@ -187,7 +187,7 @@ class FinalReport:
     def _leaves_out_the_suite(self, session: pytest.Session) -> bool:
         """Say whether a green run would tell of a device that was not tested.
 
-        Whoever names files of his own, and has them talk to it, wants just that.
+        Where the user names test files of his own, and these talk to it, he asked for no more.
         """
         if self._suite_cases or session.config.option.collectonly:
             return False

@@ -1,4 +1,4 @@
-"""Plain values as one text and back: what is read is data, whoever has sent it.
+"""Plain values as one text and back: what is read is data only, never code.
 
 JSON has no tuples and no keys but texts, so both are marked. It is a third of the work that execnet
 has with them, value by value. pickle would be a quarter of this, and would run what a worker on

@@ -22,7 +22,7 @@ class Bundle:
     """The hooks of pytest as a case in a worker calls them.
 
     What is told of the case waits until it is over. Then its reports go together, as one report
-    with the others ``AROUND`` it; those of a case that failed go as ever, because pytest-xdist
+    with the others ``AROUND`` it; those of a case that failed go one by one, because pytest-xdist
     counts failures report by report.
     """
 
@@ -94,7 +94,7 @@ class Receiver:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_report_from_serializable(self, data: Values) -> None:
-        """Unpack a report for whoever knows how to read it."""
+        """Unpack a report for the plugin that reads it."""
         if PARCEL in data:
             data.update(unpack(data.pop(PARCEL)))
 

@@ -58,7 +58,7 @@ class Share:
 
 
 def shares_of(node_ids: list[int], workers: int, *, divisible: bool) -> list[Share]:
-    """Deal out devices to so many workers; where there are fewer devices, parts of their cases.
+    """Deal out devices to the workers; where there are fewer devices, parts of their cases.
 
     Devices that are not ``divisible`` leave workers over instead.
     """

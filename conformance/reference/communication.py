@@ -65,7 +65,7 @@ def type_check(old: bytes, new: bytes) -> None:
 def communication_entries(node_id: int, mapped: Multiplexer, bits: int) -> dict[Multiplexer, Entry]:
     """Return the objects for SYNC, TIME, EMCY and one PDO in each direction.
 
-    The PDOs map ``mapped``, which has so many bits.
+    The PDOs map ``mapped``, an object of ``bits`` bits.
     """
     return {
         SYNC: _cob_id(SYNC_ID, sync_in_use),

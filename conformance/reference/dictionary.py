@@ -51,7 +51,7 @@ def reference_device(node_id: int, lacking: Container[Multiplexer] = ()) -> Obje
 
 
 def _errors() -> dict[Multiplexer, Entry]:
-    """Return what has to do with errors, of which there are none until somebody writes one."""
+    """Return what has to do with errors, of which there are none until one is written."""
     return {**error_list(PLACES_FOR_ERRORS), ERROR_CODE: ErrorCode.none()}
 
 

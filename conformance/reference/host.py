@@ -16,7 +16,7 @@ from conformance.sdo.can_frame import CanFrame
 
 # How long a stop may go unseen: nothing but a frame interrupts python-can's waiting.
 POLL = 0.05
-# A frame that has waited for so many seconds was kept waiting by the machine.
+# A frame that waited longer than this, in seconds, was delayed by the machine.
 LONG = 0.005
 # Seconds until it is tried again to send where the transmit buffer was full.
 RETRY_PAUSE = 0.002

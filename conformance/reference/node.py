@@ -145,7 +145,7 @@ class Node:
                     channel.deadline = None
                     frames += self.answers(channel, channel.server.expire())
         if self._heartbeat_due is not None and now >= self._heartbeat_due:
-            # Beats that nobody woke the node for are left out, not made up for.
+            # Heartbeats for which the node was woken too late are left out, not made up for.
             missed = (now - self._heartbeat_due) // self._heartbeat_period
             self._heartbeat_due += (missed + 1) * self._heartbeat_period
             frames.append(self.heartbeat())

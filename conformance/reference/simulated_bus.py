@@ -24,7 +24,7 @@ class Clock(Protocol):
 
 
 class SimulatedClock:
-    """Time passes when somebody waits for it, in no time."""
+    """A wait takes no time: the clock jumps to its end."""
 
     def __init__(self) -> None:
         """Start at 0."""

@@ -26,7 +26,7 @@ class GrowingFile:
         self._open()
 
     def _open(self) -> None:
-        # A link that somebody has laid there would lead elsewhere.
+        # A link that was put there would lead elsewhere.
         flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | getattr(os, "O_NOFOLLOW", 0)
         try:
             self._descriptor = os.open(self._path, flags | getattr(os, "O_BINARY", 0), 0o666)

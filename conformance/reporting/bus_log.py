@@ -17,7 +17,7 @@ from conformance.reporting.appending import GrowingFile
 MOST_LINES = 1_000
 MOST_WAITING = 16 * 2**20
 # A frame that is sent may be answered by a sub-block of 127 segments. What comes beyond that is
-# a flood when there is so much of it; it has been shown by then.
+# a flood; what it consists of has been shown by then.
 ANSWERS = 128
 FLOOD = 10_000
 
@@ -37,7 +37,7 @@ class Place:
 
 
 class BusLog:
-    """Writes frames as they come, and fails nobody: at the end it says what it could not write.
+    """Writes frames as they come; errors fail no case: at the end it says what it could not write.
 
     python-can's writer is not used because it loses the DLC of remote frames.
     """

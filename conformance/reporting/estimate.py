@@ -14,7 +14,7 @@ from conformance.generated.conversations.search import SEARCH_SECONDS
 from conformance.reporting.workload import RANDOM, Work, work_of
 from conformance.run.verdict import CaseResult, Verdict
 
-# So much does an answer weigh beside a second of work, for cases to count by what they have to do.
+# The weight of an answer, where a second of work weighs 1: cases count by what they have to do.
 ANSWER = 0.001
 # How many cases like on the built-in device speak against those that were done.
 DOUBT = 3.0
@@ -85,7 +85,7 @@ class Pace:
 class Estimate:
     """The cases of a run, by the process that runs them, as pytest names them.
 
-    A ``silence`` takes so many seconds. Random cases try so many ``times`` the usual examples, but
+    ``silence`` is its length in seconds. Random cases try ``times`` the usual examples, but
     no longer than ``search_seconds``.
     """
 

@@ -10,7 +10,7 @@ from math import inf
 from pathlib import Path
 
 RANDOM = "random"
-# What a case does that nobody has counted: answers and silences to wait for, and milliseconds.
+# Assumed of a case that was not counted: answers and silences to wait for, and milliseconds.
 UNKNOWN = (10.0, 0.0, 10.0)
 _PATH = Path(__file__).with_suffix(".json")
 
@@ -19,8 +19,8 @@ _PATH = Path(__file__).with_suffix(".json")
 class Work:
     """The ``answers`` that a case waits for, and the ``seconds`` it takes where they come at once.
 
-    It waits for so many ``silences`` as well: answers that need not come. It takes ``at_most`` so
-    many seconds.
+    ``silences`` are the answers that it waits for and that need not come. ``at_most`` limits its
+    duration, in seconds.
     """
 
     service: str
@@ -40,7 +40,7 @@ class Work:
         return self.family.partition(".")[2]
 
     def due(self, work: float, answer: float, silence: float) -> float:
-        """Return how long it takes where a second of work, an answer, a silence take so long."""
+        """Return how long it takes, by the seconds for one of work, an answer and a silence."""
         seconds = self.seconds * work + self.answers * answer + self.silences * silence
         return min(seconds, self.at_most)
 

@@ -51,7 +51,7 @@ def take_the_rest(sdo: Dialogue) -> None:
 
 
 def shift(sdo: Dialogue, transfers: int) -> None:
-    """Read an object some times, for a server that does something every so many transfers."""
+    """Read an object some times, for a server that does something in every n-th transfer."""
     values = sdo.device.values
     long = [mux for mux in values if len(values[mux]) > EXPEDITED_LENGTH]
     for _ in range(transfers if long else 0):

@@ -249,7 +249,7 @@ class Bench:
     def close(self) -> None:
         """Take what came too late, put back what can be, stop the hosts and close the bus.
 
-        Raises RunStopped where somebody does not want to wait for the values.
+        Raises RunStopped where the user does not want to wait for the values.
         """
         try:
             with self._stop.putting_back():

@@ -101,8 +101,8 @@ class CaseRun:
         """Judge what happened, leave the server idle and the values as they were.
 
         ``error`` is what ended the case. A bench error makes the verdict; nothing excuses it. One
-        that was met only here is kept as ``bench_error``. Raises RunStopped where nobody wants to
-        wait for that.
+        that was met only here is kept as ``bench_error``. Raises RunStopped where the
+        user does not want to wait for that.
         """
         self.is_over = True
         self.sdo.wire.timing.allowance = None
@@ -176,7 +176,7 @@ class CaseRun:
     def retreat(self, tries: int) -> bool:
         """Leave a case that is to be tried again; say whether the server is as it was before.
 
-        Behind so many ``tries``, each another number of transfers comes before the next.
+        After each of the ``tries``, another number of transfers comes before the next.
         """
         sdo, session = self.sdo, self._session
         sdo.wire.timing.allowance = None

@@ -204,7 +204,7 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
         if _learn(reading, entry):
             reading.device.known[entry.mux] = entry
         else:
-            del reading.device.beliefs.unreadable[entry.mux]  # nobody said that it is there
+            del reading.device.beliefs.unreadable[entry.mux]  # it was only tried
 
 
 def record_baseline(channel: Channel, device: Device) -> None:

@@ -2,7 +2,7 @@
 
 An adapter that loses one frame in a thousand makes a right device fail a few cases; a device that
 is wrong at times does the same. What fails at the same place again is the device's. What does not
-fails nobody, but such a run is not green either, unless the interface itself tells of frames that
+fails no case, but such a run is not green either, unless the interface itself tells of frames that
 it has lost. What comes more often than adapters lose frames is not excused any more.
 """
 
@@ -14,15 +14,15 @@ from math import prod
 from conformance.device.device import Device
 from conformance.dialogue.causes import Causes
 
-# Of a case that fails in so many tries, each at another place, nothing can be said.
+# Tries of a case that fails each time at another place: then nothing can be said of it.
 MOST_TRIES = 5
-# What fails in so many tries at the same place is the device's. Two are too few: whichever segment
-# of a sub-block is lost, or whichever of many answers comes twice, the end may be the same.
+# Tries that fail at the same place, until it is the device's failure. Two are too few: any segment
+# of a sub-block may be lost, or any of many answers come twice, and the end be the same.
 CERTAIN = 3
 # Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
 # comes by chance more seldom than that comes of something else.
 LOST, CHANCE = 0.001, 0.0001
-# Of one cause so many cases are excused, and so many more for each thousand frames.
+# How many cases of one cause are excused, and how many more for each thousand frames.
 ALWAYS, PER_THOUSAND = 3, 2
 MOST_SHOWN = 20
 

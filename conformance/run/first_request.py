@@ -11,7 +11,7 @@ from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse
 from conformance.sdo.rules import FIRST_REQUEST, Violation
 
-# What else comes for it comes within so many seconds.
+# Seconds within which further responses to it come.
 REST = 0.05
 
 

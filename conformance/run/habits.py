@@ -38,7 +38,7 @@ from conformance.sdo.rules import Level, Rule, Violation
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
 GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEEN = "the beginning of the run"
-# Of so many bytes, two lengths of which neither is what a wrong count would make of the other.
+# Two lengths in bytes, of which a wrong count cannot turn one into the other.
 SHORT_VALUES = (7, 15)
 
 
@@ -46,7 +46,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
     """Provoke what would hide all else, and add what is found to the causes, aside of any case.
 
     ``brings_back`` does that with a device that is lost; without it, what might lose it is left to
-    the cases. Raises DeviceLost for one that is lost all the same.
+    the cases. Raises DeviceLost for one that is lost nevertheless.
     """
     for probe in _probes(sdo.device, all_of_them=brings_back is not None):
         try:

@@ -12,8 +12,8 @@ from conformance.run.risks import Risk
 from conformance.sdo.can_frame import CanFrame
 
 ENOUGH = 2
-# A device that is gone again in so many ordinary cases one after another does not run at all. What
-# is out of the ordinary may well stop it so often.
+# A device that is lost in this number of ordinary cases in a row does not run at all. Other cases
+# may well stop it that often.
 MOST_IN_A_ROW = 20
 
 

@@ -50,7 +50,7 @@ class ChannelDecoder:
         return ""
 
     def follow(self, frame: CanFrame) -> None:
-        """Take a frame that nobody wants to read."""
+        """Take a frame that is not shown."""
         for cob_id, decode in (
             (self._ids.request, self._decoder.request),
             (self._ids.response, self._decoder.response),

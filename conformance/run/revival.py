@@ -9,7 +9,7 @@ from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.nmt import NmtState, error_control
 
-# The program may end while it is awaited: it is looked after so often, in seconds.
+# The program may end while it is awaited: seconds between two looks.
 LOOK = 0.1
 
 

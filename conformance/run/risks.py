@@ -93,7 +93,7 @@ _SERVICES: dict[type[Request], str] = {
 
 
 def of_length(length: int) -> Risk | None:
-    """Return the risk of a frame with so many data bytes; none for the length that is due."""
+    """Return the risk of a frame with ``length`` data bytes; none for the length that is due."""
     if length == FRAME_LENGTH:
         return None
     return Risk(Kind.LENGTH, "a frame of 1 byte" if length == 1 else f"a frame of {length} bytes")

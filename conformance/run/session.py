@@ -150,7 +150,7 @@ class DeviceSession:
         )
 
     def collect_late(self) -> None:
-        """Take responses that nobody asked for; they belong to the case that was last.
+        """Take unsolicited responses; they belong to the case that was last.
 
         A case on another device may have asked this one: what came then is no late answer.
         """

@@ -14,7 +14,7 @@ from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 
-# A second answer comes within so many seconds of the first: another device may be slower.
+# Seconds within which a second answer follows the first: another device may be slower.
 SECOND = 0.1
 ASKED = (
     DEVICE_TYPE,

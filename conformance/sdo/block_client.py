@@ -28,7 +28,7 @@ from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, Violation
 
 MOST_REPETITIONS = 64
-# A server that takes but a part of each sub-block may have each segment sent again so often.
+# How often each segment is sent again to a server that takes but a part of each sub-block.
 MOST_REPEATED = 16
 
 Mangle = Callable[[list[BlockSegment]], Sequence[BlockSegment]]

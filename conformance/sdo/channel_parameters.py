@@ -50,7 +50,7 @@ class ServerParameter:
     def further(
         cls, number: int, check: Check, check_client: Check | None = None
     ) -> "ServerParameter":
-        """Return 1200h plus ``number``, not in use until somebody configures it.
+        """Return 1200h plus ``number``, not in use until it is configured.
 
         ``check`` allows COB-IDs; with ``check_client`` there is a sub-index 03h, the client's
         node-ID.

@@ -132,7 +132,7 @@ class ResponseChecks:
         return response
 
     def block_ack(self, answer: Response, mux: Multiplexer, sent: int) -> BlockAck:
-        """Check the acknowledgement of a sub-block of so many segments (7.2.4.3.10)."""
+        """Check the acknowledgement of a sub-block of ``sent`` segments (7.2.4.3.10)."""
         response = self._read(BlockAck, answer, mux, "A2h, block acknowledgement")
         if response.sequence > sent:
             raise Violation(BLOCK_ACK, expected=f"ackseq 0 to {sent}", actual=in_words(response))
@@ -205,7 +205,7 @@ class ResponseChecks:
                 ABORT_CODE, expected="one of the 31 abort codes", actual=in_words(abort)
             )
         if mux is not None and abort.mux != mux:
-            # It ends the transfer all the same.
+            # It ends the transfer nevertheless.
             self.note(_other_multiplexer(abort, mux))
         self._reserved(abort)
 

@@ -243,7 +243,7 @@ class Decoder:
         return message
 
     def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
-        """Say whether a frame is rather a segment that nobody wanted than any other message."""
+        """Say whether a frame is rather an unwanted segment than any other message."""
         if not self._may_send_segments or self._is_answer(message):
             return False
         in_sequence = segment.sequence in (self._last_sequence + 1, 1)

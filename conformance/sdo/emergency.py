@@ -39,7 +39,7 @@ class ErrorCode(Entry):
 
 
 def error_list(places: int) -> dict[Multiplexer, Entry]:
-    """Return 1003h, empty, with room for so many errors."""
+    """Return 1003h, empty, with room for ``places`` errors."""
     entries: dict[Multiplexer, Entry] = {
         Multiplexer(ERROR_LIST): CheckedEntry(bytes(1), DataType.UNSIGNED8, check=_only_none)
     }

@@ -293,8 +293,8 @@ class BlockEndResponse(Message):
 
 @dataclass(frozen=True, slots=True)
 class BlockUploadInitiate(Message):
-    """Request A0h or A4h (7.2.4.3.13). ``threshold`` is pst: up to so many bytes may come as
-    an ordinary upload; 0 forbids that."""
+    """Request A0h or A4h (7.2.4.3.13). ``threshold`` is pst: a value of
+    pst bytes or fewer may come as an ordinary upload; 0 forbids that."""
 
     mux: Multiplexer
     block_size: int

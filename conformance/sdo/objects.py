@@ -133,7 +133,7 @@ class Entry:
         return self.data_type.length or self.fewest
 
     def check_length(self, length: int) -> None:
-        """Refuse a value of so many bytes when the type does not have it."""
+        """Refuse a value whose length in bytes the type does not have."""
         if length > self.longest:
             raise Refusal(AbortCode.LENGTH_TOO_HIGH)
         if length < self.shortest:

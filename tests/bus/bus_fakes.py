@@ -1,4 +1,4 @@
-"""A python-can bus that plays what a test wrote down, and a clock that nobody waits for."""
+"""A python-can bus that plays what a test wrote down, and a clock that runs ahead."""
 
 from collections import deque
 from collections.abc import Callable
@@ -14,7 +14,7 @@ ANSWER = bytes.fromhex("4300100091010F00")
 
 
 class FakeClock:
-    """Stands in for the module ``time``; time passes when somebody waits."""
+    """Stands in for the module ``time``; a wait moves it on at once."""
 
     def __init__(self) -> None:
         self.now = 1000.0

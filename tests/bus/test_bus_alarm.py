@@ -8,7 +8,7 @@ from conformance.bus.alarm import MOST_LATE, Alarm
 
 
 class Timer:
-    """A clock that somebody waits for; each wait takes ``late`` seconds longer than asked for."""
+    """A clock of its own; each wait on it takes ``late`` seconds longer than asked for."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, late: float) -> None:
         self.now = 100.0

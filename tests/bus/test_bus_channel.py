@@ -71,7 +71,7 @@ STRANGE = (
 )
 
 
-def test_what_somebody_else_sends_with_the_number_of_the_device_is_not_its_answer(
+def test_what_another_node_sends_with_the_number_of_the_device_is_not_its_answer(
     bench: Bench,
 ) -> None:
     bench.channel.send(READ)
@@ -91,7 +91,7 @@ def test_what_somebody_else_sends_with_the_number_of_the_device_is_not_its_answe
 def test_a_segment_of_another_format_is_the_answer_to_a_request_of_that_format(
     bench: Bench,
 ) -> None:
-    """It names no object; somebody else's frame may well begin as it does."""
+    """It names no object; a frame of another node may well begin as it does."""
     segment = to_message(CanFrame(0x585, b"\x00" + b"ABCDEFG", extended=True))
     asked = UploadSegment(0).encode()
     for frame, answers in (
@@ -116,7 +116,7 @@ OTHER_READ = UploadInitiate(Multiplexer(0x1018, 1))
 OTHER_ANSWER = CanFrame(0x585, bytes.fromhex("4318100100000C5D"))
 
 
-def test_an_abort_on_the_identifier_of_the_requests_is_the_device_s_where_nobody_else_answers(
+def test_an_abort_on_the_identifier_of_the_requests_is_the_device_s_where_no_other_answers(
     bench: Bench,
 ) -> None:
     bench.channel.send(READ)
@@ -231,7 +231,7 @@ def test_no_boot_up(bench: Bench, frame: CanFrame) -> None:
 # Heartbeats
 
 
-def test_heartbeats_wait_for_whoever_asks_for_them(bench: Bench) -> None:
+def test_heartbeats_wait_until_they_are_asked_for(bench: Bench) -> None:
     bench.bus.incoming.extend(
         [
             message(0x705, b"\x7f"),

@@ -35,7 +35,7 @@ def test_a_daemon_that_greets(daemon: socket.socket) -> None:
 
 
 def test_a_daemon_that_is_frozen(daemon: socket.socket) -> None:
-    """The machine takes the connection, and nobody speaks."""
+    """The machine takes the connection, and no program speaks."""
     port = daemon.getsockname()[1]
     with pytest.raises(InterfaceLost, match=f"127.0.0.1, port {port}, is not reached: timed out"):
         Connection("127.0.0.1", port, PATIENCE).check()

@@ -28,7 +28,7 @@ def resolved(**options: Any) -> tuple[str | None, str | None, int | None]:
 # Whose word counts
 
 
-def test_socketcan_on_can0_when_nobody_says_anything() -> None:
+def test_socketcan_on_can0_by_default() -> None:
     assert resolved() == ("socketcan", "can0", None)
 
 

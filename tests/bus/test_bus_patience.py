@@ -1,4 +1,4 @@
-"""A silence counts only while somebody was listening: pauses of the bench, on a clock of ours."""
+"""A silence counts only while the suite was listening: pauses of the bench, on a fake clock."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -23,7 +23,7 @@ def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
 
 
 def pausing(bench: Bench, *pauses: float) -> None:
-    """Let the process not run at the end of the first looks, for so many seconds each."""
+    """Stop the process at the end of the first looks, for the seconds of ``pauses``."""
     left = list(pauses)
 
     def source() -> None:

@@ -18,7 +18,7 @@ def requested(times: int = 1) -> Stop:
     return stop
 
 
-def test_nobody_has_asked() -> None:
+def test_no_stop_was_asked_for() -> None:
     Stop().check()
 
 

@@ -84,7 +84,7 @@ def test_hosted_node_boots_up(channel: Channel) -> None:
 
 
 def test_the_host_wakes_its_node(name: str, link: Link) -> None:
-    """A heartbeat and a time-out come though nobody sends a frame any more."""
+    """A heartbeat and a time-out come though no frame is sent any more."""
     objects = ObjectDictionary({Multiplexer(0x1008): Entry(b"long enough")})
     node = Node(5, Server(objects), server_timeout=0.15)
     with NodeHost(bus(name), node):

@@ -58,7 +58,7 @@ def test_states_that_were_entered_and_the_one_now() -> None:
         '[{"linkinfo": {"info_kind": "can", "info_data": {}, "info_xstats": {"bus_off": "x"}}}]',
     ],
 )
-def test_where_nobody_tells_there_is_nothing(text: str) -> None:
+def test_what_is_not_told_is_unknown(text: str) -> None:
     assert told(text) == ErrorStates()
 
 

@@ -193,7 +193,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         read_eds(tmp_path / "folder.eds", 5)
     with pytest.raises(FileError, match=r"has to end in \.eds or \.dcf"):
         read_eds(tmp_path / "drive.xdd", 5)
-    # Whoever opens it waits for a writer.
+    # To open it is to wait for a writer.
     os.mkfifo(tmp_path / "pipe.eds")
     with pytest.raises(FileError, match=r"that is a pipe or a device, and no file\."):
         read_eds(tmp_path / "pipe.eds", 5)

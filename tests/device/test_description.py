@@ -201,7 +201,7 @@ def test_hostile_files_end_soon(tmp_path: Path, text: str) -> None:
 
 
 def test_a_pipe_is_no_file(tmp_path: Path) -> None:
-    """Whoever opens it waits for a writer."""
+    """To open it is to wait for a writer."""
     os.mkfifo(tmp_path / "device.toml")
     with pytest.raises(FileError, match="that is a pipe or a device, and no file"):
         read_description(tmp_path / "device.toml")

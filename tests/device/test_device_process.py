@@ -13,7 +13,7 @@ from conformance.bus.errors import ProcessFailed
 from conformance.device import process as module
 from conformance.device.process import TAIL_LINES, DeviceProcess, ProcessSettings
 
-# Only what hangs takes so many seconds, on any machine.
+# Only a program that hangs takes this time, in seconds, on any machine.
 HANGS = 600.0
 WAITS = """
 import fcntl, time

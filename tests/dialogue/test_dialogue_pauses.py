@@ -21,7 +21,7 @@ REFUSED = Abort(Multiplexer(0x2005), AbortCode.GENERAL_ERROR).encode()
 
 
 def silent(pauses: Pauses, seconds: float, *, within: bool = True) -> None:
-    """Let the bench send a frame, nothing for so many seconds, and another one."""
+    """Let the bench send a frame, nothing for ``seconds``, and another one."""
     pauses.sent(within=within)
     assert pauses.active_at is not None
     pauses.active_at -= seconds
@@ -58,7 +58,7 @@ def test_a_response_that_waited_for_the_bench(within: bool) -> None:
     assert pauses.excuse is within
 
 
-def test_between_transfers_nobody_gives_up() -> None:
+def test_between_transfers_no_time_out_runs() -> None:
     pauses = Pauses(1.0)
     silent(pauses, 5.0, within=False)
     assert not pauses.excuse

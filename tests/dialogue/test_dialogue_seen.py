@@ -91,7 +91,7 @@ def test_it_is_forgotten_with_a_reset() -> None:
 
 
 def test_it_is_forgotten_when_a_case_fails() -> None:
-    """Nobody knows what such a server does to its objects yet."""
+    """What such a server does to its objects is not known yet."""
     server = recording()
     with discovered(server) as bench:
         run = begin_case(bench.session(), "a.case", "a service", RULE)

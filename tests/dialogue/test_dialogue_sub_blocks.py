@@ -13,7 +13,7 @@ def segments(*numbers: int) -> list[bytes]:
 
 
 def begun(size: int) -> SubBlocks:
-    """Start a block upload of sub-blocks of so many segments."""
+    """Start a block upload in sub-blocks of ``size`` segments."""
     watched = SubBlocks()
     watched.request(BlockUploadInitiate(TEXT, size).encode())
     watched.surplus(bytes.fromhex("C6 10 20 00 14 00 00 00"), expected=False)

@@ -31,7 +31,7 @@ def test_the_first_answer_behind_a_silence_is_late(clock: list[float]) -> None:
     timing = Timing(Pace())
     timing.sent()
     timing.came_late()
-    assert timing.answered_after is None, "nobody has given up to wait"
+    assert timing.answered_after is None, "no wait was given up"
     timing.gave_up()
     clock[0] = 102.0
     timing.came_late()

@@ -6,7 +6,7 @@ Fails when a fault is not caught by each case that it names, when an unusual ser
 when a case fails against no faulty server at all: a case like that proves nothing.
 
 With ``--quick`` a fault meets only the cases that it names, unless it takes a history to see it.
-An unusual server meets each eighth of the scripts that are about the like, but for those on 65,536
+An unusual server meets one in eight of the scripts on the same subject, but for those on 65,536
 bytes; the others take turns from server to server. Without ``--quick`` an unusual server meets all
 cases, the matrix and the random ones as well. A faulty one meets them too, until a script, the
 matrix and a random conversation have each caught it; from then on only cases that no server has
@@ -32,9 +32,9 @@ from conformance.run.case_files import CASES, case_files
 TIMEOUT_OF_FAULTS = "0.25"
 # A fault that takes a history to see is given more of them than a run tries by default.
 EXAMPLES_OF_FAULTS = 400
-# So many servers are begun before the first of them is done, lest a slow one holds up the others.
+# How many servers are begun before the first of them is done, lest a slow one holds up the others.
 AHEAD = 4
-# With --quick an unusual server meets each so manieth script.
+# With --quick an unusual server meets one script in QUICK_SHARE.
 QUICK_SHARE = 8
 # One of these moves more frames than all others that an unusual server meets.
 HUGE = "beyond-16-bits"
@@ -250,7 +250,7 @@ def idle_cases(proven: Set[str], clean: Run) -> list[str]:
 def run_all(
     deviations: Sequence[Deviation], proven: set[str], *, workers: int, quick: bool
 ) -> Iterator[tuple[Deviation, Run]]:
-    """Run the cases against so many servers at a time; add to ``proven`` which of them can fail."""
+    """Run the cases against several servers at a time; add to ``proven`` those that can fail."""
     waiting = list(reversed(deviations))
     running: dict[str, Future[Run]] = {}
     with ProcessPoolExecutor(workers) as pool:

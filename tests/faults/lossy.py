@@ -1,4 +1,4 @@
-"""Runs the cases over an adapter that loses, repeats or swaps one frame in so many.
+"""Runs the cases over an adapter that loses, repeats or swaps one frame in N.
 
     python tests/faults/lossy.py [--each FRAMES] [--seeds COUNT] [ARGUMENT ...]
 

@@ -8,7 +8,7 @@ alone fails few cases, in few causes. Fails when that is not so; pairs that cann
 are known, with the reason.
 
 Each fault alone meets all cases but the random ones. A pair meets those that failed the specific
-one, so many of those that failed the pervasive one, and each N-th of the others (``--share``, 1 for
+one, some of those that failed the pervasive one, and each N-th of the others (``--share``, 1 for
 all); the others take turns from pair to pair, so that each is met beside every pervasive fault. One
 that seems hidden meets all cases, as it may be told in one that neither fault fails alone.
 
@@ -100,7 +100,7 @@ TIMEOUT = "--sdo-response-timeout=0.25"
 SHARE, QUICK_SHARE = 6, 12
 # Which specific fault the first pervasive one is paired with when it is quick; the rest follows.
 QUICK_BEGIN = 22
-# So many of the cases that failed the pervasive fault alone meet a pair.
+# How many of the cases that failed the pervasive fault alone meet a pair.
 OF_PERVASIVE = 60
 WHOLE_RUN = "test_whole_run.py"
 # It names no rule, so it tells of no fault.
@@ -167,7 +167,7 @@ def alone(name: str, choice: Choice | None = None, *files: str) -> Run:
 
 
 def spread(cases: Sequence[str], most: int) -> list[str]:
-    """Return so many cases at the most, from the beginning to the end."""
+    """Return ``most`` cases or fewer, from the beginning to the end."""
     step = max(-(-len(cases) // most), 1)
     return list(cases[::step])
 

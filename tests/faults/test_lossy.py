@@ -9,7 +9,7 @@ from conformance.run.verdict import Verdict
 SOME = ("-k", "segmented_upload and size and not foreign")
 
 
-def test_what_does_not_fail_again_is_told_and_fails_nobody() -> None:
+def test_what_does_not_fail_again_is_told_and_fails_no_device() -> None:
     run, mishaps = run_lossy(300, 1, *SOME)
     assert mishaps
     assert run.failed(strict=True) == []

@@ -1,4 +1,4 @@
-"""Every case is named by a faulty server that it has to fail: none is left that can fail nobody.
+"""Every case is named by a faulty server that it has to fail: no case is left that cannot fail.
 
 That it does fail is measured by ``detection.py``, which meets each fault with the cases it names.
 """

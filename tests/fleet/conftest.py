@@ -13,7 +13,7 @@ pytest.register_assert_rewrite("server_contract")
 
 @pytest.fixture(scope="module")
 def virtual_channel() -> str:
-    """A channel of the virtual bus that nobody else uses."""
+    """A channel of the virtual bus that no other test uses."""
     return private_channel()
 
 

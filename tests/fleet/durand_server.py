@@ -67,7 +67,7 @@ def durand_on_bus(bus: can.BusABC, node_id: int) -> Iterator[DurandDevice]:
     """Run a device on a bus, which is closed in the end."""
     network = durand.CANBusNetwork(bus)
     try:
-        # It boots and becomes pre-operational by itself; whoever reads this early finds the
+        # It boots and becomes pre-operational by itself; a reader that is early finds the
         # objects as durand makes them.
         capabilities = NodeCapabilities(sdo_servers=1, rpdos=0, tpdos=0)
         node = durand.Node(network, node_id, capabilities=capabilities)

@@ -35,7 +35,7 @@ class Outcome:
 
     @property
     def lacks(self) -> bool:
-        """Return whether the case needs what the server does not have or nobody has named."""
+        """Return whether the case needs what the server does not have or the list does not name."""
         return self.verdict in LACKING and not self.cause
 
     @property
@@ -100,7 +100,7 @@ class Comparison:
         return not self.unexpected and not self.missing
 
     def lines(self) -> Iterator[str]:
-        """Tell what differs, with a case for each cause that nobody has judged, and what hides."""
+        """Tell what differs, with a case for each cause that is not judged yet, and what hides."""
         for cause, behind in self.unexpected.items():
             yield f"  not expected: {cause} ({len(behind)} cases)"
             yield f"    {behind[0].case}: {behind[0].message}"

@@ -65,7 +65,7 @@ class Master:
         return int.from_bytes(self.node.sdo.upload(index, sub_index), "little")
 
     def write(self, index: int, number: int, length: int, sub_index: int = 0) -> None:
-        """Write a number of so many bytes."""
+        """Write a number of ``length`` bytes."""
         self.node.sdo.download(index, sub_index, number.to_bytes(length, "little"))
 
 

@@ -46,7 +46,7 @@ def test_runs_the_servers_that_are_named(
     assert capsys.readouterr().out.count("1/1 100%") == 4
 
 
-def test_what_nobody_has_judged_is_a_complaint(
+def test_what_is_not_judged_yet_is_a_complaint(
     runs: Callable[..., list[tuple[str, list[str]]]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     runs(PASSED, FAILED)

@@ -78,7 +78,7 @@ def test_what_is_found_and_judged_is_right(tmp_path: Path) -> None:
     assert list(comparison.lines()) == ["  in the way of 1 cases: frame.short: an answer"]
 
 
-def test_what_nobody_has_judged_is_told_with_a_case(tmp_path: Path) -> None:
+def test_what_is_not_judged_yet_is_told_with_a_case(tmp_path: Path) -> None:
     comparison = Comparison.of(read(tmp_path), [expected("frame.*")])
     assert not comparison.right
     assert list(comparison.lines()) == [

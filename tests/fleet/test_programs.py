@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-# Only what hangs takes so many seconds, on any machine.
+# Only a program that hangs takes this time, in seconds, on any machine.
 HANGS = 600
 PROGRAMS = ("canopen_server.py", "durand_server.py")
 

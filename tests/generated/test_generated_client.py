@@ -102,6 +102,6 @@ def test_a_refusal_is_settled() -> None:
     assert done[:5] == ["21 10", "00 61", "00 68", TEXT, TEXT]
 
 
-def test_a_flood_is_ended_by_whoever_drives() -> None:
+def test_a_flood_is_ended_by_the_driver() -> None:
     done, _ = held(then=Then.ENOUGH)
     assert done[:3] == ["21 10", TEXT, TEXT]

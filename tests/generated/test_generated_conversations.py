@@ -173,7 +173,7 @@ def test_what_cannot_be_read_is_no_conversation(tmp_path: Path, text: str) -> No
 
 
 def test_no_link_is_followed(tmp_path: Path) -> None:
-    """Its name can be foreseen: whoever may write there could lead it elsewhere."""
+    """Its name can be foreseen: another user could put a link there."""
     precious = tmp_path / "precious"
     precious.mkdir()
     (tmp_path / "failing").mkdir()

@@ -171,7 +171,7 @@ def test_what_python_can_cannot_read_is_a_sentence(
 
 
 def headed_by(size: int) -> bytes:
-    """Return the beginning of a BLF whose first object says that it has so many bytes."""
+    """Return the beginning of a BLF whose first object says that it has ``size`` bytes."""
     head = b"LOGG" + (144).to_bytes(4, "little") + bytes(136)
     return head + b"LOBJ" + bytes([16, 0, 1, 0]) + size.to_bytes(4, "little") + bytes([10, 0, 0, 0])
 

@@ -94,7 +94,7 @@ def silent(pytester: pytest.Pytester, *nodes: HostedNode) -> pytest.RunResult:
     """Run against a node that does not answer, among others."""
     timeout = f"--sdo-response-timeout={RESPONSE_TIMEOUT}"
     with hosted(*nodes) as bus:
-        # To collect all cases would take longer than to find out that nobody answers.
+        # To collect all cases would take longer than to find out that no node answers.
         result = run(pytester, f"--node-id={NODE_ID}", *bus, timeout, str(CASES / "test_abort.py"))
     assert result.ret == 10
     assert not {"passed", "errors"} & set(result.parseoutcomes())

@@ -24,7 +24,7 @@ pytest_plugins = ["pytester"]
 NODES = (5, 9)
 WRITTEN = Multiplexer(0x2004)
 NEW = b"new!"
-# Only what hangs takes so many seconds, on any machine.
+# Only a program that hangs takes this time, in seconds, on any machine.
 HANGS = 600.0
 # A loaded machine may take its time: a device that seems lost is not written to any more.
 PATIENT = "--sdo-response-timeout=60"

@@ -225,7 +225,7 @@ def test_a_heartbeat_of_a_stopped_node_changes_nothing(
 
 
 def impatient(requests: int, behind: int) -> list[str]:
-    """Return a conversation in which each answer comes so many requests late."""
+    """Return a conversation in which each answer comes ``behind`` requests late."""
     lines, when = [], 0
     for number in range(requests + behind):
         asked, answered = 0x2000 + number % 64, 0x2000 + (number - behind) % 64

@@ -17,7 +17,7 @@ ELSEWHERE = """
     from conformance.sdo.layout import Multiplexer
 
     def test_elsewhere(sdo):
-        '''Writes where nobody allowed it.'''
+        '''Writes without a permission.'''
         sdo.download(Multiplexer(0x1004), bytes(2))
 
     def test_wrong(sdo):
@@ -117,7 +117,7 @@ def test_a_broken_bench_is_an_error_and_no_failure(pytester: pytest.Pytester) ->
     found = junit(pytester, "test_mine.py")
     case = found["test_elsewhere"]
     assert "1004h:00" in child(case, "error").attrib["message"]
-    assert "requirement: Writes where nobody allowed it." in (child(case, "error").text or "")
+    assert "requirement: Writes without a permission." in (child(case, "error").text or "")
     assert properties(case)["verdict"] == "bench error"
     assert child(found["test_wrong"], "failure") is not None
     suite = next(parsed(pytester.path / "junit.xml").iter("testsuite"))

@@ -114,7 +114,7 @@ def test_every_step_of_the_official_test_is_there(capsys: pytest.CaptureFixture[
     assert named == {step.name for step in OFFICIAL_STEPS}
 
 
-def test_whoever_reads_may_have_seen_enough() -> None:
+def test_the_reader_of_a_pipe_may_close_it() -> None:
     """As with ``conformance rules | head -1``: that is no error."""
     command = [sys.executable, "-m", "conformance", "rules"]
     with Popen(command, stdout=PIPE, stderr=PIPE, text=True) as run:  # noqa: S603 - it is our own

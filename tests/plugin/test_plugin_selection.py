@@ -59,7 +59,7 @@ def test_a_folder_is_a_path_too(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=OWN_TEST)
     result = self_test(pytester, ".")
     result.assert_outcomes(passed=1)
-    # Whoever names a folder need not know that the suite's cases are none of it.
+    # A user who names a folder need not know that the suite's cases are not in it.
     assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
     result.stdout.fnmatch_lines(["none of the suite's cases was run: to run them with *'cases'*"])
 

@@ -251,7 +251,7 @@ CRASHES = """
 
 
 def test_a_worker_that_crashes(pytester: pytest.Pytester) -> None:
-    """The run is no success, nobody takes over, and the other device is tested to the end."""
+    """The run is no success, no worker takes over, and the other device is tested to the end."""
     pytester.makepyfile(test_crash=CRASHES)
     pytester.makepyfile(
         test_other="""

@@ -91,7 +91,7 @@ _ESCAPES = re.compile(r"\\x([0-9a-f]{2})|\\u([0-9a-f]{4})|\\U([0-9a-f]{8})|\\(r)
 
 
 def original(text: str) -> str:
-    r"""Turn ``\xNN`` and the like back into the characters for which they stand."""
+    r"""Turn ``\xNN`` and ``\uNNNN`` back into the characters for which they stand."""
 
     def character(match: re.Match[str]) -> str:
         return "\r" if match[4] else chr(int(match[1] or match[2] or match[3], 16))

@@ -97,7 +97,7 @@ def test_a_random_case_takes_as_long_as_it_has_examples() -> None:
     assert more.due(other) == usual.due(other)
 
 
-def test_a_test_that_nobody_has_counted() -> None:
+def test_a_test_that_was_not_counted() -> None:
     answers, silences, milliseconds = UNKNOWN
     found = work_of("test_mine.py::test_of_my_own[1]")
     assert (found.answers, found.silences, found.seconds) == (

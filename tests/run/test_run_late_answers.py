@@ -23,7 +23,7 @@ from conformance.sdo.rules import Violation
 FIRST, SECOND = 5, 9
 VENDOR = Multiplexer(0x1018, 1)
 LATE = CanFrame(0x585, bytes.fromhex("4318100100000000"))
-# Nobody answers an abort: this one only says that an answer is kept from now on.
+# An abort has no answer: this one only says that an answer is kept from now on.
 KEEP = Multiplexer(0x5FF7)
 
 

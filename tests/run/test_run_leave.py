@@ -61,7 +61,7 @@ def test_a_server_that_failed_is_told_to_end_what_it_may_think_is_open(failed: b
     assert server.requests == ([READ, abort, READ, READ] if failed else [READ, READ])
 
 
-def test_an_answer_that_nobody_asked_for() -> None:
+def test_an_unsolicited_answer() -> None:
     """The server is idle all the same, and the case has failed."""
     node = Scripted(lambda data: [OTHER_VALUE, BASELINE] if data == READ else [])
     with undiscovered(node) as bench:

@@ -35,7 +35,7 @@ def captured(message: Message, number: int) -> Captured:
 
 
 def block_upload(frames: int) -> Iterator[Captured]:
-    """Yield so many frames of a block upload that does not end."""
+    """Yield ``frames`` frames of a block upload that does not end."""
     begin: list[Message] = [
         BlockUploadInitiate(MUX, 127),
         BlockUploadInitiateResponse.with_size(MUX, None),
@@ -48,7 +48,7 @@ def block_upload(frames: int) -> Iterator[Captured]:
 
 
 def recorded(frames: int) -> Recording:
-    """Return the recording of so many frames."""
+    """Return the recording of ``frames`` frames."""
     recording = Recording(IDS)
     for frame in block_upload(frames):
         recording.add(frame)

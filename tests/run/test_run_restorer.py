@@ -92,7 +92,7 @@ def test_the_zero_behind_a_string_does_not_count() -> None:
 
 
 class _Refusing(Recording):
-    """Refuses so many uploads and downloads of the number as it is told."""
+    """Refuses some uploads and downloads of the number: as many as it is told."""
 
     uploads = downloads = 0
 
@@ -187,7 +187,7 @@ def test_a_late_answer_in_the_way(seen: bool) -> None:
 
 
 class _Silent(Recording):
-    """Does not answer so many downloads of the number as it is told."""
+    """Does not answer some downloads of the number: as many as it is told."""
 
     downloads = 0
 
@@ -212,7 +212,7 @@ def test_what_a_silence_kept_from_being_put_back_is_written_behind_the_next_case
         restorer.restore(sdo)
     assert (restorer.unrestored, bench.device.keeping.astray) == ({}, set())
     assert server.values() == begin
-    assert unknown.value is None, "nobody knows what it holds"
+    assert unknown.value is None, "its value is unknown"
 
 
 def test_what_cannot_be_put_back_is_listed_until_it_can() -> None:

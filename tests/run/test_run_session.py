@@ -99,7 +99,7 @@ def test_what_ended_the_case_makes_the_verdict(
 def test_a_bus_that_goes_while_the_device_is_looked_at_is_told(
     bench: Workbench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whoever runs the cases has to know the kind of the error: no other case need be tried."""
+    """The runner of the cases has to know the kind of the error: no other case need be tried."""
     run = begin(bench.session())
 
     def gone(frame: CanFrame) -> None:

@@ -41,7 +41,7 @@ HASTY = "--sdo-response-timeout=0.2"
 
 
 class Counting(Recording):
-    """Does something when it has been written to so many times."""
+    """Does something at a certain write."""
 
     due = 0
 

@@ -20,7 +20,7 @@ FLEET = ROOT / "tests" / "fleet"
 CHANNEL = "vcan0"
 NODE_ID = 5
 REFERENCE = ("-m", "conformance", "serve")
-# A program of which nothing has come for so many seconds hangs: how long it may take in all depends
+# A program without output for this time, in seconds, hangs: how long it may take in all depends
 # on the machine, where the processor is emulated more than ever.
 QUIET = 1200
 RESPONSE_TIMEOUT = 2

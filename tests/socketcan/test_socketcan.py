@@ -56,7 +56,7 @@ FOREIGN = only(
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A run and its device; without a server nobody has the node-ID."""
+    """A run and its device; without a server no node has the node-ID."""
 
     node_id: int
     server: tuple[str, ...] = ()

@@ -47,7 +47,7 @@ def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
     assert "socketcan vcan0 failed in the middle of the run: " in output
     assert "Network is down" in output
     assert "Bring it up" in output
-    # One case has met it, and the rest is not tried; nobody is shown the inside of python-can.
+    # One case has met it, and the rest is not tried; no traceback of python-can is shown.
     assert re.search(r"\b1 error in ", output), output
     assert "socketcan.py" not in output
 

@@ -71,7 +71,7 @@ def link(bus: can.BusABC) -> Iterator[Link]:
 
 @pytest.fixture
 def peer(link: Link) -> Iterator[Peer]:
-    """Somebody else on the bus, who is there when the link is."""
+    """Another node on the bus, which is there when the link is."""
     opened = Peer()
     yield opened
     opened.close()

@@ -48,7 +48,7 @@ MOST_SAID = 12
 # Also where the processor is emulated.
 HANGS = 900.0
 GONE_WITHIN = 15.0
-# One of so many runs is stopped while it is starting, which takes about so many seconds.
+# One run in STARTS is stopped while it is starting, which takes about STARTING seconds.
 STARTS, STARTING = 5, 2.0
 
 
@@ -74,7 +74,7 @@ class Bench:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """So many seconds after the start, or after the run has ``begun`` to write its reports."""
+    """Seconds after the start, or after the run has ``begun`` to write its reports."""
 
     after: float
     begun: bool

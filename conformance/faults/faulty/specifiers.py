@@ -71,7 +71,7 @@ class UnknownSpoilsNext(Server):
 
 @fault("block-frame-confirmed-out-of-block", Defect.STATE, "specifier.out-of-block")
 class BlockFrameConfirmed(Server):
-    """Confirms the end of a block download that nobody started."""
+    """Confirms the end of a block download that was not started."""
 
     def receive(self, frame: bytes) -> list[bytes]:
         if self.transfer is None and frame[:1] and frame[0] & 0xE3 == 0xC1:

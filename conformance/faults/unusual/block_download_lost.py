@@ -8,7 +8,8 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import BlockDownloadInitiate, BlockSegment, Response
 from conformance.sdo.objects import Refusal
 
-# Of its time-out, here 3 s where none is declared, a server waits so much for a lost first segment.
+# The share of its time-out, here 3 s where none is declared, for which a server waits for a lost
+# first segment.
 OWN_TIMEOUT = 3.0
 PART = 0.7
 

@@ -51,10 +51,10 @@ class Disturbance:
 class Transfer:
     """One transfer as the client means it, and what befalls it.
 
-    ``size`` is that of strings and domains, in bytes; ``content`` decides on the data. Before an
-    upload so many bytes are written, none where ``size`` is 0. Of a block
-    upload, ``block_sizes`` are asked for in turn, ``threshold`` is pst, and ``withheld`` says how
-    many segments of each sub-block in turn are not acknowledged.
+    ``size`` is that of strings and domains, in bytes; ``content`` decides on the data. A value of
+    this size is written before an upload, unless ``size`` is 0. Of a block upload, ``block_sizes``
+    are asked for in turn, ``threshold`` is pst, and ``withheld`` says how many segments of each
+    sub-block in turn are not acknowledged.
     """
 
     service: Service

@@ -26,13 +26,13 @@ class FailingStore:
             lines = self.path.read_text(encoding="utf-8").splitlines()
             return from_lines(lines) or None
         except (OSError, ValueError, TypeError, KeyError):
-            # What an older version has written, or somebody has changed, is no longer of use.
+            # Written by an older version, or changed by hand: of no use any more.
             return None
 
     def save(self, conversation: Conversation) -> None:
         """Keep a conversation instead of the one before; raises OSError.
 
-        Whoever may write beside it knows the name: no link is followed.
+        Its name can be foreseen, and a link may lie there: none is followed.
         """
         for folder in (self.path.parent.parent, self.path.parent):
             if folder.is_symlink():

@@ -211,7 +211,7 @@ class SubBlock(_BlockDownload):
         return [quiet(taken, memory, rules.FULL_SUB_BLOCK)]
 
     def _excess(self, count: int, memory: Memory) -> Reasons:
-        """Say why so many bytes, fillers of the last segment included, are too many.
+        """Say why ``count`` bytes, fillers of the last segment included, are too many.
 
         A last segment without data (n = 7) is odd: it may be taken for one too many.
         """
@@ -222,7 +222,7 @@ class SubBlock(_BlockDownload):
         return certain or tuple(replace(reason, binding=False) for reason in possible)
 
     def _shortfall(self, count: int, memory: Memory) -> Reasons:
-        """Say why a transfer that ends after so many bytes, fillers included, has too few."""
+        """Say why a transfer that ends after ``count`` bytes, fillers included, has too few."""
         least = max(self.size or 0, memory.facts(self.mux).length or 0)
         return (
             (Reason(rules.TOO_FEW, accepted.TOO_SHORT, accepted.GENERAL, late=True),)

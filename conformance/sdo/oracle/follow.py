@@ -238,7 +238,7 @@ class Oracle:
         return findings
 
     def lose(self) -> None:
-        """Take that nobody knows where the server is: it was reset or stopped, or not watched."""
+        """Take that the state of the server is unknown: it was reset, stopped, or not watched."""
         due = any(branch.due is not None for branch in self._branches)
         lost = Lost(due + self._most_waiting())
         self._go_to([quiet(lost, self._branches[0].memory.in_doubt(), channels.NMT_INTERRUPTED)])

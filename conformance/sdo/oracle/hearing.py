@@ -21,7 +21,7 @@ from conformance.sdo.oracle.states import IDLE, Lost, most_answers
 from conformance.sdo.rules import freedoms, idle
 
 ABORT_COMMAND = 0x80
-# So many ways to go on at once mean that nothing can be said any more.
+# With more ways to go on at once than this, nothing can be said any more.
 MOST_BRANCHES = 1000
 # So few it takes longer to merge than to follow.
 FEW = 4

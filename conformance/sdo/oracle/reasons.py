@@ -119,7 +119,7 @@ def _variable_reasons(facts: Facts, size: int, *, block: bool) -> Reasons:
 
 
 def excess_reasons(facts: Facts, announced: int | None, count: int, too_many: Rule) -> Reasons:
-    """Return why so many bytes are too many: more than were announced, or than there is room."""
+    """Return why ``count`` bytes are too many: more than announced, or than there is room for."""
     length = facts.length
     if announced is not None and count > announced:
         return (Reason(too_many, accepted.TOO_LONG, accepted.GENERAL, late=True),)

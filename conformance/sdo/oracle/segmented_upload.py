@@ -57,7 +57,7 @@ def _(request: UploadInitiate, memory: Memory) -> list[Branch]:
 def upload_begins(mux: Multiplexer, memory: Memory, most: int | None = None) -> Branch:
     """Build the branch of a server that answers with an ordinary upload.
 
-    ``most`` is pst where a block upload becomes one: it may have so many bytes.
+    ``most`` is pst where a block upload becomes one: the most bytes that it may have.
     """
     words = f"4xh, upload initiate response {mux}"
     rule = NOT_REFUSED if most is None else upload_initiates.SWITCH

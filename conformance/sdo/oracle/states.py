@@ -247,7 +247,7 @@ class Running(Answering):
 
 @dataclass(frozen=True, slots=True)
 class Lost:
-    """Nobody knows where the server is: it has broken the protocol. Anything goes for now.
+    """The state of the server is unknown: it has broken the protocol. Anything goes for now.
 
     ``owed`` answers may still come to what was sent before. They cannot be told from those to
     later requests, so nothing is certain until as many have come, or the bus has been quiet.

@@ -10,7 +10,7 @@ IDLE_AFTERWARDS = Rule(
     "server.idle-afterwards",
     SERVICES,
     MUST,
-    "After a transfer has ended, whoever ended it, the server is idle and serves the next one.",
+    "After a transfer has ended in any way, the server is idle and serves the next one.",
     reaction="the next request is served, and nothing more comes of the old transfer",
 )
 CONSTANT = Rule(

@@ -44,7 +44,7 @@ class Rule:
 class Violation(Exception):
     """A response, or its absence, that a rule does not allow.
 
-    ``request`` is what had been sent last when it was seen, where somebody took note of that.
+    ``request`` is what had been sent last when it was seen, None where that was not noted.
     ``habit`` is what the device does there, by the rule and in words, where it does so wherever it
     can, and breaks other rules as well with it.
     ``asked`` says what was asked in words that fit more than one request.

@@ -108,7 +108,7 @@ def test_many_ambiguous_requests_are_more_than_can_be_followed() -> None:
     while not oracle.lost:
         oracle.request(AMBIGUOUS)
         followed += 1
-    # Fewer than these nobody sends without a look at the answers.
+    # No client sends more than these without a look at the answers.
     assert followed > 5
     assert oracle.settled() == []
 
