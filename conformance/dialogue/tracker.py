@@ -23,13 +23,16 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
+OTHER_INITIATES = UploadInitiateResponse | DownloadInitiateResponse | BlockDownloadInitiateResponse
+
 
 class TransferTracker:
     """Follows requests and responses.
 
     ``open`` is the object of the running transfer or None, ``latest`` that of the last one.
-    ``in_blocks`` says that a block upload has begun. A block download is ``abandoned`` when the
-    client has aborted it and the server has not sent anything since: what it sent last
+    ``may_send_segments`` says that a block upload has begun, and no transfer in several frames
+    since: a server may send segments of it even after its end. A block download is ``abandoned``
+    when the client has aborted it and the server has not sent anything since: what it sent last
     ``asks_for_segments``.
     """
 
@@ -37,7 +40,7 @@ class TransferTracker:
         """Start with no transfer."""
         self.open: Multiplexer | None = None
         self.latest: Multiplexer | None = None
-        self.in_blocks = False
+        self.may_send_segments = False
         self.abandoned = False
         self.asks_for_segments = False
         self._request: Request | None = None
@@ -58,22 +61,24 @@ class TransferTracker:
         A segment of a block uses all of byte 0, and looks like any other response.
         """
         response = self._decoder.response(frame)
-        self.in_blocks |= isinstance(response, BlockUploadInitiateResponse)
         self.abandoned = False
         self.asks_for_segments = isinstance(response, BlockDownloadInitiateResponse | BlockAck)
         self._follow(response, self._request)
         if self.open is not None:
             self.latest = self.open
+        begins = isinstance(response, BlockUploadInitiateResponse)
+        if begins or (self.open is not None and isinstance(response, OTHER_INITIATES)):
+            self.may_send_segments = begins
         return response if isinstance(response, BlockSegment) else self.read(frame)
 
     def read(self, frame: bytes) -> Response:
         """Return which response has arrived, as far as that can be told before it is taken.
 
-        Where a block upload may be running still, exactly 80h is an abort, and 81h a segment.
+        Where segments of a block upload may come, exactly 80h is an abort, and 81h a segment.
         """
         response = decode_response(frame)
         may_be_segment = isinstance(response, Abort) and response.reserved_bits != 0
-        return decode_segment(frame) if may_be_segment and self.in_blocks else response
+        return decode_segment(frame) if may_be_segment and self.may_send_segments else response
 
     def _follow(self, response: Response, request: Request | None) -> None:
         match response:

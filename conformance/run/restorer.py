@@ -23,7 +23,7 @@ from conformance.sdo.storage import SAVE_ALL
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
 MOST_TRIES = 2
-# A device that was silent twice was busy perhaps: behind so many other cases it is tried again.
+# A device that was silent twice may have been busy: after this number of cases it is tried again.
 MOST_SILENCES = 5
 
 
@@ -89,7 +89,7 @@ class Restorer:
         return staying
 
     def _take_stock(self) -> None:
-        """Note which objects hold nobody knows what."""
+        """Note which objects hold an unknown value."""
         keeping = self.device.keeping
         keeping.left &= self.unrestored.keys()
         keeping.astray = (self.unrestored.keys() & self.device.values.keys()) - keeping.left

@@ -88,6 +88,7 @@ def test_the_latest_transfer_is_remembered() -> None:
     assert follow(CLOSED["expedited-upload"]).latest is None
 
 
+READ = [">40 00 10 00 00 00 00 00", "<43 00 10 00 91 01 0F 00"]
 STARTED = [*BLOCK_UPLOAD, ">A3" + " 00" * 7]
 READ_AS = {
     "abort": ([], "80 08 10 00 00 00 00 08", Abort),
@@ -101,6 +102,9 @@ READ_AS = {
     "abort-of-block-upload": (STARTED, "80 08 10 00 00 00 00 08", Abort),
     "segment-behind-the-end": ([*STARTED, ABORT], "81 41 42 43 44 45 46 47", BlockSegment),
     "another-transfer": ([*STARTED, ABORT, UPLOAD[0]], UPLOAD[1][1:], UploadInitiateResponse),
+    "abort-of-a-later-upload": ([*STARTED, ABORT, *UPLOAD], "81 08 10 00 00 00 00 08", Abort),
+    "abort-of-a-later-download": ([*STARTED, ABORT, *DOWNLOAD], "81 10 20 00 00 00 00 08", Abort),
+    "segment-behind-a-read": ([*STARTED, ABORT, *READ], "81 41 42 43 44 45 46 47", BlockSegment),
 }
 
 
