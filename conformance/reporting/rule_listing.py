@@ -85,7 +85,12 @@ def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
 
 
 def _words(codes: Sequence[AbortCode]) -> str:
-    return "any" if codes == ANY else ", ".join(map(describe_code, codes))
+    if codes == ANY:
+        return "any"
+    others = [code for code in AbortCode if code not in codes]
+    if len(others) < len(codes):
+        return f"any but {', '.join(map(describe_code, others))}"
+    return ", ".join(map(describe_code, codes))
 
 
 def _tolerated(rule: Rule) -> str:

@@ -17,7 +17,7 @@ class LongValues:
     """How long values are read and written. What has failed once is not tried again.
 
     They are read in blocks when that has brought the same as an ordinary upload once. They are
-    written in blocks when a case has done that; whoever writes reads it back.
+    written in blocks when a case has done that; what is written is read back.
     """
 
     _read_right: bool | None = None

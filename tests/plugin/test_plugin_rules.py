@@ -98,6 +98,13 @@ def test_what_it_prints(names: list[str], due: str, capsys: pytest.CaptureFixtur
     assert capsys.readouterr().out == due
 
 
+def test_of_nearly_all_abort_codes_it_names_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    main(["rules", "response.not-refused"])
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "abort codes" in line]
+    assert line.startswith("      abort codes: any but 05030000h (toggle bit not alternated), ")
+    assert line.count("h (") == 6
+
+
 def test_it_prints_all_and_counts_them(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rules"]) == DONE
     *lines, totals = capsys.readouterr().out.splitlines()
