@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import pytest
 from run_bench import (
-    DOMAIN,
     HASTY,
     NODE_ID,
     NUMBER,
@@ -16,26 +15,21 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import GOES_ON, OLD_GOES_ON, Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
-    DownloadInitiate,
     DownloadInitiateResponse,
-    DownloadSegment,
     Response,
     UploadInitiate,
     UploadSegment,
 )
 from conformance.sdo.layout import Message, Multiplexer
-from conformance.sdo.objects import DataType
 from conformance.sdo.rules import (
     FILLER,
     MULTIPLEXER,
     NOT_REFUSED,
-    PART_WRITTEN,
     RESERVED,
     RESTART,
     SPECIFIER,
@@ -306,100 +300,3 @@ def test_a_download_that_is_not_refused() -> None:
         bench.dialogue().expect_download_refused(TEXT, bytes(9), *TOO_LONG, size=9)
     assert raised.value.rule is RULE
     assert raised.value.expected.endswith("at the last segment at the latest")
-
-
-# Values
-
-
-def test_a_value() -> None:
-    with discovered(recording()) as bench:
-        sdo = bench.dialogue()
-        sdo.expect_value(TEXT, b"text\0")
-        with pytest.raises(Violation) as raised:
-            sdo.expect_value(TEXT, b"test")
-    assert raised.value.rule is RULE
-    assert raised.value.expected == "2010h:00 reads 4 bytes: 74 65 73 74"
-    assert raised.value.actual == "2010h:00 reads 4 bytes: 74 65 78 74"
-
-
-def test_unchanged() -> None:
-    with discovered(recording()) as bench:
-        sdo = bench.dialogue()
-        with sdo.unchanged(NUMBER) as value:
-            assert value == bytes.fromhex("11223344")
-        with pytest.raises(Violation, match="2004h:00 reads"), sdo.unchanged(NUMBER):
-            sdo.download(NUMBER, b"\1\2\3\4")
-
-
-def test_unchanged_ends_the_transfer_that_is_left_open() -> None:
-    server = recording()
-    with discovered(server) as bench:
-        sdo = bench.dialogue()
-        with sdo.unchanged(TEXT):
-            sdo.initiate_download(TEXT, 14)
-            sdo.download_segment(b"ABCDEFG", toggle=0)
-        assert server.transfer is None
-    assert server.writes == []
-
-
-@pytest.mark.parametrize("known", [TEXT, DOMAIN], ids=["string", "domain"])
-def test_what_is_written_of_an_aborted_download_counts_as_a_should(known: KnownObject) -> None:
-    with discovered(build_node("string-keeps-part-of-aborted-write", NODE_ID)) as bench:
-        sdo = bench.dialogue()
-        with sdo.unchanged(known):
-            sdo.initiate_download(known, 14)
-            sdo.download_segment(b"ABCDEFG", toggle=0)
-        assert sdo.upload(known) == b"ABCDEFG"
-    assert [found.rule for found in sdo.record.minor] == [PART_WRITTEN]
-    assert not sdo.record.own
-
-
-def test_what_came_behind_an_abort_is_never_written() -> None:
-    """A string may hold what came before it, at its place, and nothing else."""
-    server = recording()
-    with discovered(server) as bench:
-        sdo = bench.dialogue()
-        before = sdo.upload(TEXT)
-        sdo.initiate_download(TEXT, 14)
-        sdo.download_segment(b"ABCDEFG", toggle=0)
-        sdo.end_transfer()
-        sdo.send(DownloadSegment.with_data(b"HIJKLMN", toggle=1, last=True))
-        sdo.fence()
-        server.entries[TEXT.mux].value = b"ABCDEFGHIJKLMN"
-        with pytest.raises(Violation, match="2010h:00 reads"):
-            sdo.expect_kept(TEXT, before)
-
-
-def test_of_a_number_no_part_is_written() -> None:
-    server = recording()
-    known = KnownObject(Multiplexer(0x2008), DataType.UNSIGNED64)
-    with discovered(server) as bench:
-        sdo = bench.dialogue()
-        before = sdo.upload(known)
-        sdo.initiate_download(known, 8)
-        sdo.download_segment(b"ABCDEFG", toggle=0)
-        sdo.end_transfer()
-        server.entries[known.mux].value = b"ABCDEFG\x88"
-        with pytest.raises(Violation, match="2008h:00 reads"):
-            sdo.expect_kept(known, before)
-
-
-def test_a_case_that_fails_by_itself_keeps_its_failure() -> None:
-    """What ``unchanged`` would find then is of no interest."""
-
-    def case(sdo: Dialogue) -> None:
-        with sdo.unchanged(NUMBER):
-            sdo.download(NUMBER, b"\1\2\3\4")
-            raise ZeroDivisionError
-
-    with discovered(recording()) as bench, pytest.raises(ZeroDivisionError):
-        case(bench.dialogue())
-
-
-def test_a_request_that_writes_is_remembered() -> None:
-    with discovered(recording()) as bench:
-        sdo = bench.dialogue()
-        sdo.send(READ)
-        assert sdo.record.written == set()
-        sdo.send(DownloadInitiate.with_data(NUMBER.mux, b"\1\2\3\4"))
-        assert sdo.record.written == {NUMBER.mux}

@@ -22,7 +22,7 @@ from run_bench import (
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
-from conformance.faults.faulty.block_download_errors import DeafWhenAborted
+from conformance.faults.faulty.block_download_aborts import DeafWhenAborted
 from conformance.plugin.findings import Findings
 from conformance.run.case_run import begin_case
 from conformance.run.habits import FIRST_SEEN, survey

@@ -1,66 +1,19 @@
 """What the oracle says of single exchanges, by the rule that each is about.
 
-An exchange is written a line a frame: ``>`` the client, ``<`` the server. ``:`` says what the
-oracle has to find at the end, by the id of the rule; without it everything was allowed.
+An exchange that is not allowed stands with the id of the rule that it breaks.
 """
 
-from dataclasses import replace
-
 import pytest
-from sdo_vectors import mux
-
-from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType
-from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
-from conformance.sdo.rules import Violation
-
-
-def facts(data_type: DataType, value: bytes, access: Access = Access.RW) -> Facts:
-    return Facts(
-        Presence.PRESENT, access, data_type, value, steady=True, any_value=True, capacity=64
-    )
-
-
-KNOWN = Knowledge.complete(
-    {
-        mux("1000"): facts(DataType.UNSIGNED32, b"\x91\x01\x0f\0", Access.CONST),
-        mux("1008"): facts(DataType.VISIBLE_STRING, b"Tiny Node", Access.CONST),
-        mux("2000"): facts(DataType.UNSIGNED32, b"\1\2\3\4"),
-        mux("2001"): replace(facts(DataType.UNSIGNED8, b"\1"), low=1, high=9),
-        mux("2002"): facts(DataType.UNSIGNED32, b"\1\2\3\4", Access.WO),
-        mux("2010"): facts(DataType.VISIBLE_STRING, b"old value"),
-    }
+from oracle_notation import (
+    BLOCK_DOWNLOAD,
+    BLOCK_RECEIVED,
+    BLOCK_SENT,
+    BLOCK_UPLOAD,
+    DOWNLOAD,
+    READ,
+    UPLOAD,
+    judged,
 )
-READ = "> 40 00 10 00 00 00 00 00"
-UPLOAD = "> 40 08 10 00 00 00 00 00 \n < 41 08 10 00 09 00 00 00"
-DOWNLOAD = "> 21 10 20 00 09 00 00 00 \n < 60 10 20 00 00 00 00 00"
-BLOCK_DOWNLOAD = "> C6 10 20 00 0E 00 00 00 \n < A4 10 20 00 04 00 00 00"
-BLOCK_SENT = (
-    BLOCK_DOWNLOAD
-    + "\n > 01 30 31 32 33 34 35 36 \n > 82 37 38 39 3A 3B 3C 3D \n < A2 02 04 00 00 00 00 00"
-)
-BLOCK_UPLOAD = "> A4 08 10 00 02 00 00 00 \n < C6 08 10 00 09 00 00 00"
-BLOCK_RECEIVED = (
-    BLOCK_UPLOAD
-    + "\n > A3 00 00 00 00 00 00 00 \n < 01 54 69 6E 79 20 4E 6F \n < 82 64 65 00 00 00 00 00"
-)
-NO_SUCH = "02 00 06"
-
-
-def judged(exchange: str, oracle: Oracle | None = None) -> list[Violation]:
-    oracle = oracle or Oracle(KNOWN)
-    found: list[Violation] = []
-    before = ""
-    for line in filter(None, map(str.strip, exchange.splitlines())):
-        direction, frame = line[0], bytes.fromhex(line[1:])
-        if direction == "<":
-            found += oracle.response(frame)
-        else:
-            found += oracle.settled() if before == "<" else []
-            oracle.request(frame)
-        before = direction
-    return found + oracle.settled()
-
 
 ALLOWED = {
     "response.not-refused read": f"{READ} \n < 43 00 10 00 91 01 0F 00",
@@ -356,73 +309,3 @@ def test_allowed(name: str) -> None:
 def test_not_allowed(name: str) -> None:
     exchange, rule = NOT_ALLOWED[name]
     assert [violation.rule.id for violation in judged(exchange)] == [rule]
-
-
-def test_a_refusal_of_what_may_exist_is_not_about_what_is_missing() -> None:
-    refused = "> 40 00 30 00 00 00 00 00 \n < 80 00 30 00 00 00 03 05"
-    assert [found.rule.id for found in judged(refused, Oracle())] == ["response.not-refused"]
-
-
-def test_awaited_follows_what_is_due() -> None:
-    oracle = Oracle(KNOWN)
-    awaited = [oracle.awaited]
-    oracle.request(bytes.fromhex("4000100000000000"))
-    awaited.append(oracle.awaited)
-    assert oracle.response(bytes.fromhex("4300100091010F00")) == []
-    awaited.append(oracle.awaited)
-    oracle.request(bytes(8))
-    awaited.append(oracle.awaited)
-    assert awaited == [Awaited.NOTHING, Awaited.ANSWER, Awaited.NOTHING, Awaited.MAYBE]
-
-
-def test_values_follow_downloads() -> None:
-    oracle = Oracle(KNOWN)
-    assert oracle.may_hold(mux("2000")) == frozenset({b"\1\2\3\4"})
-    assert judged("> 23 00 20 00 05 06 07 08 \n < 60 00 20 00 00 00 00 00", oracle) == []
-    assert oracle.may_hold(mux("2000")) == frozenset({b"\5\6\7\x08"})
-    read_old = "> 40 00 20 00 00 00 00 00 \n < 43 00 20 00 01 02 03 04"
-    assert [found.rule.id for found in judged(read_old, oracle)] == ["response.not-refused"]
-
-
-def test_an_ambiguous_frame_leaves_two_values() -> None:
-    oracle = Oracle(KNOWN)
-    # Whether the short frame was served, only its confirmation would say.
-    oracle.request(bytes.fromhex("2F0120000200"))
-    assert oracle.may_hold(mux("2001")) == frozenset({b"\1", b"\2"})
-    assert oracle.settled() == []
-    assert oracle.may_hold(mux("2001")) == frozenset({b"\1"})
-
-
-def test_a_time_out_may_be_reported_after_silence_only() -> None:
-    timed_out = "< 80 10 20 00 00 00 04 05"
-    assert [found.rule.id for found in judged(f"{DOWNLOAD} \n {timed_out}")]
-    oracle = Oracle(KNOWN)
-    judged(DOWNLOAD, oracle)
-    assert oracle.silence() == []
-    assert judged(timed_out, oracle) == []
-    assert oracle.idle
-
-
-def test_after_a_breach_the_next_transfer_is_judged_again() -> None:
-    oracle = Oracle(KNOWN)
-    assert judged(f"{READ} \n < 60 00 10 00 00 00 00 00", oracle)
-    assert oracle.lost
-    assert judged(f"{READ} \n < 43 00 10 00 91 01 0F 00", oracle) == []
-    assert not oracle.lost
-    assert judged(f"{READ} \n < 43 01 10 00 91 01 0F 00", oracle)
-
-
-def test_the_profile_names_choices() -> None:
-    oracle = Oracle(KNOWN)
-    judged(ALLOWED["block-download.gap at once"], oracle)
-    assert oracle.profile["acknowledges a gap"] == {"at once"}
-    assert oracle.profile["block size of a download"] == {"4"}
-    assert "acknowledges a gap: at once" in oracle.profile.lines()
-
-
-def test_of_unknown_objects_only_the_protocol_is_judged() -> None:
-    oracle = Oracle()
-    assert oracle.may_hold(Multiplexer(0x2000)) is None
-    assert judged("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 02 06", oracle) == []
-    assert judged("> 40 FF 1F 00 00 00 00 00 \n < 43 FF 1F 00 00 00 00 00", oracle) == []
-    assert judged("> 40 FF 1F 00 00 00 00 00 \n < 80 FF 1F 00 00 00 03 05", oracle)
