@@ -36,6 +36,12 @@ class Place:
     left_out: int = 0
 
 
+def in_a_log(channel: str) -> str:
+    """Return the name of a channel as a line of a log can have it."""
+    # A bare number is no name of an interface, and a space would end it.
+    return f"can{channel}" if channel.isdigit() else "_".join(channel.split())
+
+
 class BusLog:
     """Writes frames as they come; errors fail no case: at the end it says what it could not write.
 
@@ -44,8 +50,7 @@ class BusLog:
 
     def __init__(self, path: Path, channel: str) -> None:
         """``channel`` is the name that stands in each line."""
-        # A bare number is no name of an interface, and a space would end it.
-        self._channel = f"can{channel}" if channel.isdigit() else "_".join(channel.split())
+        self._channel = in_a_log(channel)
         self._name = path.name
         self._file = GrowingFile(path, MOST_WAITING)
         self._waiting: list[str] = []

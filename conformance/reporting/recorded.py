@@ -10,6 +10,7 @@ from conformance.device.files import shown
 from conformance.reporting.bus_log import Place
 from conformance.reporting.results import CASE, DEVICE, END, FORMAT, MERGED, RESULTS, RUN, SELECTED
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.cob_id import ChannelIds
 
 Values = dict[str, Any]
 # A case has some kB, one of a long conversation a MB.
@@ -40,6 +41,13 @@ class RecordedRun:
         """What describes the run and its devices in every report."""
         parts = [self.about, *self.devices, *([] if self.end is None else [self.end])]
         return {name: text for part in parts for name, text in part["properties"].items()}
+
+    @property
+    def channels(self) -> dict[int, ChannelIds]:
+        """The SDO channel of each device; of one that was never met the default one."""
+        channels = {node_id: ChannelIds.default(node_id) for node_id in self.about["node_ids"]}
+        named = {device["node_id"]: device["sdo_channel"] for device in self.devices}
+        return channels | {node_id: ChannelIds.parse(text) for node_id, text in named.items()}
 
     @property
     def by_device(self) -> list[CaseResult]:

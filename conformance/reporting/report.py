@@ -5,12 +5,16 @@ from pathlib import Path
 from conformance.reporting.junit import write_junit
 from conformance.reporting.page.writing import write_page
 from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.reproduction import write_reproductions
 
 JUNIT = "junit.xml"
 
 
 def write_reports(folder: Path, run: RecordedRun, *, page: bool = True) -> list[Path]:
-    """Write junit.xml and, for people, report.html; return what was written. Raises OSError."""
+    """Write junit.xml, what reproduces the failures and, for people, report.html.
+
+    Returns what was written. Raises OSError.
+    """
     path = folder / JUNIT
     write_junit(
         path,
@@ -20,4 +24,9 @@ def write_reports(folder: Path, run: RecordedRun, *, page: bool = True) -> list[
         strict=run.about["strict"],
         troubles=run.troubles,
     )
-    return [path, *([write_page(folder, run)] if page else [])]
+    reproductions = write_reproductions(folder, run)
+    return [
+        path,
+        *([] if reproductions is None else [reproductions]),
+        *([write_page(folder, run)] if page else []),
+    ]

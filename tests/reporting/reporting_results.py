@@ -31,8 +31,10 @@ PASSED = CaseResult(
 ABOUT: dict[str, Any] = {
     "begun": "2026-05-06T09:08:09.000+02:00",
     "begun_utc": "2026-05-06T07:08:09",
+    "channel": "can0",
     "command": ["pytest", "--node-id=5,9"],
     "eds": {"name": "drive.eds", "sha256": "00" * 32},
+    "interface": "socketcan",
     "node_ids": [5, 9],
     "packages": {"pytest": "9.2.0"},
     "permissions": ["nmt"],

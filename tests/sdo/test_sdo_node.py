@@ -53,8 +53,17 @@ def test_boot_up_message() -> None:
         (CanFrame(0x18FF0005, b"\x01", extended=True), "18FF0005#01", 1),
         (CanFrame(0x605, remote=True, length=8), "605#R8", 8),
         (CanFrame(0x605, remote=True, length=0), "605#R", 0),
+        (CanFrame(0x605, READ, fd=True), "605##04000100000000000", 8),
     ],
 )
 def test_a_frame_is_written_as_cansend_takes_it(frame: CanFrame, text: str, dlc: int) -> None:
     assert str(frame) == text
     assert frame.dlc == dlc
+    read = CanFrame.parse(text)
+    assert (str(read), read.dlc) == (text, dlc)
+
+
+@pytest.mark.parametrize("text", ["", "605", "605#4", "65#40", "605#R9", "605#40 x", "x#40"])
+def test_other_text_is_no_frame(text: str) -> None:
+    with pytest.raises(ValueError, match="is no frame as cansend takes it"):
+        CanFrame.parse(text)

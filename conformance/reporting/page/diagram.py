@@ -5,10 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from conformance.reporting.page.explained import Part, parts_of
-from conformance.run.evidence import DECISIVE
+from conformance.reporting.trace import Traced, traced
 
-# How a trace writes a frame (conformance.run.evidence).
-_FRAME = re.compile(r"([* ]) *([\d.]+) ms ([<>]) (\S+) +(.*)")
 _DATA = re.compile(r"[0-9A-F]+#((?:[0-9A-F]{2})*)")
 # A picture is looked at: what led to the decisive frame, and a glance at what followed.
 MOST_BEFORE, MOST_AFTER = 11, 2
@@ -66,22 +64,22 @@ class Diagram:
 
 def diagram(trace: Sequence[str]) -> Diagram | None:
     """Draw the frames of a trace around the decisive one, or the last; None for no frame."""
-    found = [match for line in trace if (match := _FRAME.match(line))]
+    found = list(traced(trace))
     if not found:
         return None
-    marked = [number for number, match in enumerate(found) if match[1] == DECISIVE]
+    marked = [number for number, each in enumerate(found) if each.decisive]
     end = marked[-1] if marked else len(found) - 1
     first = max(0, end - MOST_BEFORE)
     chosen = found[first : end + 1 + MOST_AFTER]
-    rows = (_row(match, FIRST_ROW + ROW * number) for number, match in enumerate(chosen))
+    rows = (_row(each, FIRST_ROW + ROW * number) for number, each in enumerate(chosen))
     return Diagram(tuple(rows), first)
 
 
-def _row(match: re.Match[str], y: int) -> Row:
-    mark, time, arrow, frame, words = match.groups()
-    data = _DATA.fullmatch(frame)
-    parts = parts_of(words, bytes.fromhex(data[1])) if data else [Part(frame, "")]
-    return Row(y, f"{time} ms", arrow == ">", words, tuple(_placed(parts)), mark == DECISIVE)
+def _row(each: Traced, y: int) -> Row:
+    data = _DATA.fullmatch(each.frame)
+    parts = parts_of(each.words, bytes.fromhex(data[1])) if data else [Part(each.frame, "")]
+    boxes = tuple(_placed(parts))
+    return Row(y, f"{each.time} ms", each.sent, each.words, boxes, each.decisive)
 
 
 def _placed(parts: Sequence[Part]) -> Iterator[Box]:

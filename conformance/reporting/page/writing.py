@@ -11,7 +11,6 @@ from conformance.reporting.page.diagram import LIFELINES, MIDDLE, WIDTH
 from conformance.reporting.page.profile import profiles
 from conformance.reporting.page.traffic import Traffic, read_traffic
 from conformance.reporting.recorded import RecordedRun
-from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.inert import inert
 
 PAGE = "report.html"
@@ -19,7 +18,7 @@ PAGE = "report.html"
 
 def write_page(folder: Path, run: RecordedRun) -> Path:
     """Write the page of a run into its report folder; raises OSError."""
-    channels = _channels(run)
+    channels = run.channels
     node_ids: Sequence[int] = [result.node_id for result in run.results]
     try:
         traffic = read_traffic(folder, run.places, node_ids, channels)
@@ -54,10 +53,3 @@ def _template() -> Template:
 def _shown(value: object) -> object:
     """Write out what no reader would see, or what would turn the writing round."""
     return inert(value, keep="\n") if type(value) is str else value
-
-
-def _channels(run: RecordedRun) -> dict[int, ChannelIds]:
-    """Return the SDO channel of each device; of one that was never met the default one."""
-    channels = {node_id: ChannelIds.default(node_id) for node_id in run.about["node_ids"]}
-    named = {device["node_id"]: device["sdo_channel"] for device in run.devices}
-    return channels | {node_id: ChannelIds.parse(text) for node_id, text in named.items()}

@@ -1,0 +1,77 @@
+"""The frames of bus.log, read again case by case."""
+
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+
+from conformance.reporting.bus_log import Place
+
+SENT = "T"
+
+
+@dataclass(frozen=True, slots=True)
+class Logged:
+    """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it."""
+
+    time: float
+    frame: str
+    sent: bool
+
+    @property
+    def can_id(self) -> int:
+        """The CAN-ID; -1 for what is no frame."""
+        digits = self.frame.partition("#")[0]
+        return int(digits, 16) if digits else -1
+
+    @property
+    def data(self) -> bytes | None:
+        """The bytes of a classic data frame; None for any other."""
+        text = self.frame.partition("#")[2]
+        try:
+            return bytes.fromhex(text)
+        except ValueError:
+            return None
+
+
+def frames_by_case(
+    path: Path, log: str, places: Sequence[Place | None]
+) -> Iterator[tuple[int, list[Logged]]]:
+    """Yield the number of each case that has a place in this log, and its lines; raises OSError.
+
+    Those of devices that are tested side by side overlap.
+    """
+    waiting = sorted(
+        (
+            (place.first, place.last, number)
+            for number, place in enumerate(places)
+            if place is not None and place.log == log and place.last >= place.first
+        ),
+        reverse=True,
+    )
+    open_cases: list[tuple[int, int, list[Logged]]] = []
+    with path.open(encoding="utf-8", errors="replace") as file:
+        for line_number, line in zip(count(1), file, strict=False):
+            while waiting and waiting[-1][0] <= line_number:
+                _, last, number = waiting.pop()
+                heapq.heappush(open_cases, (last, number, []))
+            logged = _logged(line)
+            for _, _, lines in open_cases:
+                if logged is not None:
+                    lines.append(logged)
+            while open_cases and open_cases[0][0] <= line_number:
+                _, number, lines = heapq.heappop(open_cases)
+                yield number, lines
+    while open_cases:  # the log was cut off
+        _, number, lines = heapq.heappop(open_cases)
+        yield number, lines
+
+
+def _logged(line: str) -> Logged | None:
+    """Read a line of bus.log; None for one that was not written to its end."""
+    match line.split():
+        case [time, _, frame, direction]:
+            return Logged(float(time.strip("()")), frame, direction == SENT)
+        case _:
+            return None

@@ -1,0 +1,213 @@
+"""reproduce/: for each cause of failures what the suite sent, as a script and as a log.
+
+They hold the frames of the first case that failed, up to the one that the verdict is about. The
+script takes can-utils and SocketCAN; ``conformance replay`` sends a log again on any bus.
+"""
+
+import math
+import re
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+from conformance.reporting.bus_log import Place, in_a_log
+from conformance.reporting.cause_counts import CauseCount, counted_causes
+from conformance.reporting.logged import SENT, Logged, frames_by_case
+from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.summary import counted
+from conformance.reporting.trace import Traced, traced
+from conformance.run.recording import ChannelDecoder
+from conformance.run.verdict import CaseResult, rule_of_cause
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds, CobId
+from conformance.sdo.inert import inert
+from conformance.sdo.nmt import describe_nmt
+from conformance.sdo.rules import RULES_BY_ID
+
+FOLDER = "reproduce"
+SCRIPT, LOG = ".sh", ".log"
+CANSEND_KNOWS = "socketcan"
+# More of them nobody looks at one by one.
+MOST_CAUSES = 100
+MOST_FRAMES = 20_000
+# Seconds between two commands; what is shorter passes while the shell starts the next one.
+SHORTEST_PAUSE, LONGEST_PAUSE = 0.01, 60.0
+LONGEST_NAME = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A frame of the case: seconds, whether the suite sent it, and what it is."""
+
+    time: float
+    sent: bool
+    frame: CanFrame
+    words: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reproduction:
+    """A cause and the frames that lead to its first failure; the last one is decisive."""
+
+    number: int
+    count: CauseCount
+    result: CaseResult
+    ids: ChannelIds
+    steps: list[Step]
+
+    @property
+    def name(self) -> str:
+        """The name of its files, without the end."""
+        rule = re.sub(r"[^a-z0-9.-]+", "-", rule_of_cause(self.count.cause).lower())
+        return f"{self.number:02}-{rule[:LONGEST_NAME].strip('.-') or 'cause'}"
+
+
+def write_reproductions(folder: Path, run: RecordedRun) -> Path | None:
+    """Write the files for each cause into the report folder; return where they are, if there are.
+
+    A cause whose frames bus.log does not have has none. Raises OSError.
+    """
+    target = folder / FOLDER
+    if target.is_dir():
+        for end in (SCRIPT, LOG):
+            for old in target.glob(f"[0-9]*-*{end}"):
+                old.unlink()
+    found = _reproductions(folder, run)
+    if not found:
+        return None
+    target.mkdir(exist_ok=True)
+    channel = run.about["channel"] or ""
+    for each in found:
+        log = "".join(_log_lines(each, in_a_log(channel) or "can0"))
+        (target / (each.name + LOG)).write_text(log, encoding="utf-8")
+        if run.about["interface"] == CANSEND_KNOWS:
+            script = target / (each.name + SCRIPT)
+            script.write_text("\n".join(_script_lines(each, channel)) + "\n", encoding="utf-8")
+            script.chmod(0o755)
+    return target
+
+
+def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
+    """Return the causes whose frames are known, in the order in which reports number them."""
+    causes = counted_causes(run.results, strict=run.about["strict"])[:MOST_CAUSES]
+    firsts = {id((count.failed or count.kept_away)[0]): count for count in causes}
+    wanted: list[Place | None] = [
+        place if id(result) in firsts else None
+        for result, place in zip(run.results, run.places, strict=True)
+    ]
+    channels = run.channels
+    own = {cob_id.can_id for ids in channels.values() for cob_id in (ids.request, ids.response)}
+    found = []
+    for log in sorted({place.log for place in wanted if place is not None}):
+        if not (folder / log).is_file():
+            continue
+        for number, lines in frames_by_case(folder / log, log, wanted):
+            result = run.results[number]
+            ids = channels[result.node_id]
+            count = firsts[id(result)]
+            others = own - {ids.request.can_id, ids.response.can_id}
+            steps = _steps(result, lines, ids, others)
+            if steps:
+                position = causes.index(count) + 1
+                found.append(Reproduction(position, count, result, ids, steps))
+    return sorted(found, key=lambda each: each.number)
+
+
+def _steps(
+    result: CaseResult, lines: Sequence[Logged], ids: ChannelIds, others: set[int]
+) -> list[Step]:
+    """Return the frames of a case up to the decisive one; none where they are not to be found.
+
+    Beside the case the log may have frames of what went before, of its first try, and of
+    ``others``: devices that were tested at the same time.
+    """
+    shown = [each for each in traced(result.trace) if each.own]
+    end = next((each.number for each in reversed(shown) if each.decisive), -1)
+    if end < 0 and shown:
+        end = shown[-1].number
+    if not any(each.sent and each.number <= end for each in shown) or end >= MOST_FRAMES:
+        return []
+    for candidates in (lines, [logged for logged in lines if logged.can_id not in others]):
+        begin = _begin(shown, candidates)
+        if begin is not None:
+            decoder = ChannelDecoder(ids)
+            return [_step(logged, decoder) for logged in candidates[begin : begin + end + 1]]
+    return []
+
+
+def _begin(shown: Sequence[Traced], lines: Sequence[Logged]) -> int | None:
+    """Return where the lines have all frames of a trace, in its order and at its distances."""
+    for begin in range(len(lines) - shown[-1].number):
+        if all(
+            (lines[begin + each.number].frame, lines[begin + each.number].sent)
+            == (each.frame, each.sent)
+            for each in shown
+        ):
+            return begin
+    return None
+
+
+def _step(logged: Logged, decoder: ChannelDecoder) -> Step:
+    frame = CanFrame.parse(logged.frame)
+    words = decoder.words(frame) or describe_nmt(frame)
+    return Step(logged.time, logged.sent, frame, words)
+
+
+def _log_lines(each: Reproduction, channel: str) -> Iterator[str]:
+    for step in each.steps:
+        yield f"({step.time:f}) {inert(channel)} {step.frame} {SENT if step.sent else 'R'}\n"
+
+
+def _script_lines(each: Reproduction, channel: str) -> Iterator[str]:
+    yield "#!/bin/sh"
+    yield from (f"# {inert(line)}" for line in _about(each, channel))
+    yield "set -e"
+    sent = [number for number, step in enumerate(each.steps) if step.sent]
+    for number, following in pairwise([*sent, len(each.steps)]):
+        step = each.steps[number]
+        words = f"  # {inert(step.words)}" if step.words else ""
+        yield f"cansend {shlex.quote(channel)} {step.frame}{words}"
+        if following < len(each.steps):
+            answered = following > number + 1
+            yield from _pause(each.steps[following].time - step.time, answered=answered)
+    yield f"# {inert(_look_for(each))}"
+
+
+def _pause(seconds: float, *, answered: bool) -> Iterator[str]:
+    """Yield a pause in which an answer comes, or as long as that of the case was."""
+    if answered or seconds >= SHORTEST_PAUSE:
+        hundredths = math.ceil(min(max(seconds, SHORTEST_PAUSE), LONGEST_PAUSE) * 100)
+        yield f"sleep {hundredths / 100:.2f}"
+
+
+def _about(each: Reproduction, channel: str) -> Iterator[str]:
+    """Yield what the script is about, line by line."""
+    result, count = each.result, each.count
+    failed = [f"{counted(len(count.failed))} failed"] if count.failed else []
+    kept_away = [f"{len(count.kept_away)} not testable"] if count.kept_away else []
+    yield f"{count.cause} ({', '.join([*failed, *kept_away])})"
+    rule = RULES_BY_ID.get(rule_of_cause(count.cause))
+    if rule is not None:
+        clause = rule.clause if rule.clause.startswith("CiA") else f"CiA 301 clause {rule.clause}"
+        yield f"rule: {rule.id} ({rule.level}, {clause}) {rule.sentence}"
+    yield f"case: {result.case_id}, node {result.node_id}"
+    yield f"expected: {result.expected}"
+    yield f"actual: {result.actual}"
+    filters = ",".join(map(_filter, (each.ids.request, each.ids.response)))
+    yield f"Watch beside it: candump {shlex.quote(f'{channel},{filters}')}"
+    yield f"'conformance replay {each.name}{LOG}' sends the same and judges the answers."
+
+
+def _filter(cob_id: CobId) -> str:
+    """Write an identifier as candump filters it."""
+    return f"{cob_id.can_id:08X}:1FFFFFFF" if cob_id.extended else f"{cob_id.can_id:03X}:7FF"
+
+
+def _look_for(each: Reproduction) -> str:
+    """Say where to look behind the last command, and what it was in the run."""
+    decisive = each.steps[-1]
+    if decisive.sent:
+        return f"Now look for {each.ids.response} with candump; in the run: {each.result.actual}"
+    return f"Now candump shows the answer; in the run: {decisive.frame} {decisive.words}".rstrip()
