@@ -2,31 +2,33 @@
 
 from pathlib import Path
 
-from conformance.reporting.junit import write_junit
+from conformance.reporting.junit.cases import write_junit
+from conformance.reporting.junit.rules import write_causes
 from conformance.reporting.page.writing import write_page
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import write_reproductions
 
-JUNIT = "junit.xml"
+JUNIT, CAUSES = "junit.xml", "causes.xml"
 
 
 def write_reports(folder: Path, run: RecordedRun, *, page: bool = True) -> list[Path]:
-    """Write junit.xml, what reproduces the failures and, for people, report.html.
+    """Write junit.xml, causes.xml, what reproduces failures and, for people, report.html.
 
     Returns what was written. Raises OSError.
     """
-    path = folder / JUNIT
-    write_junit(
-        path,
-        run.by_device,
-        run.properties | ({"broken-off": run.broken_off} if run.broken_off else {}),
-        timestamp=run.about["begun_utc"],
-        strict=run.about["strict"],
-        troubles=run.troubles,
-    )
+    paths = [folder / JUNIT, folder / CAUSES]
+    for path, write in zip(paths, (write_junit, write_causes), strict=True):
+        write(
+            path,
+            run.by_device,
+            run.properties | ({"broken-off": run.broken_off} if run.broken_off else {}),
+            timestamp=run.about["begun_utc"],
+            strict=run.about["strict"],
+            troubles=run.troubles,
+        )
     reproductions = write_reproductions(folder, run)
     return [
-        path,
+        *paths,
         *([] if reproductions is None else [reproductions]),
         *([write_page(folder, run)] if page else []),
     ]

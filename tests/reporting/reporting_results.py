@@ -9,7 +9,7 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 
-from conformance.reporting.junit import write_junit
+from conformance.reporting.junit.cases import write_junit
 from conformance.run.verdict import CaseResult, Verdict
 
 # A busy machine is no failure.
