@@ -38,10 +38,10 @@ SERVICE = "7.2.4.2.10"
 )
 def test_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int) -> None:
     """A block download is stored whole; segments that look like other requests are segments."""
-    room.need(variable, size)
     data = sdo.payload(size)
-    blocks.download(variable, data)
-    sdo.expect_value(variable, data)
+    with room.for_length(variable, size):
+        blocks.download(variable, data)
+    blocks.expect_value(variable, data)
 
 
 @must(
@@ -69,21 +69,21 @@ def test_size_not_indicated(
     sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
 ) -> None:
     """A block download that does not say its size (C4h) is stored whole."""
-    room.need(variable, size)
     data = sdo.payload(size)
-    blocks.download(variable, data, sized=False)
-    sdo.expect_value(variable, data)
+    with room.for_length(variable, size):
+        blocks.download(variable, data, sized=False)
+    blocks.expect_value(variable, data)
 
 
-@must("block-download.without-crc", "crc.offered-unasked", size=[1, 7, 20, 890])
+@must("block-download.without-crc", "crc.offered-unasked", size=[1, 7, 20, 256])
 def test_without_crc(
     sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
 ) -> None:
     """A client that has no CRC is served; the CRC field is 0 then."""
-    room.need(variable, size)
     data = sdo.payload(size)
-    blocks.download(variable, data, crc=False)
-    sdo.expect_value(variable, data)
+    with room.for_length(variable, size):
+        blocks.download(variable, data, crc=False)
+    blocks.expect_value(variable, data)
 
 
 @must(

@@ -37,7 +37,7 @@ def test_pairs(
     """Two downloads in a row, of whatever kind, each read back: the object holds the last."""
     first, second, read = pair
     for kind, size in ((first, 40), (second, 17)):
-        data = sdo.payload(len(room.prepare(variable, size)))
+        data = sdo.payload(room.fit(variable, size))
         WRITE[kind](sdo, variable, data)
         due = data[:3] if kind == "expedited" else data
         found = READ[read](sdo, variable)

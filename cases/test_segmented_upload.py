@@ -4,6 +4,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
+from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.generated.open_transfer import begin
 from conformance.generated.states import (
     SEGMENTED_UPLOAD_FIRST,
@@ -47,9 +48,7 @@ LATER = by_name(SEGMENTED_UPLOAD_MIDDLE, SEGMENTED_UPLOAD_LAST)
 )
 def test_size(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
     """An upload delivers the bytes of the object, no more and no fewer, and says so rightly."""
-    data = sdo.payload(size)
-    room.store(variable, data)
-    sdo.expect_value(variable, data)
+    expect_stored_and_read(sdo, room, variable, size)
 
 
 @must("segmented-upload.again", "segmented-upload.segments")

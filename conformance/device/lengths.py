@@ -10,8 +10,9 @@ class Lengths:
     ``taken`` are some that it has taken. ``most`` is the largest, None until it was measured; a
     ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
     words. Shorter values than ``filled`` bytes are filled up to as many. Between lengths that are
-    taken there may be ``refused`` ones. ``much`` is how many bytes it took when it was asked for
-    much room, 0 where it refused them, None until it was asked.
+    taken there may be ``refused`` ones. ``whole`` are some that were written in segments, and read
+    whole. ``much`` is how many bytes it took when it was asked for much room, 0 where it refused
+    them, None until it was asked.
     """
 
     taken: set[int] = field(default_factory=set)
@@ -20,6 +21,7 @@ class Lengths:
     refusal: str = ""
     filled: int = 0
     refused: set[int] = field(default_factory=set)
+    whole: set[int] = field(default_factory=set)
     much: int | None = None
 
     @property

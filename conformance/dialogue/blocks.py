@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
@@ -33,6 +34,8 @@ from conformance.sdo.stepping import Result, advance
 
 # A server's timer may be coarse: its time-out takes up to half as long again as it is declared.
 PATIENCE = 1.5
+# Fewer bytes take about as many requests in segments.
+LONG = 64
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
 
 
@@ -311,9 +314,30 @@ class Blocks:
             acknowledge=acknowledge,
             next_block_size=next_block_size,
         )
-        uploaded = self._run_block(transfer, BlockUploadInitiate(mux, LARGEST_BLOCK))
-        self._sdo.device.services.gives_blocks = True
-        return uploaded
+        return self._run_block(transfer, BlockUploadInitiate(mux, LARGEST_BLOCK))
+
+    def expect_value(self, known: KnownObject, due: bytes) -> None:
+        """Expect an object to read as ``due``: a long value in blocks, where those bring it."""
+        if not (len(due) > LONG and self.read_alike() and self.reads(known, due)):
+            self._sdo.expect_value(known, due)
+
+    def reads(self, target: Target, due: bytes) -> bool:
+        """Say whether a block upload brings a value; if not, an ordinary one may all the same."""
+        try:
+            return self.upload(target).data == due
+        except (Violation, NotTestable, Unimplemented):
+            self._recover()
+            return False
+
+    def read_alike(self) -> bool:
+        """Say whether block uploads bring what ordinary ones do; compares them once in a run."""
+        device = self._sdo.device
+        if device.services.reads_alike is None:
+            lengths = {mux: len(device.values[mux]) for mux in device.steady()}
+            short = [mux for mux, length in lengths.items() if length <= LONG]
+            target = max(short, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
+            device.services.reads_alike = self.reads(target, self._sdo.upload(target))
+        return device.services.reads_alike
 
     def _run_block(self, transfer: Generator[Step, Response, Result], ordinary: Request) -> Result:
         """Run a transfer; a refusal of its initiate may mean that there are no block transfers."""

@@ -1,6 +1,7 @@
 """How much a string or domain takes: found out by writing, and remembered for the run."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
@@ -17,9 +18,8 @@ from conformance.sdo.frames import Abort
 from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-MUCH_ROOM = 4096
-# How many bytes are written beyond a size.
-BEYOND = 8
+# What any transfer has of which length is not the point.
+MUCH_ROOM = 1793
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
 NO_ROOM = (
@@ -165,6 +165,19 @@ class Room:
             self._device.lengths[known.mux].taken.add(size)
             self.restore_own(known)
 
+    @contextmanager
+    def for_length(self, known: KnownObject, size: int) -> Iterator[None]:
+        """Ask, where a download of so many bytes fails within, whether there is room for them.
+
+        Raises NotTestable instead where there is not.
+        """
+        try:
+            yield
+        except Violation:
+            self._sdo.silence.recover()
+            self.need(known, size)
+            raise
+
     def restore_own(self, known: KnownObject) -> None:
         """Write the value that an object had before the run."""
         value = self._device.values[known.mux]
@@ -213,16 +226,14 @@ class Room:
         )
 
     def object_beyond(self, size: int) -> tuple[KnownObject, bytes]:
-        """Return an object of more than ``size`` bytes, and its value.
+        """Return an object of so many bytes or more, and its value.
 
-        That is what reads so long by itself, else what takes some bytes more, in segments or in
-        blocks; where a counter wraps at ``size``, two segments begin behind that byte.
+        That is what reads so long by itself, else what takes it, in segments or in blocks.
         """
         for known in self._device.objects:
-            data = self._device.holds(known.mux) or b""
-            if len(data) >= size and known.is_steady:
-                return known, data
-        size += BEYOND
+            value = self._device.holds(known.mux) or b""
+            if len(value) >= size and known.is_steady:
+                return known, value
         known, data = Roles(self._device).variable(), self._sdo.payload(size)
         abort = self._sdo.try_download(known, data, segmented=True)
         if abort is not None:

@@ -113,6 +113,7 @@ class Silence:
         if retried:
             self._take_second_answer()
         self._read_the_rest()
+        wire.is_proven = not stray
         return stray
 
     def _no_answer(self, stray: list[Response]) -> Violation:

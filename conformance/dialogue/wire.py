@@ -32,8 +32,10 @@ from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
+    BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
+    BlockUploadStart,
     Request,
     Response,
     UploadInitiate,
@@ -44,6 +46,15 @@ from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
 
 SEGMENTS_PER_LOOK = 4
 ABORTS = b"\x80"
+# What changes no value; nor does an abort where nothing was written.
+READING = (
+    UploadInitiate,
+    UploadSegment,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    BlockAck,
+    BlockEndResponse,
+)
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 
 
@@ -57,7 +68,8 @@ class Wire:
     ``server_aborted`` says that the last response was an abort. While it is ``fencing``, what comes
     may have been asked for by what went before; ``after_fence`` is called then. It
     ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. ``seen`` is that
-    of ``Keeping``.
+    of ``Keeping``. ``is_proven``: a fence has proven the server idle, and nothing but ordinary
+    uploads followed.
     """
 
     def __init__(self, channel: Channel, device: Device, record: CaseRecord) -> None:
@@ -70,6 +82,7 @@ class Wire:
         self.pauses = Pauses(device.server_timeout)
         self.timing = Timing(channel.pace)
         self.seen = device.keeping.seen
+        self.is_proven = False
         self.last_sent: Request = NOTHING_SENT
         self.sent_before: Request = NOTHING_SENT
         self.data = b""
@@ -136,6 +149,7 @@ class Wire:
         if mux is None:
             raise RuntimeError("no transfer is open")
         abort = Abort(mux, AbortCode.GENERAL_ERROR)
+        self.is_proven = False
         self.delivered.request(self.tracker.request(abort.encode()))
         self.channel.send(abort)
         self.pauses.sent(within=True)
@@ -160,7 +174,8 @@ class Wire:
         self.timing.sent()
         self._read = b""
         self.device.extents.request(request)
-        if not isinstance(request, UploadInitiate | UploadSegment):
+        self.is_proven &= isinstance(request, UploadInitiate | UploadSegment)
+        if not isinstance(request, READING) and (self.record.written or not self.has_aborted):
             self.seen.clear()
         if target is not None:
             self.device.will_change(target)

@@ -245,7 +245,8 @@ class Lockstep:
         """
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
             self._look_for_abort()
-        self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
+        if not self.oracle.is_without_transfer:
+            self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         try:
             self._sdo.silence.fence(most=MOST_STRAY + self.oracle.owed)
         except Violation:

@@ -26,8 +26,11 @@ class Leaving:
     stray: Sequence[Response] = ()
 
 
-def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
+def leave(sdo: Dialogue, *, failed: bool, proves: bool = True) -> Leaving:
     """End what the case left open and read 1000h; where that fails, abort and read it again.
+
+    It ``proves`` that the server is idle even if a fence has done that in the case, and ordinary
+    uploads were served behind it.
 
     A server that failed the case may have a transfer running that it should not have: it is told
     to end that as well, so that the next case does not meet it.
@@ -35,11 +38,18 @@ def leave(sdo: Dialogue, *, failed: bool) -> Leaving:
     sdo.end_transfer()
     if failed:
         sdo.wire.seen.clear()  # who knows what such a server does yet
+    elif not proves and _is_idle(sdo):
+        return Leaving(Afterwards.IDLE)
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
         take_the_rest(sdo)
     return leaving
+
+
+def _is_idle(sdo: Dialogue) -> bool:
+    wire = sdo.wire
+    return wire.is_proven and not (wire.owed or wire.server_aborted or wire.channel.waiting())
 
 
 def take_the_rest(sdo: Dialogue) -> None:

@@ -87,6 +87,7 @@ class CaseRun:
         self.result = result
         self._session = session
         self._leaves_values = leaves_values
+        self._generated = point.generated
         self._judgement = Judgement(result, point, session.causes, lambda: sdo.wire.pauses.in_doubt)
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
@@ -216,7 +217,7 @@ class CaseRun:
         self._minor = list(self.sdo.record.minor)
         failed = error is not None or any(found.level is Level.MUST for found in self._minor)
         self.tools.network.end()
-        return leave(self.sdo, failed=failed)
+        return leave(self.sdo, failed=failed, proves=not self._generated)
 
     def _judge(self, error: BaseException | None, asked: Request, leaving: Leaving | None) -> None:
         sdo, judgement = self.sdo, self._judgement

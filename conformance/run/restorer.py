@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
+from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storage import write_signature
@@ -205,7 +206,7 @@ class Restorer:
                 )
         if self._reads(sdo, known, due):
             self._is_back(known.mux, due)
-        elif self._long.distrust_writes():
+        elif self._long.distrust():
             self._restore(sdo, known, due)
 
     def _look_whether_gone(self, sdo: Dialogue, silence: Violation) -> None:
@@ -254,12 +255,10 @@ class Restorer:
         self, sdo: Dialogue, known: KnownObject, response: UploadInitiateResponse, due: bytes
     ) -> bool:
         """Say whether an upload that was initiated brings a value; if long, perhaps in blocks."""
-        if self._long.reads_in_blocks(due):
+        if len(due) > LONG:
             sdo.end_transfer()
-            if (found := self._long.read(sdo, known)) is not None:
-                return same_value(known, found, due)
+            blocks = Blocks(sdo)
+            if blocks.read_alike() and blocks.reads(known, due):
+                return True
             response = sdo.initiate_upload(known)
-        is_due = same_value(known, sdo.finish_upload(known, response), due)
-        if is_due:
-            self._long.prove(sdo, known, due)
-        return is_due
+        return same_value(known, sdo.finish_upload(known, response), due)

@@ -143,7 +143,7 @@ class AbortsInside(Server):
 # Values of 64 segments and more, which the abort crosses, and all others.
 IN_MID_BURST = {
     1: "test_block_download or random.block or random.any-frames",
-    40: "block-download.size[448] or block-download.size[672] or block-download.size[4096]",
+    40: "block-download.size[448] or block-download.size[672] or block-download.size[1777]",
 }
 
 

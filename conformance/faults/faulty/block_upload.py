@@ -140,7 +140,7 @@ class CrcStartsAtFfff(_OwnCrc):
             raise Refusal(AbortCode.CRC_ERROR)
 
 
-@fault("block-upload-size-8-bit", Defect.FIELD_WIDTH, "block-upload.size[448]")
+@fault("block-upload-size-8-bit", Defect.FIELD_WIDTH, "block-upload.size[889]")
 class SizeOf8Bits(Server):
     """Announces the low byte of the size only."""
 

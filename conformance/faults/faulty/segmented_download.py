@@ -120,7 +120,7 @@ class AnnouncedSizeOf8Bits(Server):
         return Download(request.mux, entry, size)
 
 
-@fault("download-buffer-wraps-at-1000", Defect.FIELD_WIDTH, "segmented-download.size[4096]")
+@fault("download-buffer-wraps-at-1000", Defect.FIELD_WIDTH, "segmented-download.size[4097]")
 class BufferWraps(Server):
     """Starts to overwrite the beginning of a download after 1000 bytes."""
 

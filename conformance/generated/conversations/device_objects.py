@@ -16,7 +16,7 @@ from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
-from conformance.dialogue.room import NO_ROOM
+from conformance.dialogue.room import MUCH_ROOM, NO_ROOM
 from conformance.generated.conversations.conversation import Transfer
 from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
@@ -28,7 +28,7 @@ from conformance.sdo.oracle import Knowledge
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
 # Room for more segments than a sub-block has, and than a byte can count.
-ROOMS = (1799, 897, MOST_PLAIN, 64, 20)
+ROOMS = (MUCH_ROOM, 897, MOST_PLAIN, 64, 20)
 
 
 @dataclass(slots=True)
@@ -142,9 +142,13 @@ def survey(sdo: Dialogue) -> DeviceObjects:
 def _room(sdo: Dialogue, known: KnownObject) -> int:
     """Return the bytes that a string or domain surely takes, 0 where they are few."""
     short = known.data_type is DataType.VISIBLE_STRING or not sdo.device.beliefs.nowhere
+    taken = sdo.device.lengths[known.mux].taken
     for room in ROOMS[2:] if short else ROOMS:
+        if room in taken:
+            return room
         abort = sdo.try_download(known, sdo.payload(room), segmented=True)
         if abort is None:
+            taken.add(room)
             return room
         if abort.code not in NO_ROOM:
             raise Violation(

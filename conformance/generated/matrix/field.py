@@ -16,6 +16,8 @@ from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 
 AnyState = State[Request | None]
+# So many bytes are read in one segment.
+SHORT = 7
 
 
 def perform(
@@ -24,8 +26,9 @@ def perform(
     """Judge the reaction to a stimulus, the value that ``known`` has then, and the next transfers.
 
     ``known`` is a writable string; where it is too short for the state, another string or a domain
-    takes its place. What a download finds there is its own value; elsewhere one is stored before.
-    The oracle follows from the first frame on. Raises Violation, NotTestable and Unimplemented.
+    takes its place. It is written before only if it does not hold a value that suits the state, and
+    read afterwards only if anything was sent that might write to it. The oracle follows from the
+    first frame on. Raises Violation, NotTestable and Unimplemented.
     """
     missing = missing_object(sdo)
     try:
@@ -41,8 +44,9 @@ def perform(
     oracle = Oracle(knowledge, device.node_id)
     lockstep = Lockstep(sdo, oracle)
     with lockstep.following():
-        if not state.downloads:
-            Room(sdo).store(known, sdo.payload(size), segmented=True)
+        if not _suits(device.holds(known.mux), known, state, size):
+            wanted = min(size, SHORT) if state.downloads else size
+            Room(sdo).store(known, sdo.payload(wanted), segmented=True)
         state.reach(sdo, known, size)
         lockstep.check()
         lockstep.send(stimulus(targets), point=True)
@@ -52,15 +56,22 @@ def perform(
         except Violation as behind:
             sdo.record.own.add(behind)  # the frame was answered; what follows comes of it
             raise
-        sdo.upload(known)
-        lockstep.check()
+        if known.mux not in sdo.wire.seen:
+            sdo.upload(known)
+            lockstep.check()
+
+
+def _suits(value: bytes | None, known: KnownObject, state: AnyState, size: int) -> bool:
+    """Say whether an object holds what a transfer into a state needs, or what is quickly read."""
+    if value is None:
+        return False
+    if state.downloads:
+        return len(value) <= SHORT or known.filled > 0
+    return len(value) == size
 
 
 def _suited(sdo: Dialogue, known: KnownObject, state: AnyState) -> tuple[KnownObject, int]:
-    """Return an object that takes a transfer into a state, and of how many bytes that is.
-
-    It has its own value then.
-    """
+    """Return an object that takes a transfer into a state, and of how many bytes that is."""
     lacking = []
     for candidate in (known, *(one for one in Roles(sdo.device).varying() if one.mux != known.mux)):
         try:

@@ -136,10 +136,10 @@ def _segments() -> dict[str, Stimulus]:
     return found
 
 
-def _block_segments() -> dict[str, Stimulus]:
+def _block_segments(*sequences: int) -> dict[str, Stimulus]:
     """Within a sub-block byte 0 is a sequence number: 40h is segment 64, E0h the last, 96."""
     found: dict[str, Stimulus] = {}
-    for sequence in (0, 1, 2, 3, 4, 5, 32, 33, 64, 70, 96, 97, 126, 127):
+    for sequence in sequences:
         for last in (False, True):
             if sequence or not last:  # 80h is an abort
                 label = f"segment-{sequence}{'-last' if last else ''}"
@@ -284,6 +284,12 @@ STIMULI: dict[str, Stimulus] = {
     **_unknown(),
     **_AT_ALL_TIMES,
 }
+SUB_BLOCK_STIMULI: dict[str, Stimulus] = {
+    **_block_segments(0, 1, 2, 3, 4, 5, 32, 33, 64, 70, 96, 97, 126, 127),
+    **_AT_ALL_TIMES,
+}
 # A server expects the same behind a sub-block as before the first, but the way there is long.
-NEXT_SUB_BLOCK_STIMULI: dict[str, Stimulus] = {**_block_segments(), **_aborts()}
-SUB_BLOCK_STIMULI: dict[str, Stimulus] = {**_block_segments(), **_AT_ALL_TIMES}
+NEXT_SUB_BLOCK_STIMULI: dict[str, Stimulus] = {
+    label: SUB_BLOCK_STIMULI[label]
+    for label in (*_block_segments(0, 1, 2, 127), "80h", "80h-other", "81h")
+}

@@ -123,6 +123,11 @@ class Oracle:
         return all(branch.state is IDLE and branch.due is None for branch in self._branches)
 
     @property
+    def is_without_transfer(self) -> bool:
+        """Whether no transfer runs for sure, whatever answer may come yet."""
+        return all(branch.state is IDLE for branch in self._branches)
+
+    @property
     def values(self) -> dict[Multiplexer, frozenset[bytes] | None]:
         """What objects that were written or read may hold now; None stands for anything."""
         touched = {mux for branch in self._branches for mux in branch.memory.values}

@@ -1,0 +1,21 @@
+"""A value that is written in segments and read in segments, whole."""
+
+from conformance.device.known_objects import KnownObject
+from conformance.dialogue.blocks import LONG
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
+
+
+def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: int) -> None:
+    """Expect so many bytes to be stored by a download, and to be read by an upload.
+
+    Long values take so many requests that the cases on either side share one exchange.
+    """
+    whole = sdo.device.lengths[known.mux].whole
+    if size in whole:
+        return
+    data = sdo.payload(size)
+    room.store(known, data, segmented=True)
+    sdo.expect_value(known, data)
+    if size > LONG:
+        whole.add(size)
