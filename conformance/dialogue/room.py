@@ -100,10 +100,10 @@ class Room:
             except Violation:
                 if self._sdo.record.early.met is None or not rest:
                     raise
-                self._sdo.silence.recover()
             else:
                 if self._sdo.record.early.met is None:
                     break
+            self._sdo.silence.recover(crossed=True)
         return abort
 
     def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:

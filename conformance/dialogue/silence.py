@@ -213,12 +213,16 @@ class Silence:
             if not (aborted and isinstance(response, BlockSegment)):
                 self._wire.note(unasked(response, aborted=aborted))
 
-    def recover(self) -> bool:
+    def recover(self, *, crossed: bool = False) -> bool:
         """Leave the server idle after a breach, whatever it may still send.
 
-        Say whether it answers at all: a device that is lost has nothing to recover.
+        ``crossed``: the server has ended a transfer, perhaps while a request was on the way; as an
+        idle server it may refuse that. Say whether it answers at all: a device that is lost has
+        nothing to recover.
         """
         self.end_transfer()
+        if crossed:
+            self._wire.crossed = max(self._wire.crossed, 1)
         try:
             self.calm()
         except Violation as breach:

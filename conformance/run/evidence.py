@@ -28,16 +28,17 @@ def trace_lines(
     """Return a line a frame: milliseconds since the first, direction, bytes, and words.
 
     ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
-    case was over and the suite looked after the device, which is shown if ``aside``. Where a frame
-    of the case is ``decisive`` it is marked: the last response that ``actual`` shows, else the last
-    frame. The middle of a long trace is left out; ``gap``
-    says what was not even kept of it.
+    case was over and the suite looked after the device, which is shown if ``aside``. The last
+    response that ``actual`` shows is marked; else the last frame, if any of them is ``decisive``.
+    The middle of a long trace is left out; ``gap`` says what was not even kept of it.
     """
     decoders = {ids: ChannelDecoder(ids) for ids in channels}
     begin = frames[0].timestamp if frames else 0.0
     total = len(frames) + (gap.frames if gap else 0)
     aside_at = total if own is None else own
-    marked = _decisive(frames, aside_at, gap, actual) if decisive else None
+    marked = _shown(frames, aside_at, gap, actual)
+    if marked is None and decisive:
+        marked = aside_at - 1
     if not aside:
         frames = frames[: len(frames) - (total - aside_at)]
         total = aside_at
@@ -65,8 +66,8 @@ def trace_lines(
     return lines
 
 
-def _decisive(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str) -> int:
-    """Return the number of the frame before ``end`` that a verdict is about."""
+def _shown(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str) -> int | None:
+    """Return the number of the last response before ``end`` that stands in ``actual``."""
     for position in reversed(range(len(frames))):
         number = position
         if gap is not None and position >= gap.at:
@@ -75,7 +76,7 @@ def _decisive(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str
         received = number < end and captured.direction is Direction.RECEIVED
         if received and f"[{hex_bytes(captured.frame.data)}]" in actual:
             return number
-    return end - 1
+    return None
 
 
 def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None = None) -> list[str]:

@@ -9,6 +9,11 @@ from conformance.device.roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
+from conformance.reference.dictionary import reference_device
+from conformance.reference.node import Node
+from conformance.reference.server import Server
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.frames import Abort, DownloadSegment, Response
 
 
 @pytest.mark.parametrize(
@@ -64,6 +69,32 @@ def test_what_was_lost_is_sent_again(name: str | None) -> None:
         assert gap is not None
         send_again(sdo, TEXT, gap)
         assert sdo.upload(TEXT) == gap.data
+
+
+class AbortsInCrossing(Server):
+    """Ends its first download while a segment is on the way, which an idle server refuses."""
+
+    has_aborted = False
+
+    def on_download_segment(self, request: DownloadSegment) -> list[Response]:
+        transfer = self.transfer
+        if transfer is None or self.has_aborted:
+            return super().on_download_segment(request)
+        self.has_aborted, self.transfer = True, None
+        crossed = self.refuse(request, AbortCode.COMMAND_NOT_VALID)
+        return [Abort(transfer.mux, AbortCode.DEVICE_STATE), *crossed]
+
+
+def test_a_segment_that_crosses_with_an_abort() -> None:
+    """It is refused, which is not the answer to the next try."""
+    server = AbortsInCrossing(reference_device(NODE_ID))
+    with discovered(Node(NODE_ID, server)) as bench:
+        server.has_aborted = False
+        sdo = bench.dialogue()
+        Room(sdo).store(TEXT, b"x" * 20, segmented=True)
+        assert server.has_aborted
+        assert sdo.record.minor == []
+        assert sdo.upload(TEXT) == b"x" * 20
 
 
 def test_one_length_proves_nothing_of_shorter_ones() -> None:
