@@ -14,7 +14,7 @@ def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -
         first = incidents[0]
         found = sdo.breach(
             expected,
-            f"{len(incidents)} times not; first in {first.case_id}: {first.violation.actual}",
+            f"{len(incidents)} exceptions; the first ({first.case_id}): {first.violation.actual}",
         )
         found.habit = (first.violation.rule.id, cause)
         raise found
@@ -42,14 +42,15 @@ def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
 
 @must("run.outside-the-cases", "response.unsolicited")
 def test_outside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
-    """What the suite met when it got to know the device was right, or a case has failed for it."""
+    """Each defect that the suite met outside the cases has failed a case as well."""
     aside = [standing for _, standing in whole_run.causes.aside()]
     # An abort that names another object says less than why there was one.
     aside.sort(key=lambda standing: standing.violation.rule is MULTIPLEXER)
     for standing in aside:
         standing.aside = False
         sdo.record.own.add(standing.violation)
-        sdo.info(f"{standing.violation.rule.id} was met at {standing.first_case}")
+    for met in dict.fromkeys((found.violation.rule.id, found.first_case) for found in aside):
+        sdo.info("{} was broken at {}".format(*met))
     if aside:
         sdo.record.minor += [standing.violation for standing in aside[1:]]
         raise aside[0].violation

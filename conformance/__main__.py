@@ -76,11 +76,19 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     serve = commands.add_parser("serve", help="run the reference server on a bus until stopped")
-    serve.add_argument("--node-id", type=int, required=True, metavar="N")
-    _add_bus_options(serve, "socketcan, can0")
+    serve.add_argument(
+        "--node-id", type=int, required=True, metavar="N", help="node-ID of the server"
+    )
+    _add_bus_options(serve, "socketcan", "can0")
     serve.add_argument("--eds", metavar="FILE", help="a device with the objects of an EDS or DCF")
     serve.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
-    serve.add_argument("--answer-delay", metavar="SECONDS", type=float, default=0.0)
+    serve.add_argument(
+        "--answer-delay",
+        metavar="SECONDS",
+        type=float,
+        default=0.0,
+        help="response time of the server (none)",
+    )
     serve.add_argument(
         "--server-timeout",
         type=float,
@@ -103,7 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     rules.set_defaults(command=_rules)
 
-    decode = commands.add_parser("decode", help="show the SDO messages in a log of a bus in words")
+    decode = commands.add_parser("decode", help="show a recorded bus log as SDO messages in words")
     decode.add_argument(
         "log",
         help="a file of 'candump -L' or the bus.log of a run, also packed with gzip; - for the "
@@ -127,19 +135,38 @@ def _parser() -> argparse.ArgumentParser:
         "restore", help="restore the values that a run left changed, from its report folder"
     )
     restore.add_argument("folder", type=Path, help="the report folder of the run")
-    _add_bus_options(restore, "that of the run")
-    restore.add_argument("--response-timeout", metavar="SECONDS", type=float, default=1.0)
+    _add_bus_options(restore, "that of the run", "that of the run")
+    restore.add_argument(
+        "--response-timeout",
+        metavar="SECONDS",
+        type=float,
+        default=1.0,
+        help="time within which a response has to come (1.0)",
+    )
     restore.set_defaults(command=_restore)
     return parser
 
 
-def _add_bus_options(parser: argparse.ArgumentParser, default: str) -> None:
-    interface = f"python-can interface, else {default}"
-    parser.add_argument("--can-interface", metavar="NAME", help=interface)
-    parser.add_argument("--can-channel", metavar="NAME", help="channel of the interface")
-    parser.add_argument("--can-bitrate", type=int, metavar="BIT/S")
+def _add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: str) -> None:
     parser.add_argument(
-        "--can-option", metavar="NAME=VALUE", type=named_value, action="append", default=[]
+        "--can-interface", metavar="NAME", help=f"python-can interface ({interface})"
+    )
+    parser.add_argument(
+        "--can-channel", metavar="NAME", help=f"channel of the interface ({channel})"
+    )
+    parser.add_argument(
+        "--can-bitrate",
+        type=int,
+        metavar="BIT/S",
+        help="bit rate for interfaces that set it; SocketCAN's is set with 'ip link'",
+    )
+    parser.add_argument(
+        "--can-option",
+        metavar="NAME=VALUE",
+        type=named_value,
+        action="append",
+        default=[],
+        help="a further setting of the interface in python-can; may be repeated",
     )
 
 

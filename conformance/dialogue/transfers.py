@@ -162,8 +162,8 @@ class Transfers:
         nowhere = self.device.beliefs.nowhere
         if size > MOST_PLAIN and not nowhere:
             raise NotTestable(
-                f"needs an object that the device lacks, to write {size} bytes that do no harm "
-                "where the device takes them for requests: it was not seen to refuse any"
+                f"needs an object that the device lacks: a device may take some of the {size} "
+                "bytes for requests, which have to name it; no read was refused so far"
             )
         return text(self._random, size, nowhere)
 

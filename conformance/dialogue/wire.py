@@ -163,7 +163,7 @@ class Wire:
         target = written_by(request)
         if target is not None and self.device.policy.needs_probes(target):
             raise NotTestable(
-                f"needs permission to write to {target}, which a device that is right refuses: "
+                f"needs permission to write to {target}, which a correct device refuses: "
                 f"add --sdo-allow={READ_ONLY_PROBES}"
             )
         self.device.policy.check(request)

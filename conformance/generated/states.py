@@ -153,7 +153,10 @@ def _whole_sub_block(sdo: Dialogue, known: KnownObject) -> BlockSegment:
         room.need(known, 7 * block_size)
         following = blocks.initiate_download(known, None).block_size
         if following > block_size:
-            raise NotTestable(f"the block size grows from {block_size} to {following}, {known} not")
+            raise NotTestable(
+                f"the server asked for sub-blocks of {block_size} segments, then of {following}: "
+                f"{known} is too short for these"
+            )
         block_size = following
     data = sdo.payload(7 * block_size)
     blocks.send_segments(segments_of(data))

@@ -122,8 +122,10 @@ def evidence_text(result: CaseResult) -> str:
         lines.append("  the device's own output, its last lines:")
         lines += [f"    {line}" for line in result.output]
     decisive = any(line.startswith(DECISIVE) for line in result.trace)
-    lines.append(f"  frames (> sent, < received{', * decisive' if decisive else ''}):")
-    lines += [f"  {line}" for line in result.trace]
-    lines.append("  to repeat what was sent:")
-    lines += [f"    {line}" for line in result.reproduce]
+    if result.trace:
+        lines.append(f"  frames (> sent, < received{', * decisive' if decisive else ''}):")
+        lines += [f"  {line}" for line in result.trace]
+    if result.reproduce:
+        lines.append("  to repeat what was sent:")
+        lines += [f"    {line}" for line in result.reproduce]
     return "\n".join(lines)

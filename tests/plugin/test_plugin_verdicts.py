@@ -140,7 +140,7 @@ def test_a_late_answer_fails_the_case_about_it(pytester: pytest.Pytester) -> Non
     result = self_test(pytester, "--sdo-fault=answers-late", "-k", chosen)
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     assert counts(result) == {"failed": 1, "passed": 2}
-    result.stdout.fnmatch_lines(["*first in abort.not-answered[[]timed-out]:*"])
+    result.stdout.fnmatch_lines(["*the first (abort.not-answered[[]timed-out]):*"])
     result.stdout.no_fnmatch_line("late response after*")
 
 
