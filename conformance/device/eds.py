@@ -273,13 +273,13 @@ def _entry(variable: ODVariable, section: Section, sub_index: int, node_id: int)
         Multiplexer(variable.index, sub_index),
         data_type,
         _ACCESS[variable.access_type],
-        section.text("ParameterName"),
-        low,
-        high,
-        _value(variable.default, section, "DefaultValue", data_type),
-        _value(variable.value, section, "ParameterValue", data_type),
-        section.number("ObjFlags", node_id, 0) or 0,
-        variable.access_type == "rwr",
+        name=section.text("ParameterName"),
+        low=low,
+        high=high,
+        default=_value(variable.default, section, "DefaultValue", data_type),
+        configured=_value(variable.value, section, "ParameterValue", data_type),
+        flags=section.number("ObjFlags", node_id, 0) or 0,
+        floats=variable.access_type == "rwr",
     )
 
 

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from typing import TypeVar
 
 from conformance.device.files import did_you_mean
@@ -36,6 +36,7 @@ class KnownObject:
     mux: Multiplexer
     data_type: DataType | None = None
     access: Access = Access.RW
+    _: KW_ONLY
     name: str = ""
     low: Number | None = None
     high: Number | None = None

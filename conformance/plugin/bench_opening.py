@@ -42,11 +42,11 @@ def open_bench(config: pytest.Config, state: RunState) -> None:
         hosts,
         _listener(state, log),
         state.report_dir,
-        opener,
-        state.stop,
-        values.remember,
-        values.before,
-        DiscoveryProgress(config),
+        opener=opener,
+        stop=state.stop,
+        remember=values.remember,
+        before=values.before,
+        progress=DiscoveryProgress(config),
     )
     state.bench.open()
     for node_id, silence in state.bench.silent.items():

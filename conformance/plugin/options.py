@@ -30,7 +30,7 @@ from conformance.sdo.cob_id import ChannelIds
 SELF_TEST_NODE = 5
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Options:
     """What the command line said.
 
@@ -85,39 +85,39 @@ def read_options(config: pytest.Config) -> Options | None:
         run = RunSettings(
             share.node_ids,
             _bus(config, description, self_test=self_test, simulated=simulated),
-            config.getoption("sdo_response_timeout")
+            response_timeout=config.getoption("sdo_response_timeout")
             or description.response
             or DEFAULT_RESPONSE_TIMEOUT,
-            config.getoption("sdo_seed"),
-            config.getoption("sdo_server_timeout") or description.server_timeout,
-            _sdo_channel(config, node_ids, self_test=self_test),
-            _listings(config, description, share.node_ids, self_test=self_test),
-            _permits(config, description, self_test=self_test),
-            config.getoption("sdo_scan"),
-            neighbours,
-            _process(config, description, node_ids),
-            description.storage or STORAGE_TIME,
+            seed=config.getoption("sdo_seed"),
+            server_timeout=config.getoption("sdo_server_timeout") or description.server_timeout,
+            sdo_channel=_sdo_channel(config, node_ids, self_test=self_test),
+            listings=_listings(config, description, share.node_ids, self_test=self_test),
+            permits=_permits(config, description, self_test=self_test),
+            scan=config.getoption("sdo_scan"),
+            neighbours=neighbours,
+            process=_process(config, description, node_ids),
+            storage_time=description.storage or STORAGE_TIME,
         )
         deviations = _deviations(config, description)
     except (UnknownServer, BusNotOpened, FileError, NotPermitted) as error:
         raise pytest.UsageError(str(error)) from error
     return Options(
-        run,
-        self_test,
-        server,
-        config.invocation_params.dir / config.getoption("sdo_report_dir"),
-        _strict(config),
-        simulated,
-        node_ids,
-        share,
-        config.getoption("sdo_answer_delay"),
-        deviations,
-        _path(config, "sdo_write_deviations"),
-        _examples(config),
-        _eds(config, description),
-        config.getoption("sdo_restore"),
-        config.getoption("sdo_thorough"),
-        config.getoption("sdo_budget"),
+        run=run,
+        self_test=self_test,
+        server=server,
+        report_dir=config.invocation_params.dir / config.getoption("sdo_report_dir"),
+        strict=_strict(config),
+        simulated=simulated,
+        node_ids=node_ids,
+        share=share,
+        answer_delay=config.getoption("sdo_answer_delay"),
+        deviations=deviations,
+        draft=_path(config, "sdo_write_deviations"),
+        examples=_examples(config),
+        eds=_eds(config, description),
+        restores=config.getoption("sdo_restore"),
+        thorough=config.getoption("sdo_thorough"),
+        budget=config.getoption("sdo_budget"),
     )
 
 

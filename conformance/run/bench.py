@@ -3,7 +3,7 @@
 import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,7 @@ class RunSettings:
 
     node_ids: list[int]
     bus: BusSettings
+    _: KW_ONLY
     response_timeout: float = DEFAULT_RESPONSE_TIMEOUT
     seed: int = DEFAULT_SEED
     server_timeout: float | None = None
@@ -101,6 +102,7 @@ class Bench:
         hosts: list[AbstractContextManager[object]],
         listener: Callable[[Captured], None],
         folder: Path,
+        *,
         opener: Callable[[BusSettings], can.BusABC] = open_bus,
         stop: Stop | None = None,
         remember: Remember | None = None,

@@ -85,7 +85,9 @@ def test_allowed_is_what_nothing_forbids() -> None:
 
 def test_what_was_named_is_completed_by_the_eds() -> None:
     mux = Multiplexer(0x2001)
-    listed = KnownObject(mux, DataType.UNSIGNED16, Access.RO, "Speed", 1, 9, b"\x05\0")
+    listed = KnownObject(
+        mux, DataType.UNSIGNED16, Access.RO, name="Speed", low=1, high=9, default=b"\x05\0"
+    )
     listing = Listing({0x2001: ListedObject(0x2001, ObjectType.VAR, {0: listed})})
     assert known_objects([KnownObject(mux)], listing) == [listed]
     (same_type,) = known_objects([KnownObject(mux, DataType.UNSIGNED16)], listing)

@@ -48,7 +48,7 @@ class Dies(Node):
 def bench_with(kind: type[Node], folder: Path) -> Bench:
     node = kind(NODE_ID, Server(ObjectDictionary(reference_entries(NODE_ID))))
     settings = RunSettings([NODE_ID], BusSettings("virtual", "none"), response_timeout=0.01)
-    return Bench(settings, [], lambda captured: None, folder, lambda _: SimulatedBus([node]))
+    return Bench(settings, [], lambda captured: None, folder, opener=lambda _: SimulatedBus([node]))
 
 
 def test_a_device_that_boots_while_it_is_read(tmp_path: Path) -> None:
@@ -81,7 +81,9 @@ def test_a_device_that_dies_while_it_is_read(tmp_path: Path) -> None:
 def test_a_device_that_does_neither(tmp_path: Path, name: str | None) -> None:
     node = build_node(name, NODE_ID)
     settings = RunSettings([NODE_ID], BusSettings("virtual", "none"), response_timeout=0.01)
-    bench = Bench(settings, [], lambda captured: None, tmp_path, lambda _: SimulatedBus([node]))
+    bench = Bench(
+        settings, [], lambda captured: None, tmp_path, opener=lambda _: SimulatedBus([node])
+    )
     bench.open()
     causes = bench.sessions[NODE_ID].causes.aside()
     assert [cause for cause, _ in causes if cause.rule_id == "server.no-reboot"] == []
