@@ -56,7 +56,7 @@ def in_turn(until: int, folder: Path) -> Iterator[Bench]:
     settings = BusSettings("virtual", name)
     nodes = (Late(until), build_node(None, SECOND))
     hosts = [NodeHost(open_bus(settings), node) for node in nodes]
-    run = RunSettings([FIRST, SECOND], settings, PATIENT)
+    run = RunSettings([FIRST, SECOND], settings, response_timeout=PATIENT)
     bench = Bench(run, list(hosts), lambda captured: None, folder)
     try:
         bench.open()
