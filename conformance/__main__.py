@@ -1,4 +1,4 @@
-"""The command line beside pytest: serve a server, list faults and rules, decode logs, report."""
+"""The command line beside pytest: serve a server, list faults and rules, logs, reports."""
 
 import argparse
 import io
@@ -19,8 +19,11 @@ from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
-from conformance.logs.decoded_lines import Judged, decoded
+from conformance.logs.decoded_lines import Judgement, decoded, judged
 from conformance.logs.reading import RecordedLog
+from conformance.logs.replay_plan import read_plan
+from conformance.logs.replayed_lines import Replayed
+from conformance.logs.replaying import Replay
 from conformance.plugin.arguments import named_value
 from conformance.reference.host import NodeHost
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
@@ -111,7 +114,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     rules.set_defaults(command=_rules)
 
-    decode = commands.add_parser("decode", help="show a recorded bus log as SDO messages in words")
+    decode = commands.add_parser("decode", help="show a recorded bus log in words")
     decode.add_argument(
         "log",
         help="a file of 'candump -L' or the bus.log of a run, also packed with gzip; - for the "
@@ -124,6 +127,28 @@ def _parser() -> argparse.ArgumentParser:
         help="show the responses that were not allowed, and their rules; exit status 3 if any",
     )
     decode.set_defaults(command=_decode)
+
+    replay = commands.add_parser(
+        "replay", help="send the requests of a log to a device again, and judge the answers"
+    )
+    replay.add_argument(
+        "log", help="a log as decode reads it, such as one in the folder reproduce of a run"
+    )
+    _add_bus_options(replay, "socketcan", "can0")
+    replay.add_argument("--node-id", type=int, metavar="N", help="only what is for this node")
+    replay.add_argument(
+        "--writes",
+        action="store_true",
+        help="send downloads and NMT commands too, which change the device",
+    )
+    replay.add_argument(
+        "--response-timeout",
+        metavar="SECONDS",
+        type=float,
+        default=1.0,
+        help="time within which a response has to come (1.0)",
+    )
+    replay.set_defaults(command=_replay)
 
     report = commands.add_parser(
         "report", help="write the reports of a run again, even if it was killed"
@@ -255,12 +280,29 @@ def _report(options: argparse.Namespace) -> int:
 
 def _decode(options: argparse.Namespace) -> int:
     log = RecordedLog(options.log)
-    judged = Judged(log, options.node_id)
-    for line in judged.lines() if options.judge else decoded(log, options.node_id):
+    judgement = Judgement(log.unit, options.node_id)
+    for line in judged(log, judgement) if options.judge else decoded(log, options.node_id):
         print(line)
     for note in log.notes:
         print(f"conformance: {inert(note)}", file=sys.stderr)
-    return NOT_ALLOWED if judged.failures else DONE
+    return NOT_ALLOWED if judgement.failures else DONE
+
+
+def _replay(options: argparse.Namespace) -> int:
+    log = RecordedLog(options.log)
+    plan = read_plan(log, options.node_id)
+    plan.check(writes=options.writes)
+    for note in (*log.notes, *plan.notes):
+        print(f"conformance: {inert(note)}", file=sys.stderr)
+    settings = _bus(options, BusSettings())
+    link = Link(open_bus(settings), str(settings))
+    with Replay(link, settings.channel or "bus", plan, options.response_timeout) as replay:
+        replayed = Replayed(replay)
+        for line in replayed.lines():
+            print(line)
+    if replayed.failures:
+        return NOT_ALLOWED
+    return BROKEN_BENCH if replay.stopped else DONE
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """What ``conformance decode`` shows of a recorded log, line by line."""
 
 from collections.abc import Iterator
-from itertools import chain
 from operator import itemgetter
 
 from conformance.logs.judging import PATIENCE, Finding, LogJudge, NotFollowed
@@ -9,6 +8,7 @@ from conformance.logs.reading import RecordedLog, Seen
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.nmt import ALL_NODES, NMT_ID, describe_nmt
 
 NOT_FOLLOWED = (
     "not judged from here until the channel is quiet for "
@@ -18,50 +18,77 @@ NOT_FOLLOWED = (
 
 
 def decoded(log: RecordedLog, only: int | None) -> Iterator[str]:
-    """Yield the SDO messages of a log in words, of all nodes or of ``only`` one."""
-    decoders: dict[tuple[str, int], Decoder] = {}
+    """Yield the messages of a log in words, of all nodes or of ``only`` one."""
+    words = Words(only)
     for seen in log:
-        words = _in_words(seen, decoders, only)
-        if words is not None:
-            yield f"{seen.time * 1000:10.1f} ms {seen.bus} {seen.frame!s:<20} {words}"
+        if line := words.line(seen):
+            yield line
 
 
-def _in_words(seen: Seen, decoders: dict[tuple[str, int], Decoder], only: int | None) -> str | None:
-    frame = seen.frame
-    node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
-    if function not in (REQUEST_BASE, RESPONSE_BASE) or only not in (None, node_id):
-        return None
-    if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
-        return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
-    decoder = decoders.get((seen.bus, node_id))
-    if decoder is None:
-        decoder = decoders[seen.bus, node_id] = Decoder()
-    follow = decoder.request if function == REQUEST_BASE else decoder.response
-    return f"node {node_id}: {describe(follow(frame.data))}"
+class Words:
+    """Puts SDO messages and network management into words, frame by frame."""
 
-
-class Judged:
-    """Judges a log; ``failures`` counts what was not allowed, as far as the lines were read."""
-
-    def __init__(self, log: RecordedLog, only: int | None) -> None:
-        """Judge all nodes, or ``only`` one."""
-        self._log = log
+    def __init__(self, only: int | None = None) -> None:
+        """Take all nodes, or ``only`` one."""
         self._only = only
+        self._decoders: dict[tuple[str, int], Decoder] = {}
+
+    def line(self, seen: Seen) -> str:
+        """Return a line for a frame; empty for one that is something else, or of another node."""
+        words = self._words(seen)
+        return f"{seen.time * 1000:10.1f} ms {seen.bus} {seen.frame!s:<20} {words}" if words else ""
+
+    def _words(self, seen: Seen) -> str:
+        frame = seen.frame
+        node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
+        if frame.can_id == NMT_ID and frame.data[1:]:
+            node_id = frame.data[1] or self._only or ALL_NODES
+        if self._only not in (None, node_id):
+            return ""
+        if not node_id or function not in (REQUEST_BASE, RESPONSE_BASE):
+            return describe_nmt(frame)
+        if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
+            return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
+        decoder = self._decoders.get((seen.bus, node_id))
+        if decoder is None:
+            decoder = self._decoders[seen.bus, node_id] = Decoder()
+        follow = decoder.request if function == REQUEST_BASE else decoder.response
+        return f"node {node_id}: {describe(follow(frame.data))}"
+
+
+def judged(log: RecordedLog, judgement: "Judgement") -> Iterator[str]:
+    """Yield what was not allowed in a log, what each device chose, and the outcome."""
+    for seen in log:
+        yield from judgement.take(seen)
+    yield from judgement.end()
+
+
+class Judgement:
+    """Judges frame by frame; ``failures`` counts what was not allowed so far."""
+
+    def __init__(
+        self, unit: str, only: int | None = None, *, judge: LogJudge | None = None
+    ) -> None:
+        """Judge all nodes, or ``only`` one; ``unit`` is what the log numbers."""
+        self._unit = unit
+        self._only = only
+        self._judge = judge or LogJudge()
         self.failures = 0
 
-    def lines(self) -> Iterator[str]:
-        """Yield what was not allowed, what each device chose, and the outcome."""
-        judge = LogJudge()
-        for finding in chain(chain.from_iterable(map(judge.take, self._log)), judge.end()):
-            if self._only not in (None, finding.node_id):
-                continue
-            if isinstance(finding, NotFollowed):
-                yield f"{self._place(finding)}: {NOT_FOLLOWED}"
-                continue
-            self.failures += finding.is_failure
-            yield from self._found(finding)
+    def take(self, seen: Seen) -> Iterator[str]:
+        """Take the next frame; yield what is wrong with it, or with the time before it."""
+        for finding in self._judge.take(seen):
+            yield from self._told(finding)
+
+    def end(self, now: float = 0.0) -> Iterator[str]:
+        """Yield which answers have not come, what each device chose, and the outcome.
+
+        The log goes on until ``now``, in seconds, if that is behind its last frame.
+        """
+        for finding in self._judge.end(now):
+            yield from self._told(finding)
         not_judged = 0
-        for (bus, node_id), channel in sorted(judge.channels.items(), key=itemgetter(0)):
+        for (bus, node_id), channel in sorted(self._judge.channels.items(), key=itemgetter(0)):
             if self._only in (None, node_id):
                 counts = f"{channel.requests} requests, {channel.responses} responses"
                 left_out = f", {channel.not_judged} not judged" if channel.not_judged else ""
@@ -72,14 +99,20 @@ class Judged:
         all_of = f"all responses but the {not_judged} not judged" if not_judged else "all responses"
         yield f"{self.failures} not allowed" if self.failures else f"{all_of} allowed"
 
-    def _place(self, found: Finding | NotFollowed) -> str:
-        seen = found.seen
-        place = f"{self._log.unit} {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}"
-        return f"{place}, node {found.node_id}"
-
-    def _found(self, finding: Finding) -> Iterator[str]:
+    def _told(self, finding: Finding | NotFollowed) -> Iterator[str]:
+        if self._only not in (None, finding.node_id):
+            return
+        if isinstance(finding, NotFollowed):
+            yield f"{self._place(finding)}: {NOT_FOLLOWED}"
+            return
+        self.failures += finding.is_failure
         violation = finding.violation
         rule = f"{violation.rule.id} ({violation.level}) {violation.rule.sentence}"
         yield f"{self._place(finding)}: {rule}"
         yield f"    expected: {violation.expected}"
         yield f"    actual:   {violation.actual} [{finding.seen.frame}]"
+
+    def _place(self, found: Finding | NotFollowed) -> str:
+        seen = found.seen
+        place = f"{self._unit} {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}"
+        return f"{place}, node {found.node_id}"

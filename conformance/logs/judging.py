@@ -147,10 +147,12 @@ def _form(data: bytes) -> bytes:
 class LogJudge:
     """Follows all default SDO channels of a log, frame by frame, each by its bus and its node.
 
-    Nothing is known of the devices' objects, so the protocol is judged, and no value.
+    Nothing is known of the devices' objects, so the protocol is judged, and no value. A log may
+    begin in the middle of a transfer, unless it ``begins_idle``.
     """
 
     channels: dict[tuple[str, int], Channel] = field(default_factory=dict)
+    begins_idle: bool = False
     _effort: int = 0
     _exchanges: Exchanges = field(default_factory=Exchanges)
     _stopped: dict[tuple[str, int], Stopped] = field(default_factory=dict)
@@ -170,8 +172,12 @@ class LogJudge:
         elif node_id and function == RESPONSE_BASE:
             yield from self._response(node_id, seen)
 
-    def end(self) -> Iterator[Finding]:
-        """Yield which answers have not come though the log goes on for long enough."""
+    def end(self, now: float = 0.0) -> Iterator[Finding]:
+        """Yield which answers have not come though the log goes on for long enough, or until now.
+
+        That is a time in seconds on the clock of the log.
+        """
+        self._now = max(self._now, now)
         for (_, node_id), channel in self.channels.items():
             last = channel.last
             if last is not None and self._now - last.time >= PATIENCE and not channel.out:
@@ -252,8 +258,8 @@ class LogJudge:
     def _channel(self, bus: str, node_id: int) -> Channel:
         if (bus, node_id) not in self.channels:
             oracle = Oracle(node_id=node_id)
-            # The log may begin in the middle of a transfer.
-            oracle.lose()
+            if not self.begins_idle:
+                oracle.lose()
             self.channels[bus, node_id] = Channel(oracle)
         return self.channels[bus, node_id]
 

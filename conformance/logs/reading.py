@@ -45,11 +45,12 @@ _LINE = re.compile(
     rb"\((\d{1,15}\.\d{1,9})\) +(\S{1,64}) +"
     rb"(?:([0-9A-Fa-f]{8})|([0-9A-Fa-f]{3}))"
     rb"#(?:((?:[0-9A-Fa-f]{2}){0,8})|(R)([0-8])?|(#\S*|[^\s:]*:\S*))"
-    rb"(?:_[0-9A-Fa-f])?(?: +\S{1,8})?\s*"
+    rb"(?:_[0-9A-Fa-f])?(?: +(\S{1,8}))?\s*"
 )
 _SHOWN = re.compile(
     rb"(?:\([\d.]{1,20}\) +)?\S{1,16} {1,4}(?:[RT]X [ \-BE]{0,6})?[0-9A-F]{3,8} {1,4}\[\d"
 )
+_SENT = b"T"
 _ERROR_FRAME = 0x20000000
 # How an object of a BLF begins: signature, lengths, and its type.
 _HEAD = struct.Struct("<4s8xL")
@@ -71,13 +72,15 @@ class LogError(ValueError):
 class Seen:
     """A frame of the log: its number, from 1, its time in seconds, and the bus that it is from.
 
-    The number is that of its line where the log has lines.
+    The number is that of its line where the log has lines. ``sent`` is True where the line says
+    that the recorder has sent the frame.
     """
 
     number: int
     time: float
     bus: str
     frame: CanFrame
+    sent: bool = False
 
 
 class _Lines(io.TextIOWrapper):
@@ -146,7 +149,9 @@ class RecordedLog:
         name = "standard input" if self._name == STANDARD_INPUT else self._name
         return f"{name}, {self.unit} {number}"
 
-    def _seen(self, number: int, time: float, bus: object, frame: CanFrame) -> Seen:
+    def _seen(
+        self, number: int, time: float, bus: object, frame: CanFrame, *, sent: bool = False
+    ) -> Seen:
         if self._begin is None:
             self._begin = time
         if bus not in self._buses:
@@ -156,7 +161,7 @@ class RecordedLog:
                     f"is {shortened(_text(bus))}: this is no log of a bench."
                 )
             self._buses[bus] = inert(_text(bus))
-        return Seen(number, time - self._begin, self._buses[bus], frame)
+        return Seen(number, time - self._begin, self._buses[bus], frame, sent)
 
     # candump -L
 
@@ -189,7 +194,7 @@ class RecordedLog:
         if found is None:
             self._no_frame(number, line)
             return None
-        time, bus, long_id, short_id, data, remote, length, other = found.groups()
+        time, bus, long_id, short_id, data, remote, length, other, mark = found.groups()
         if data is not None and len(data) < 2 * FRAME_LENGTH and not line.endswith(b"\n"):
             self.notes.append(f"{self._place(number)}: the last line is cut off, and left out")
             return None
@@ -203,7 +208,7 @@ class RecordedLog:
             bool(remote),
             int(length or 0) if remote else None,
         )
-        return self._seen(number, float(time), bus, frame)
+        return self._seen(number, float(time), bus, frame, sent=mark == _SENT)
 
     def _no_frame(self, number: int, line: bytes) -> None:
         place = self._place(number)

@@ -245,3 +245,23 @@ def test_what_is_no_log_is_a_sentence(
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("conformance: ")
     assert line.isprintable()
+
+
+@pytest.mark.parametrize(
+    ("only", "shown"),
+    [
+        ((), ["000#8205", "000#0100", "705#00", "706#05", "085#1081010000000000", ASKED]),
+        (("--node-id=5",), ["000#8205", "000#0100", "705#00", "085#1081010000000000", ASKED]),
+        (("--node-id=6",), ["000#0100", "706#05"]),
+    ],
+)
+def test_network_management_is_shown_in_words(
+    only: tuple[str, ...], shown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    frames = ["000#8205", "000#0100", "705#00", "706#05", "085#1081010000000000", "185#00", ASKED]
+    path = written(tmp_path, "".join(f"(1.0) can0 {frame}\n" for frame in frames))
+    assert main(["decode", str(path), *only]) == DONE
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[3] for line in lines] == shown
+    if "706#05" in shown:
+        assert any(line.endswith("heartbeat of node 6: operational") for line in lines)

@@ -1,0 +1,41 @@
+"""What ``conformance replay`` shows, line by line."""
+
+from collections.abc import Iterator
+
+from conformance.logs.decoded_lines import Judgement, Words
+from conformance.logs.judging import LogJudge
+from conformance.logs.replaying import Replay
+
+NO_ANSWER = "no answer"
+
+
+class Replayed:
+    """Sends and judges; ``failures`` counts what was not allowed, as far as the lines were read."""
+
+    def __init__(self, replay: Replay) -> None:
+        """Take what is to be sent, on a server that is idle."""
+        self._replay = replay
+        self._judgement = Judgement("frame", judge=LogJudge(begins_idle=True))
+
+    @property
+    def failures(self) -> int:
+        """How many responses were not allowed."""
+        return self._judgement.failures
+
+    def lines(self) -> Iterator[str]:
+        """Yield each frame in words, what the answers of then were, and what was not allowed."""
+        words, judgement = Words(), self._judgement
+        number = as_then = 0
+        for exchange in self._replay.exchanges():
+            for seen in (*exchange.early, exchange.sent, *exchange.received):
+                yield words.line(seen)
+                yield from judgement.take(seen)
+            number += 1
+            as_then += exchange.is_as_then
+            if not exchange.is_as_then:
+                then = [f"{frame} {words}".rstrip() for frame, words in exchange.step.answers]
+                yield from (f"    in the log: {answer}" for answer in then or [NO_ANSWER])
+        yield from judgement.end(self._replay.now)
+        if self._replay.stopped:
+            yield self._replay.stopped
+        yield f"answered as in the log: {as_then} of {number}"

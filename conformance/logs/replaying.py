@@ -1,0 +1,179 @@
+"""Sends the requests of a log to a device again, each once the one before is answered."""
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Self
+
+from conformance.bus.errors import BenchError
+from conformance.bus.link import Link
+from conformance.bus.patience import Patience
+from conformance.device.safety import written_by
+from conformance.logs.reading import Seen
+from conformance.logs.replay_plan import Plan, Step, is_answer, is_boot_up, node_of, read_request
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
+from conformance.sdo.describe import Decoder
+from conformance.sdo.frames import Abort
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+
+# Seconds that a device may take to start again after an NMT command that resets it.
+BOOT_TIME = 10.0
+# Behind an abort the channel is quiet for so many seconds; so long is that waited for.
+QUIET, MOST_QUIET = 0.05, 2.0
+DEVICE_TYPE = Multiplexer(0x1000, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """A step of the log, the frame that was sent for it, and what came then.
+
+    ``early`` are frames that came before it was sent, though no more were due.
+    """
+
+    step: Step
+    early: list[Seen]
+    sent: Seen
+    received: list[Seen]
+
+    @property
+    def is_as_then(self) -> bool:
+        """Whether the answers are those of the log, and no others."""
+        then = [answer.frame for answer in self.step.answers]
+        return not self.early and [seen.frame for seen in self.received] == then
+
+
+class Replay:
+    """Sends a plan, with a server that is idle before and afterwards; it closes the link.
+
+    ``stopped`` is a sentence on what was not sent, empty for nothing.
+    """
+
+    def __init__(self, link: Link, bus: str, plan: Plan, response_timeout: float) -> None:
+        """Take a link in use; ``bus`` is its name in each frame. The time is in seconds."""
+        self._link = link
+        self._bus = bus
+        self._plan = plan
+        self._response_timeout = response_timeout
+        self._decoders: dict[int, Decoder] = {}
+        self._number = 0
+        self._begin = time.monotonic()
+        self.stopped = ""
+
+    def __enter__(self) -> Self:
+        """End what may be open on the channels."""
+        try:
+            self._link.watch(self._plan.node_ids)
+            self._end_transfers()
+        except BaseException:
+            self._link.close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        """End what may be open, as far as the bus is there, and close it."""
+        try:
+            with suppress(BenchError):
+                self._end_transfers()
+        finally:
+            self._link.close()
+
+    @property
+    def now(self) -> float:
+        """The time since the beginning, in seconds."""
+        return time.monotonic() - self._begin
+
+    def exchanges(self) -> Iterator[Exchange]:
+        """Send frame by frame; raises BenchError."""
+        self._begin = time.monotonic()
+        for step in self._plan.steps:
+            if self._would_write_elsewhere(step):
+                return
+            early = list(self._early())
+            sent = self._seen(self.now, step.seen.frame)
+            self._link.send(step.seen.frame)
+            yield Exchange(step, early, sent, list(self._answers(step)))
+
+    def _early(self) -> Iterator[Seen]:
+        while (frame := self._link.look()) is not None:
+            if self._is_shown(frame):
+                yield self._received(frame)
+
+    def _would_write_elsewhere(self, step: Step) -> bool:
+        """Follow a request; say whether it begins to write what it did not in the log.
+
+        A segment of a block download does, for example, if the device has refused the download.
+        """
+        node_id = step.node_id
+        request = read_request(step.seen.frame, self._decoder(node_id)) if node_id else None
+        target = None if request is None else written_by(request)
+        if target is None or (node_id, target) in self._plan.writes:
+            return False
+        self.stopped = (
+            f"{step.seen.frame} and what follows it were not sent: the device is in another state "
+            f"than in the log, and it would write {target}"
+        )
+        return True
+
+    def _answers(self, step: Step) -> Iterator[Seen]:
+        """Yield what comes until all answers of the log are there, or the time is over."""
+        then = [answer.frame for answer in step.answers]
+        due = Counter(frame.can_id for frame in then)
+        seconds = self._response_timeout
+        if due:
+            seconds = max(seconds, BOOT_TIME) if any(map(is_boot_up, then)) else seconds
+        elif step.waited is not None:
+            seconds = min(seconds, step.waited)
+        patience = Patience(seconds)
+        while (frame := self._link.receive_with(patience)) is not None:
+            patience.looked(silent=False)
+            if not self._is_shown(frame):
+                continue
+            yield self._received(frame)
+            if due:
+                due -= Counter((frame.can_id,))
+                if not due:
+                    return
+                patience = Patience(seconds)
+
+    def _is_shown(self, frame: CanFrame) -> bool:
+        """Choose the answers, and the requests of another client, of the nodes that are asked."""
+        node_id = node_of(frame)
+        asked = frame.can_id == REQUEST_BASE + node_id
+        return node_id in self._plan.node_ids and (asked or is_answer(frame))
+
+    def _received(self, frame: CanFrame) -> Seen:
+        ids = ChannelIds.default(node_of(frame))
+        if ids.response.matches(frame) and frame.dlc == FRAME_LENGTH:
+            self._decoder(node_of(frame)).response(frame.data)
+        return self._seen(self._link.arrived - self._begin, frame)
+
+    def _seen(self, when: float, frame: CanFrame) -> Seen:
+        self._number += 1
+        return Seen(self._number, when, self._bus, frame)
+
+    def _decoder(self, node_id: int) -> Decoder:
+        return self._decoders.setdefault(node_id, Decoder())
+
+    def _end_transfers(self) -> None:
+        for node_id in self._plan.node_ids:
+            abort = Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR).encode()
+            self._link.send(ChannelIds.default(node_id).request.frame(abort))
+        until = time.monotonic() + MOST_QUIET
+        patience = Patience(QUIET)
+        while time.monotonic() < until:
+            frame = self._link.receive_with(patience)
+            if frame is None:
+                return
+            patience.looked(silent=False)
+            if self._is_shown(frame):
+                patience = Patience(QUIET)
