@@ -26,6 +26,7 @@ from conformance.logs.replayed_lines import Replayed
 from conformance.logs.replaying import Replay
 from conformance.plugin.arguments import named_value
 from conformance.reference.host import NodeHost
+from conformance.reporting.archive import write_archive
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_reports
@@ -154,6 +155,9 @@ def _parser() -> argparse.ArgumentParser:
         "report", help="write the reports of a run again, even if it was killed"
     )
     report.add_argument("folder", type=Path, help="the report folder, which contains results.jsonl")
+    report.add_argument(
+        "--zip", action="store_true", help="pack the folder into a file beside it, with checksums"
+    )
     report.set_defaults(command=_report)
 
     restore = commands.add_parser(
@@ -273,6 +277,8 @@ def _report(options: argparse.Namespace) -> int:
     paths = write_reports(options.folder, run)
     for line in (*verdict_counts(run.results), *run.troubles):
         print(inert(line))
+    if options.zip:
+        paths.append(write_archive(options.folder))
     for path in paths:
         print(f"written: {path}")
     return DONE
