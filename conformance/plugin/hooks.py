@@ -21,7 +21,6 @@ from conformance.plugin.state import STATE, RunState, is_left_to
 from conformance.plugin.stopping import Stopping
 from conformance.plugin.time_left import TimeLeft, estimate_for
 from conformance.plugin.unrestored import left_lines
-from conformance.plugin.worker_reports import Receiver, Sender
 from conformance.plugin.workers import Controller, is_controller
 from conformance.run.bench import RunSettings
 from conformance.run.case_files import CASES
@@ -60,9 +59,6 @@ def pytest_configure(config: pytest.Config) -> None:
             divisible=options.self_test,
         )
         config.pluginmanager.register(controller, "conformance-controller")
-        config.pluginmanager.register(Receiver(config), "conformance-receiver")
-    if options.share.worker:
-        config.pluginmanager.register(Sender(config), "conformance-sender")
     if not options.share.worker:
         config.pluginmanager.register(
             FinalReport(state, controller, shows_all=config.getoption("verbose") > 0),

@@ -1,7 +1,7 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cached_property, partial
+from functools import partial
 from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ import pytest
 
 from conformance.device.eds_listing import Listing
 from conformance.plugin.outcome import CaseFailed
-from conformance.plugin.worker_reports import BUNDLED, Bundle
 from conformance.run.case import CaseInfo, case_info
 from conformance.run.case_files import CASE_FILES, CASES
 from conformance.run.risks import Risk
@@ -62,12 +61,6 @@ class CaseFunction(pytest.Function):
     case_id: str
     node_id: int
     risk: Risk | None
-
-    @cached_property
-    def ihook(self) -> Any:
-        """The hooks that this case calls; in a worker, what they tell of it goes together."""
-        hooks = super().ihook
-        return Bundle(hooks, self.config) if self.config.stash.get(BUNDLED, False) else hooks
 
     @property
     def is_own(self) -> bool:
