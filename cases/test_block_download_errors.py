@@ -8,7 +8,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_END,
     BLOCK_DOWNLOAD_FIRST,
     BLOCK_DOWNLOAD_INSIDE,

@@ -8,7 +8,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.generated.open_transfer import begin
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     BLOCK_SIZE,
     BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOAD_END,

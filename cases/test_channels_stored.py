@@ -25,7 +25,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.storage import SAVE_ALL
+from conformance.sdo.storage_commands import SAVE_ALL
 
 SERVER_RECORDS = range(DEFAULT_RECORD + 1, LAST_RECORD + 1)
 CLIENT_RECORDS = range(FIRST_CLIENT, LAST_CLIENT + 1)

@@ -11,7 +11,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.generated.matrix.field import perform
 from conformance.generated.matrix.field_risks import risk_in
 from conformance.generated.matrix.stimuli import Stimulus
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_BETWEEN,
     BLOCK_DOWNLOAD_END,
     BLOCK_DOWNLOAD_FIRST,

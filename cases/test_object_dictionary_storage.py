@@ -10,7 +10,7 @@ from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules.object_dictionary import SIGNATURE
-from conformance.sdo.storage import LOAD_ALL, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
 
 def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multiplexer) -> None:

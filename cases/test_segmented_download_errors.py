@@ -14,7 +14,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     SEGMENTED_DOWNLOAD_FIRST,
     SEGMENTED_DOWNLOAD_LAST,
     SEGMENTED_DOWNLOAD_MIDDLE,

@@ -6,7 +6,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.generated.open_transfer import begin
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     SEGMENTED_UPLOAD_FIRST,
     SEGMENTED_UPLOAD_LAST,
     SEGMENTED_UPLOAD_MIDDLE,

@@ -10,7 +10,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
 from conformance.dialogue.room import Room
 from conformance.generated.open_transfer import begin
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_INSIDE,
     BLOCK_UPLOAD_BETWEEN,
     SEGMENTED_DOWNLOAD_MIDDLE,

@@ -4,7 +4,7 @@ from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import shown
 from conformance.generated.open_transfer import begin
-from conformance.generated.states import SILENT, State
+from conformance.generated.server_states import SILENT, State
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import in_words

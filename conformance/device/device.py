@@ -17,7 +17,7 @@ from conformance.device.services import Services
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
-from conformance.sdo.storage import COMMANDS
+from conformance.sdo.storage_commands import COMMANDS
 
 # Where data types are defined: no entry there holds a value.
 LAST_DATA_TYPE = 0x025F

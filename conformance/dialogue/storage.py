@@ -20,7 +20,7 @@ from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import ANSWERED, Violation
-from conformance.sdo.storage import LOAD_ALL, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
 MOST_NAMED = 8
 # COB-IDs and mappings of other services: they are written in an order of their own.

@@ -7,7 +7,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
-from conformance.generated.states import SIZE, State
+from conformance.generated.server_states import SIZE, State
 from conformance.sdo.frames import Request
 
 Due_co = TypeVar("Due_co", bound=Request, covariant=True)

@@ -6,7 +6,7 @@ from conformance.device.numbers import encode_number, is_number
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
-from conformance.sdo.storage import SIGNATURES, command_entry
+from conformance.sdo.storage_commands import SIGNATURES, command_entry
 
 IDENTITY = 0x1018
 WITHOUT_VALUE = b"none"

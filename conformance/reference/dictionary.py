@@ -10,7 +10,7 @@ from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
-from conformance.sdo.storage import SIGNATURES, command_entry
+from conformance.sdo.storage_commands import SIGNATURES, command_entry
 
 IDENTITY = 0x1018
 CLIENT, LIMITED, GAPPY, TYPES, MEASURED = 0x1280, 0x2100, 0x2110, 0x2120, 0x2130

@@ -24,7 +24,7 @@ from conformance.sdo.nmt import (
     error_control,
 )
 from conformance.sdo.objects import DataType, Entry, Refusal
-from conformance.sdo.storage import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
 

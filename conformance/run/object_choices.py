@@ -15,7 +15,7 @@ from conformance.device.protected_objects import group_of
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
-from conformance.sdo.storage import COMMANDS
+from conformance.sdo.storage_commands import COMMANDS
 
 FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
 SERIAL_NUMBER = Multiplexer(0x1018, 4)

@@ -20,7 +20,7 @@ from conformance.run.restorer import Restorer
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
-from conformance.sdo.storage import SAVE_ALL
+from conformance.sdo.storage_commands import SAVE_ALL
 
 _RULE = Rule("run.restoring", "", Level.MAY, "What puts values back that an earlier run has left.")
 

@@ -19,7 +19,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, UNSOLICITED, Violation
-from conformance.sdo.storage import SAVE_ALL
+from conformance.sdo.storage_commands import SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64

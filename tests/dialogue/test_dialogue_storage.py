@@ -33,7 +33,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.objects import DataType, Entry
 from conformance.sdo.rules import Violation
-from conformance.sdo.storage import LOAD_ALL, SAVE_ALL
+from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL
 
 NUMBER = Multiplexer(0x2004)
 IN_USE = b"\x0a\x0b\x0c\x0d"

@@ -9,7 +9,7 @@ from conformance.bus.link import Captured, Direction
 from conformance.device.roles import Roles
 from conformance.faults.catalogue import build_node
 from conformance.generated.open_transfer import begin
-from conformance.generated.states import (
+from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_BETWEEN,
     BLOCK_DOWNLOADS,
     BLOCK_UPLOADS,

@@ -9,7 +9,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, DownloadInitiateResponse
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.storage import LOAD, LOAD_ALL, ON_COMMAND, SAVE, SAVE_ALL
+from conformance.sdo.storage_commands import LOAD, LOAD_ALL, ON_COMMAND, SAVE, SAVE_ALL
 
 NUMBER = Multiplexer(0x2004)
 DEFAULT, OTHER = bytes.fromhex("11223344"), bytes.fromhex("0A0B0C0D")

@@ -23,7 +23,7 @@ from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
-from conformance.sdo.storage import COMMANDS
+from conformance.sdo.storage_commands import COMMANDS
 
 fault = partial(registry.fault, about=About.OBJECTS)
 COB_IDS = (SYNC, TIME, EMERGENCY, Multiplexer(RECEIVED, 1), Multiplexer(SENT, 1))

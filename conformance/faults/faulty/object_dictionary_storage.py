@@ -15,7 +15,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.storage import LOAD, LOAD_ALL, SAVE, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import LOAD, LOAD_ALL, SAVE, SAVE_ALL, SIGNATURES
 
 fault = partial(registry.fault, about=About.OBJECTS)
 FORGOTTEN = Multiplexer(0x2100, 1)

@@ -10,7 +10,7 @@ from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
-from conformance.sdo.storage import LOAD_ALL, SAVE_ALL
+from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL
 
 unusual = partial(registry.unusual, about=About.OBJECTS)
 STORED = {

@@ -9,7 +9,7 @@ from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.generated.lockstep import Lockstep, knowledge_of
 from conformance.generated.matrix.stimuli import Stimulus, Targets
-from conformance.generated.states import BLOCK_DOWNLOAD_BETWEEN, LONGEST, SIZE, State
+from conformance.generated.server_states import BLOCK_DOWNLOAD_BETWEEN, LONGEST, SIZE, State
 from conformance.sdo.frames import Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle

@@ -1,7 +1,7 @@
 """Which fields of the matrix a device may not survive: it depends on the frame that they send."""
 
 from conformance.generated.matrix.stimuli import Stimulus, Targets
-from conformance.generated.states import State
+from conformance.generated.server_states import State
 from conformance.run.risks import LOST_SEGMENT, Risk, RiskOf, risk_of_frame
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.frames import BlockSegment, Request
