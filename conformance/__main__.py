@@ -27,6 +27,10 @@ from conformance.logs.replaying import Replay
 from conformance.plugin.arguments import named_value
 from conformance.reference.host import NodeHost
 from conformance.reporting.archive import write_archive
+from conformance.reporting.comparison.comparison import Comparison
+from conformance.reporting.comparison.page import write_comparison
+from conformance.reporting.comparison.sides import Side
+from conformance.reporting.comparison.text import comparison_lines
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_reports
@@ -45,7 +49,8 @@ LINE_END = "\n"
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status.
 
-    That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed.
+    That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed or when
+    a run is worse than an earlier one.
     """
     options = _parser().parse_args(arguments)
     for stream in (sys.stdout, sys.stderr):
@@ -159,6 +164,14 @@ def _parser() -> argparse.ArgumentParser:
         "--zip", action="store_true", help="pack the folder into a file beside it, with checksums"
     )
     report.set_defaults(command=_report)
+
+    compare = commands.add_parser(
+        "compare", help="show what has changed between two runs; exit status 3 if it got worse"
+    )
+    compare.add_argument("old", type=Path, help="the report folder of a run")
+    compare.add_argument("new", type=Path, help="that of a later run")
+    compare.add_argument("--page", type=Path, metavar="FILE", help="write it as a page as well")
+    compare.set_defaults(command=_compare)
 
     restore = commands.add_parser(
         "restore", help="restore the values that a run left changed, from its report folder"
@@ -282,6 +295,16 @@ def _report(options: argparse.Namespace) -> int:
     for path in paths:
         print(f"written: {path}")
     return DONE
+
+
+def _compare(options: argparse.Namespace) -> int:
+    comparison = Comparison(Side.read(options.old), Side.read(options.new))
+    for line in comparison_lines(comparison):
+        print(inert(line))
+    if options.page:
+        write_comparison(options.page, comparison)
+        print(f"written: {options.page}")
+    return NOT_ALLOWED if comparison.worse else DONE
 
 
 def _decode(options: argparse.Namespace) -> int:

@@ -13,6 +13,12 @@ from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.cob_id import ChannelIds
 
 Values = dict[str, Any]
+# What the texts of a device are, by their objects.
+TEXT_NAMES = {
+    "1008h:00": "device name (1008h)",
+    "1009h:00": "hardware version (1009h)",
+    "100Ah:00": "software version (100Ah)",
+}
 # A case has some kB, one of a long conversation a MB.
 LONGEST_LINE = 64 * 2**20
 

@@ -33,7 +33,6 @@ MARKS = {
 PASSED = (Verdict.PASS, Verdict.INFO)
 NOT_TESTED = (Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED, Verdict.NOT_RUN)
 MATRIX = re.compile(r"matrix\.([^[]+)\[(.*)\]")
-PERCENTILES = (50, 95, 100)
 BARS = 24
 # Milliseconds; what is shorter is below the resolution of a log.
 SHORTEST = 0.001
@@ -90,6 +89,12 @@ class CauseShown:
         told = [f"{counted(len(self.count.failed))} failed"] if self.count.failed else []
         told += [f"{len(self.count.kept_away)} not testable"] if self.count.kept_away else []
         return ", ".join(told)
+
+
+def cause_shown(count: CauseCount, cases: list[Case]) -> CauseShown:
+    """Return a cause with these cases, the first of which shows it."""
+    rule = RULES_BY_ID.get(rule_of_cause(count.cause))
+    return CauseShown(count, rule, cases[0], diagram(cases[0].result.trace), cases)
 
 
 @dataclass(slots=True)
@@ -163,9 +168,7 @@ class PageContent:
         shown = []
         for count in counted_causes(self.run.results, strict=self.about["strict"]):
             results = [*count.failed, *count.kept_away]
-            cases = [by_result[id(result)] for result in results]
-            rule = RULES_BY_ID.get(rule_of_cause(count.cause))
-            shown.append(CauseShown(count, rule, cases[0], diagram(results[0].trace), cases))
+            shown.append(cause_shown(count, [by_result[id(result)] for result in results]))
         return shown
 
     @property
@@ -294,7 +297,6 @@ class PageContent:
 
     def _distribution(self, kind: str, times: Times) -> Distribution:
         ordered = sorted(seconds * 1000 for seconds in times.all)
-        percentiles = [ordered[(len(ordered) - 1) * each // 100] for each in PERCENTILES]
         # Each bar stands for times of one ratio: most answers are fast, a few very slow.
         shortest = max(ordered[0], SHORTEST)
         span = math.log(max(ordered[-1], 2 * shortest) / shortest)
@@ -304,7 +306,11 @@ class PageContent:
         )
         slowest = [(seconds * 1000, self.cases[case]) for seconds, case in reversed(times.slowest)]
         return Distribution(
-            kind, len(ordered), percentiles, [bars[number] for number in range(BARS)], slowest
+            kind,
+            len(ordered),
+            times.percentiles(),
+            [bars[number] for number in range(BARS)],
+            slowest,
         )
 
     # Audit

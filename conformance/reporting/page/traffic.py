@@ -18,6 +18,7 @@ from conformance.sdo.nmt import NMT_ID, describe_nmt
 # A case may have thousands of frames; the page shows the first and the last.
 FIRST_SHOWN, LAST_SHOWN = 12, 4
 SLOWEST = 5
+PERCENTILES = (50, 95, 100)
 
 
 @dataclass(slots=True)
@@ -43,6 +44,11 @@ class Times:
         if len(self.slowest) < SLOWEST or seconds > self.slowest[0][0]:
             insort(self.slowest, (seconds, case))
             del self.slowest[:-SLOWEST]
+
+    def percentiles(self) -> list[float]:
+        """Return the times within which each share of the answers came, in milliseconds."""
+        ordered = sorted(self.all)
+        return [1000 * ordered[(len(ordered) - 1) * share // 100] for share in PERCENTILES]
 
 
 @dataclass(slots=True)

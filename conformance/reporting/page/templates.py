@@ -1,0 +1,38 @@
+"""The templates of pages: each page is one file, inert whatever a device has sent."""
+
+from functools import cache
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+
+from conformance.reporting.page.diagram import LIFELINES, MIDDLE, WIDTH
+from conformance.reporting.recorded import TEXT_NAMES
+from conformance.sdo.inert import inert
+
+
+def template(name: str) -> Template:
+    """Return the template with this name."""
+    return _environment().get_template(f"{name}.html.jinja")
+
+
+@cache
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("conformance.reporting.page", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        finalize=_shown,
+    )
+    environment.globals |= {
+        "width": WIDTH,
+        "lifelines": LIFELINES,
+        "middle": MIDDLE,
+        "texts": TEXT_NAMES,
+    }
+    return environment
+
+
+def _shown(value: object) -> object:
+    """Write out what no reader would see, or what would turn the writing round."""
+    return inert(value, keep="\n") if type(value) is str else value
