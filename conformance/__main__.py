@@ -6,7 +6,8 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from types import FrameType
 
@@ -18,8 +19,11 @@ from conformance.bus.errors import BenchError
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.eds import read_eds
+from conformance.device.eds_listing import Listing
 from conformance.faults.catalogue import UnknownServer, build_node, faults, unusual
 from conformance.logs.decoded_lines import Judgement, decoded, judged
+from conformance.logs.live import LiveLog
+from conformance.logs.object_names import ObjectNames
 from conformance.logs.reading import RecordedLog
 from conformance.logs.replay_plan import read_plan
 from conformance.logs.replayed_lines import Replayed
@@ -120,9 +124,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     rules.set_defaults(command=_rules)
 
-    decode = commands.add_parser("decode", help="show a recorded bus log in words")
+    decode = commands.add_parser("decode", help="show a bus log, or a bus, in words")
     decode.add_argument(
         "log",
+        nargs="?",
         help="a file of 'candump -L' or the bus.log of a run, also packed with gzip; - for the "
         "standard input; .asc, .blf, .csv, .trc and other formats of python-can",
     )
@@ -132,6 +137,10 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="show the responses that were not allowed, and their rules; exit status 3 if any",
     )
+    decode.add_argument(
+        "--eds", metavar="FILE", help="show the names of objects from an EDS or DCF"
+    )
+    _add_bus_options(decode, "instead of a log", "instead of a log; nothing is sent there")
     decode.set_defaults(command=_decode)
 
     replay = commands.add_parser(
@@ -250,7 +259,7 @@ def _serve(options: argparse.Namespace) -> int:
         raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
     if options.server_timeout is not None and not 0 < options.server_timeout < math.inf:
         raise ValueError(f"--server-timeout takes seconds, as in 0.5, not {options.server_timeout}")
-    listing = read_eds(Path(options.eds), options.node_id) if options.eds else None
+    listing = _listing(options.eds, options.node_id)
     node = build_node(
         options.fault, options.node_id, listing, server_timeout=options.server_timeout
     )
@@ -308,21 +317,41 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _decode(options: argparse.Namespace) -> int:
-    log = RecordedLog(options.log)
-    judgement = Judgement(log.unit, options.node_id)
-    for line in judged(log, judgement) if options.judge else decoded(log, options.node_id):
-        print(line)
-    for note in log.notes:
-        print(f"conformance: {inert(note)}", file=sys.stderr)
+    is_live = bool(options.can_interface or options.can_channel)
+    if is_live == bool(options.log):
+        raise ValueError("decode takes either a log, or a bus that --can-channel names")
+    names = ObjectNames(_listing(options.eds, options.node_id or 1) or Listing())
+    with ExitStack() as stack:
+        log = stack.enter_context(_live(options)) if is_live else RecordedLog(options.log)
+        judgement = Judgement(log.unit, options.node_id)
+        for line in judged(log, judgement) if options.judge else decoded(log, options.node_id):
+            print(names.in_line(line), flush=is_live)
+    if isinstance(log, RecordedLog):
+        _tell(log.notes)
     return NOT_ALLOWED if judgement.failures else DONE
+
+
+def _live(options: argparse.Namespace) -> LiveLog:
+    settings = _bus(options, BusSettings())
+    log = LiveLog(open_bus(settings), settings.channel or str(settings))
+    print(f"listening on {settings} until Ctrl-C", file=sys.stderr, flush=True)
+    return log
+
+
+def _tell(notes: Iterable[str]) -> None:
+    for note in notes:
+        print(f"conformance: {inert(note)}", file=sys.stderr)
+
+
+def _listing(eds: str | None, node_id: int) -> Listing | None:
+    return read_eds(Path(eds), node_id) if eds else None
 
 
 def _replay(options: argparse.Namespace) -> int:
     log = RecordedLog(options.log)
     plan = read_plan(log, options.node_id)
     plan.check(writes=options.writes)
-    for note in (*log.notes, *plan.notes):
-        print(f"conformance: {inert(note)}", file=sys.stderr)
+    _tell([*log.notes, *plan.notes])
     settings = _bus(options, BusSettings())
     link = Link(open_bus(settings), str(settings))
     with Replay(link, settings.channel or "bus", plan, options.response_timeout) as replay:

@@ -1,10 +1,10 @@
-"""What ``conformance decode`` shows of a recorded log, line by line."""
+"""What ``conformance decode`` shows of a log, line by line."""
 
 from collections.abc import Iterator
 from operator import itemgetter
 
 from conformance.logs.judging import PATIENCE, Finding, LogJudge, NotFollowed
-from conformance.logs.reading import RecordedLog, Seen
+from conformance.logs.reading import Log, Seen
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.layout import FRAME_LENGTH
@@ -17,7 +17,7 @@ NOT_FOLLOWED = (
 )
 
 
-def decoded(log: RecordedLog, only: int | None) -> Iterator[str]:
+def decoded(log: Log, only: int | None) -> Iterator[str]:
     """Yield the messages of a log in words, of all nodes or of ``only`` one."""
     words = Words(only)
     for seen in log:
@@ -56,7 +56,7 @@ class Words:
         return f"node {node_id}: {describe(follow(frame.data))}"
 
 
-def judged(log: RecordedLog, judgement: "Judgement") -> Iterator[str]:
+def judged(log: Log, judgement: "Judgement") -> Iterator[str]:
     """Yield what was not allowed in a log, what each device chose, and the outcome."""
     for seen in log:
         yield from judgement.take(seen)

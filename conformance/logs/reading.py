@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import BinaryIO, Protocol, cast
 
 import can
 from can.io.blf import BLFParseError
@@ -81,6 +81,16 @@ class Seen:
     bus: str
     frame: CanFrame
     sent: bool = False
+
+
+class Log(Protocol):
+    """Frames in the order in which they were on a bus; ``unit`` is what their numbers count."""
+
+    unit: str
+
+    def __iter__(self) -> Iterator[Seen]:
+        """Yield the frames, the first at time 0."""
+        ...
 
 
 class _Lines(io.TextIOWrapper):
