@@ -193,10 +193,10 @@ def test_block_of_write_only(sdo: Dialogue, blocks: Blocks, entry: KnownObject) 
 
 
 @must("od.write-back", "dictionary.access", entry=choose.writable)
-def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+def test_write_back(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
-    value = sdo.upload(entry)
+    value = blocks.read(entry)
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
@@ -206,10 +206,12 @@ def test_write_back(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     "data.short-in-segments",
     entry=choose.writable,
 )
-def test_write_back_in_segments(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+def test_write_back_in_segments(
+    sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject
+) -> None:
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
-    value = sdo.upload(entry)
+    value = blocks.read(entry)
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 
 
@@ -222,7 +224,7 @@ def test_write_back_in_blocks(
     """A writable entry takes the value that it has in blocks."""
     may_be_written(device, entry)
     blocks.require_download()
-    value = sdo.upload(entry)
+    value = blocks.read(entry)
     transfer = sdo.client.block_download(entry.mux, value)
     expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
 

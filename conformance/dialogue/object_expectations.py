@@ -115,7 +115,7 @@ def expect_written_back(
     """
     if abort is None:
         if entry.is_steady:
-            sdo.expect_value(entry, value)
+            Blocks(sdo).expect_value(entry, value)
         return
     refusal = in_words(abort)
     if abort.code not in NOT_NOW and value:

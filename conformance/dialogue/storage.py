@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
+from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_all_as_before
 from conformance.dialogue.network import Network
@@ -16,7 +17,7 @@ from conformance.dialogue.transfers import NOT_NOW
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
-from conformance.sdo.frames import DownloadInitiate
+from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import ANSWERED, Violation
@@ -149,10 +150,19 @@ class Storage:
         found = {}
         for known in self._device.resettable():
             try:
-                found[known.mux] = self._sdo.read(known.mux)[: known.length]
+                found[known.mux] = self._read(known)[: known.length]
             except ServerAborted:
                 continue
         return found
+
+    def _read(self, known: KnownObject) -> bytes:
+        """Read a parameter, a long one in blocks if they serve; raises ServerAborted."""
+        blocks = Blocks(self._sdo)
+        if len(self._device.values[known.mux]) > LONG and blocks.read_alike():
+            uploaded = blocks.try_upload(known)
+            if not isinstance(uploaded, Abort):
+                return uploaded.data
+        return self._sdo.read(known.mux)
 
     def _not_default(self, values: Values) -> Iterable[KnownObject]:
         """Return the parameters that have not the default that is stated, or of which none is."""

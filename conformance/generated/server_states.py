@@ -62,8 +62,9 @@ class State(Generic[Due_co]):
 
     ``sentence`` is about the server. ``least`` are the fewest bytes with which there is such a
     state. Where ``segment`` is a number, a segment of a sub-block with that number is due: whatever
-    comes then is one, and only an abort leads out. ``risk`` is what a server may not survive on the
-    way with a transfer of ``SIZE``.
+    comes then is one, and only an abort leads out. Into a ``short`` one a transfer of two segments
+    leads as well as a longer one. ``risk`` is what a server may not survive on the way with a
+    transfer of ``SIZE``.
     """
 
     name: str
@@ -72,6 +73,7 @@ class State(Generic[Due_co]):
     downloads: bool = False
     least: int = 1
     segment: int | None = None
+    short: bool = False
     stimuli: Mapping[str, Stimulus] = field(default_factory=lambda: STIMULI)
     risk: Risk | None = None
 
@@ -227,6 +229,7 @@ SEGMENTED_DOWNLOAD_LAST = State(
     sentence="All segments of a download but one were confirmed: the last is due.",
     reach=_segmented_download(-1),
     downloads=True,
+    short=True,
     least=TWO_SEGMENTS,
 )
 
@@ -281,6 +284,7 @@ BLOCK_DOWNLOAD_END = State(
     sentence="All sub-blocks of a download were acknowledged: its end is due.",
     reach=_block_download_end,
     downloads=True,
+    short=True,
 )
 
 BLOCK_UPLOAD_INITIATED = State(

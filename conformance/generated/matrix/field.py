@@ -1,6 +1,6 @@
 """One field of the matrix: lead the server into a state, send one frame, judge what follows."""
 
-from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
@@ -90,6 +90,8 @@ def _size(sdo: Dialogue, known: KnownObject, state: AnyState) -> int:
         return LONGEST
     if known.filled:
         return known.filled
+    if state.short and room.has(known, TWO_SEGMENTS):
+        return TWO_SEGMENTS
     try:
         room.need(known, SIZE)
     except NotTestable:
