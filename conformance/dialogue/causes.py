@@ -56,6 +56,7 @@ GENERAL = {
 }
 # Within a sub-block a frame is a segment, but for an abort: a server that overlooks that is gone.
 DEAF = (IDLE_AFTERWARDS.id, "deaf behind a block download that was aborted")
+ANSWERS_TWICE = (UNSOLICITED.id, "every answer comes twice")
 TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
@@ -191,13 +192,15 @@ Way = Callable[[BlockClient, Multiplexer, bytes], Generator[Step, Response, obje
 class Causes:
     """What is known to be wrong with one device.
 
-    ``way_to_store`` is how values are written to a device that refuses the ordinary way.
+    ``way_to_store`` is how values are written to a device that refuses the ordinary way. Whatever
+    is met comes ``of_one`` cause where that is known.
     """
 
     def __init__(self) -> None:
         """Nothing is known to be wrong yet."""
         self._standing: dict[Cause, Standing] = {}
         self.way_to_store: Way | None = None
+        self.of_one: Cause | None = None
 
     def __iter__(self) -> Iterator[tuple[Cause, Standing]]:
         """Yield all causes, in the order in which they were met."""
@@ -216,6 +219,10 @@ class Causes:
     def return_to(self, state: dict[Cause, Standing]) -> None:
         """Know what was known then, and no more."""
         self._standing = state
+
+    def of(self, violation: Violation, rule: Rule, request: Request) -> Cause:
+        """Return the cause of a breach, see ``cause_of``."""
+        return self.of_one or cause_of(violation, rule, request)
 
     def told_as(self, cause: Cause, request: Request, point: str, *, generated: bool) -> Cause:
         """Return the cause that is known already and the same as one that was met.

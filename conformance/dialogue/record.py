@@ -3,7 +3,7 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
-from conformance.dialogue.causes import Cause, Causes, cause_of
+from conformance.dialogue.causes import Cause, Causes
 from conformance.dialogue.early import EarlyAborts
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Request
@@ -50,7 +50,7 @@ class CaseRecord:
 
     def cause_of(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach: it followed its own request, or the one ``asked`` last."""
-        return cause_of(violation, violation.rule, violation.request or asked)
+        return self.causes.of(violation, violation.rule, violation.request or asked)
 
     def is_known(self, error: BaseException | None, asked: Request) -> bool:
         """Say whether a breach has a cause that was met before."""

@@ -9,7 +9,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
-from conformance.dialogue.causes import Causes
+from conformance.dialogue.causes import ANSWERS_TWICE, Cause, Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
@@ -160,6 +160,8 @@ def discover(
         found.rule is UNSOLICITED for found in record.minor
     ):
         examine(channel, device)
+    if device.beliefs.answers_twice:
+        record.causes.of_one = Cause(*ANSWERS_TWICE)
     keep_aside(reading.sdo)
 
 

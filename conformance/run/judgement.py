@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.dialogue.causes import Cause, Causes, Standing, cause_of, kind_of_answer
+from conformance.dialogue.causes import Cause, Causes, Standing, kind_of_answer
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
@@ -146,7 +146,7 @@ class Judgement:
     def cause(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach that was met in this case."""
         rule, request = self._point.registered(violation.rule), violation.request or asked
-        cause = cause_of(violation, rule, request)
+        cause = self._causes.of(violation, rule, request)
         point = self._point
         return self._causes.told_as(cause, request, point.rule.id, generated=point.generated)
 

@@ -10,6 +10,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import TwoDevices
 from conformance.bus.link import Link
 from conformance.device.device import Device
+from conformance.dialogue.causes import Cause, Causes
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.host import HostedNode
@@ -18,8 +19,10 @@ from conformance.reference.server import Server
 from conformance.reference.simulated_bus import SimulatedBus
 from conformance.run.discovery import discover
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import ObjectDictionary
+from conformance.sdo.rules import SPECIFIER, UNSOLICITED, Violation
 
 SERIAL = Multiplexer(0x1018, 4)
 
@@ -81,8 +84,13 @@ def test_two_devices_that_differ(slower: float) -> None:
 def test_two_that_are_alike_cannot_be_told_from_one_that_answers_twice(alike: bool) -> None:
     nodes = (other(), other()) if alike else (build_node("answers-twice", NODE_ID),)
     with on_one_bus(*nodes) as bench:
-        discover(bench.channel, bench.device)
+        causes = Causes()
+        discover(bench.channel, bench.device, causes)
         assert bench.device.beliefs.answers_twice
+        # Whatever else is met comes of that: it is told once.
+        violation = Violation(SPECIFIER, expected="one", actual="another")
+        cause = causes.of(violation, SPECIFIER, UploadInitiate(Multiplexer(0x1018)))
+        assert cause == Cause(UNSOLICITED.id, "every answer comes twice")
 
 
 @pytest.mark.parametrize("name", [None, "every-abort-answered", "answers-late"])
