@@ -271,10 +271,25 @@ def test_choices_and_times(compared: Compared) -> None:
     assert compared.status == DONE
 
 
-def test_times_that_hardly_differ(compared: Compared) -> None:
-    cases = [case(case_id=f"upload.{number}") for number in range(30)]
-    before, after = {"log": log(2, EXPEDITED)}, {"log": log(2.9, EXPEDITED)}
+@pytest.mark.parametrize(
+    ("number", "old", "new"), [(30, 2, 2.9), (30, 20, 29), (30, 0.1, 0.9), (19, 2, 4)]
+)
+def test_times_that_hardly_differ(compared: Compared, number: int, old: float, new: float) -> None:
+    """Neither by half, nor by a millisecond, or in too few answers to tell."""
+    cases = [case(case_id=f"upload.{each}") for each in range(number)]
+    before, after = {"log": log(old, EXPEDITED)}, {"log": log(new, EXPEDITED)}
     assert compared(cases, cases, before, after) == ["nothing got worse"]
+
+
+def test_self_tests_have_a_bus_of_their_own(compared: Compared) -> None:
+    before, after = ({**ALONE, "self_test": True, "channel": name} for name in ("a", "b"))
+    assert compared([], [], {"about": before}, {"about": after}) == ["nothing got worse"]
+
+
+def test_another_bus(compared: Compared) -> None:
+    before, after = ({**ALONE, "channel": name} for name in ("can0", "can1"))
+    lines = compared([], [], {"about": before}, {"about": after})
+    assert "  channel: can0 -> can1" in lines
 
 
 def test_long_lists_are_cut(compared: Compared) -> None:
@@ -313,3 +328,19 @@ def test_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert [each["class"] for tag, each in reader.tags if tag == "svg"] == ["diagram"] * 2
     ids = [each["id"] for _, each in reader.tags if "id" in each]
     assert {str(each["href"])[1:] for tag, each in reader.tags if tag == "a"} <= set(ids)
+
+
+@pytest.mark.parametrize("odd", [0, 1], ids=["old", "new"])
+def test_choices_that_other_cases_have_shown(compared: Compared, odd: int) -> None:
+    """Only those count that both runs have: the answers in others have nothing to be like."""
+    plain, other = log(2, EXPEDITED), log(9 if odd else 0.1, UNCOUNTED)
+    mixed = plain.splitlines(keepends=True)[:10] + other.splitlines(keepends=True)[10:]
+    logs = [plain, plain]
+    logs[odd] = "".join(mixed)
+    shared = [case(case_id=f"upload.{number}") for number in range(5)]
+    old, new = (
+        [*shared, *(case(case_id=f"{name}.{number}") for number in range(25))]
+        for name in ("old", "new")
+    )
+    lines = compared(old, new, *({"log": each} for each in logs))
+    assert not any("otherwise" in line or "slowly" in line for line in lines)

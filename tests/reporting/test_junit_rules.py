@@ -114,7 +114,10 @@ def test_a_run_that_was_red_is_not_green_here(tmp_path: Path) -> None:
     """Nor where no rule is to blame: for errors of the bench, tests of one's own, a broken run."""
     results = [
         result(rules=TESTED),
-        *[result(Verdict.BENCH_ERROR, actual="no cable", case_id=f"a.{each}") for each in range(9)],
+        *[
+            result(Verdict.BENCH_ERROR, actual="no cable", case_id=f"a.{each}", cause=NO_ANSWER)
+            for each in range(9)
+        ],
         result(Verdict.FAIL, case_id="test_mine", actual="assert 0"),
         result(Verdict.STALE, case_id="upload.b", actual="passes"),
     ]

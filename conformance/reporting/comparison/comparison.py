@@ -30,9 +30,8 @@ class Comparison:
         self.devices = differences.devices(old, new)
         self.options = differences.options(old, new)
         self._pairs = pairs(old, new)
-        # What other cases ask for, a device answers otherwise, and later.
-        shared = old.case_ids & new.case_ids
-        before, after = (observed(side.folder, side.run, shared) for side in (old, new))
+        before = observed(old.folder, old.run, beside=new.run)
+        after = observed(new.folder, new.run, beside=old.run)
         self.profile = differences.profile(self._pairs, before.profile, after.profile)
         self.times = differences.times(before.traffic.times, after.traffic.times)
         self.old_causes = old.causes(strict=strict)

@@ -45,11 +45,6 @@ class Side:
         """The number of each verdict."""
         return ", ".join(verdict_counts(self.run.results)) or "no case was run"
 
-    @property
-    def case_ids(self) -> set[str]:
-        """The ids of the cases of which there are results."""
-        return {result.case_id for result in self.run.results}
-
     def device(self, node_id: int) -> dict[str, Any]:
         """Return what the record says of a device; nothing of one that was never met."""
         found = (each for each in self.run.devices if each["node_id"] == node_id)
