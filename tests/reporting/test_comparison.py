@@ -70,8 +70,8 @@ class Compared:
         record(self._folder / "new", new, **(after or {}))
         self.status = main(["compare", str(self._folder / "old"), str(self._folder / "new")])
         lines = self._capsys.readouterr().out.splitlines()
-        assert lines[0].startswith(f"old: {self._folder / 'old'} (node ")
-        assert lines[1].startswith(f"new: {self._folder / 'new'} (node ")
+        assert lines[0].startswith(f"old: {self._folder / 'old'} (node")
+        assert lines[1].startswith(f"new: {self._folder / 'new'} (node")
         return lines[2:]
 
 

@@ -42,7 +42,8 @@ def comparison_lines(comparison: Comparison) -> Iterator[str]:
 
 def _begun(side: Side) -> str:
     nodes = ", ".join(map(str, side.node_ids))
-    return f"node {nodes}, {side.run.about['begun'][:19]}, suite {side.run.about['suite']}"
+    name = "node" if len(side.node_ids) == 1 else "nodes"
+    return f"{name} {nodes}, {side.run.about['begun'][:19]}, suite {side.run.about['suite']}"
 
 
 def _told(title: str, lines: Sequence[str]) -> Iterator[str]:
