@@ -13,11 +13,15 @@ SENT = "T"
 
 @dataclass(frozen=True, slots=True)
 class Logged:
-    """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it."""
+    """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it.
+
+    ``number`` is that of the line.
+    """
 
     time: float
     frame: str
     sent: bool
+    number: int
 
     @property
     def can_id(self) -> int:
@@ -56,7 +60,7 @@ def frames_by_case(
             while waiting and waiting[-1][0] <= line_number:
                 _, last, number = waiting.pop()
                 heapq.heappush(open_cases, (last, number, []))
-            logged = _logged(line)
+            logged = logged_line(line_number, line)
             for _, _, lines in open_cases:
                 if logged is not None:
                     lines.append(logged)
@@ -68,10 +72,10 @@ def frames_by_case(
         yield number, lines
 
 
-def _logged(line: str) -> Logged | None:
+def logged_line(number: int, line: str) -> Logged | None:
     """Read a line of bus.log; None for one that was not written to its end."""
     match line.split():
         case [time, _, frame, direction]:
-            return Logged(float(time.strip("()")), frame, direction == SENT)
+            return Logged(float(time.strip("()")), frame, direction == SENT, number)
         case _:
             return None

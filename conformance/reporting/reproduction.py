@@ -14,6 +14,7 @@ from pathlib import Path
 
 from conformance.reporting.bus_log import Place, in_a_log
 from conformance.reporting.cause_counts import CauseCount, counted_causes
+from conformance.reporting.earlier_values import values_of_before
 from conformance.reporting.logged import SENT, Logged, frames_by_case
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.summary import counted
@@ -49,13 +50,17 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class Reproduction:
-    """A cause and the frames that lead to its first failure; the last one is decisive."""
+    """A cause and the frames that lead to its first failure; the last one is decisive.
+
+    The first ``earlier`` ones give objects the values that other cases had written.
+    """
 
     number: int
     count: CauseCount
     result: CaseResult
     ids: ChannelIds
     steps: list[Step]
+    earlier: int
 
     @property
     def name(self) -> str:
@@ -103,21 +108,27 @@ def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
     for log in sorted({place.log for place in wanted if place is not None}):
         if not (folder / log).is_file():
             continue
-        for number, lines in frames_by_case(folder / log, log, wanted):
-            result = run.results[number]
-            ids = channels[result.node_id]
-            count = firsts[id(result)]
+        lines: dict[int, list[Logged]] = {}
+        for number, logged in frames_by_case(folder / log, log, wanted):
+            ids = channels[run.results[number].node_id]
             others = own - {ids.request.can_id, ids.response.can_id}
-            steps = _steps(result, lines, ids, others)
-            if steps:
-                position = causes.index(count) + 1
-                found.append(Reproduction(position, count, result, ids, steps))
+            lines[number] = _lines(run.results[number], logged, others)
+        cases = {
+            number: (each, channels[run.results[number].node_id])
+            for number, each in lines.items()
+            if each
+        }
+        earlier = values_of_before(folder / log, list(cases.values()))
+        for (number, (each, ids)), before in zip(cases.items(), earlier, strict=True):
+            result = run.results[number]
+            count = firsts[id(result)]
+            steps = _steps([*before, each], ids)
+            position = causes.index(count) + 1
+            found.append(Reproduction(position, count, result, ids, steps, len(steps) - len(each)))
     return sorted(found, key=lambda each: each.number)
 
 
-def _steps(
-    result: CaseResult, lines: Sequence[Logged], ids: ChannelIds, others: set[int]
-) -> list[Step]:
+def _lines(result: CaseResult, lines: Sequence[Logged], others: set[int]) -> list[Logged]:
     """Return the frames of a case up to the decisive one; none where they are not to be found.
 
     Beside the case the log may have frames of what went before, of its first try, and of
@@ -132,8 +143,7 @@ def _steps(
     for candidates in (lines, [logged for logged in lines if logged.can_id not in others]):
         begin = _begin(shown, candidates)
         if begin is not None:
-            decoder = ChannelDecoder(ids)
-            return [_step(logged, decoder) for logged in candidates[begin : begin + end + 1]]
+            return list(candidates[begin : begin + end + 1])
     return []
 
 
@@ -149,10 +159,20 @@ def _begin(shown: Sequence[Traced], lines: Sequence[Logged]) -> int | None:
     return None
 
 
-def _step(logged: Logged, decoder: ChannelDecoder) -> Step:
-    frame = CanFrame.parse(logged.frame)
-    words = decoder.words(frame) or describe_nmt(frame)
-    return Step(logged.time, logged.sent, frame, words)
+def _steps(parts: Sequence[Sequence[Logged]], ids: ChannelIds) -> list[Step]:
+    """Return parts of the log that follow each other at once, up to the last one."""
+    lengths = [part[-1].time - part[0].time + SHORTEST_PAUSE for part in parts[:-1]]
+    begin = parts[-1][0].time - sum(lengths)
+    decoder = ChannelDecoder(ids)
+    steps: list[Step] = []
+    for part, length in zip(parts, [*lengths, 0.0], strict=True):
+        for logged in part:
+            frame = CanFrame.parse(logged.frame)
+            words = decoder.words(frame) or describe_nmt(frame)
+            time = begin + logged.time - part[0].time
+            steps.append(Step(time, logged.sent, frame, words))
+        begin += length
+    return steps
 
 
 def _log_lines(each: Reproduction, channel: str) -> Iterator[str]:
@@ -166,6 +186,8 @@ def _script_lines(each: Reproduction, channel: str) -> Iterator[str]:
     yield "set -e"
     sent = [number for number, step in enumerate(each.steps) if step.sent]
     for number, following in pairwise([*sent, len(each.steps)]):
+        if each.earlier and number in (0, each.earlier):
+            yield "# the case:" if number else "# what objects held that other cases had written:"
         step = each.steps[number]
         words = f"  # {inert(step.words)}" if step.words else ""
         yield f"cansend {shlex.quote(channel)} {step.frame}{words}"

@@ -160,6 +160,67 @@ def test_the_middle_of_a_long_case_comes_from_the_log(tmp_path: Path) -> None:
     assert sent_by(tmp_path) == [f"can0 {frame}" for frame in frames]
 
 
+READ = """\
+(100.000000) can0 605#2110200008000000 T
+(100.001000) can0 585#6010200000000000 R
+(100.002000) can0 605#0041424344454647 T
+(100.003000) can0 585#2000000000000000 R
+(100.004000) can0 605#1D48000000000000 T
+(100.005000) can0 585#3000000000000000 R
+(200.000000) can0 605#4010200000000000 T
+(200.001000) can0 585#4110200008000000 R
+(200.002000) can0 605#7000000000000000 T
+(200.003000) can0 585#0041424344454647 R
+"""
+RESTORED = """\
+(300.000000) can0 605#2310200074657874 T
+(300.001000) can0 585#6010200000000000 R
+"""
+ABORTED = """\
+(150.000000) can0 605#2310200031323334 T
+(150.001000) can0 585#8010200000000008 R
+"""
+OF_READING = [
+    "      0.0 ms > 605#4010200000000000 words",
+    "      1.0 ms < 585#4110200008000000 words",
+    "      2.0 ms > 605#7000000000000000 words",
+    "*     3.0 ms < 585#0041424344454647 words",
+]
+
+
+def files_of_reading(folder: Path, log: str) -> dict[str, str]:
+    first = log[: log.index("605#4010")].count("\n") + 1
+    (folder / "bus.log").write_text(log)
+    failed = result(Verdict.FAIL, cause=FAILED.cause, trace=OF_READING)
+    run = RecordedRun(ABOUT, [DEVICE], [failed], [Place("bus.log", first, first + 3)], 1, END)
+    assert write_reproductions(folder, run) is not None
+    return {path.name: path.read_text() for path in (folder / FOLDER).iterdir()}
+
+
+def test_a_value_that_another_case_had_written_is_written_first(tmp_path: Path) -> None:
+    """A download that was aborted has written nothing."""
+    before = READ.index("(200.0")
+    files = files_of_reading(tmp_path, READ[:before] + ABORTED + READ[before:] + RESTORED)
+    assert sent_by(tmp_path) == [
+        "can0 605#2110200008000000",
+        "can0 605#0041424344454647",
+        "can0 605#1D48000000000000",
+        "can0 605#4010200000000000",
+        "can0 605#7000000000000000",
+    ]
+    comments = [line for line in files[f"{NAME}.sh"].splitlines() if line.startswith("#")]
+    assert comments[-3:-1] == ["# what objects held that other cases had written:", "# the case:"]
+    (tmp_path / "replay.log").write_text(files[f"{NAME}.log"])
+    times = [round(seen.time, 3) for seen in RecordedLog(str(tmp_path / "replay.log"))]
+    assert times == [0.0, 0.001, 0.002, 0.003, 0.004, 0.005, 0.015, 0.016, 0.017, 0.018]
+
+
+def test_a_value_that_the_object_still_has_is_not(tmp_path: Path) -> None:
+    script = files_of_reading(tmp_path, READ)[f"{NAME}.sh"]
+    assert sent_by(tmp_path) == ["can0 605#4010200000000000", "can0 605#7000000000000000"]
+    assert "other cases" not in script
+
+
 def test_very_long_cases_and_very_many_causes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
