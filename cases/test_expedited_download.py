@@ -262,7 +262,7 @@ def test_unused_without_size(sdo: Dialogue, roles: Roles, unused: int) -> None:
     known = roles.number(4)
     with sdo.unchanged(known) as value:
         sdo.send(DownloadInitiate(known.mux, True, False, unused, value))
-        # A server that minds n finds too few bytes for the type.
+        # A server that reads n finds too few bytes for the type.
         sdo.expect_download_or_abort(
             known, *UNUSED_WITHOUT_SIZE.codes, tolerated=UNUSED_WITHOUT_SIZE.tolerated
         )

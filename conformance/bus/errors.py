@@ -101,7 +101,7 @@ def advice(error: BaseException) -> str:
 
 
 def buffer_is_full(error: Exception) -> bool:
-    """Say whether sending failed for want of room, which may pass."""
+    """Say whether sending failed because the transmit buffer is full, which may pass."""
     code = error.errno if isinstance(error, OSError) else getattr(error, "error_code", None)
     return code == errno.ENOBUFS or "buffer full" in str(error).lower()
 

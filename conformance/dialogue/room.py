@@ -167,7 +167,7 @@ class Room:
 
     @contextmanager
     def for_length(self, known: KnownObject, size: int) -> Iterator[None]:
-        """Ask, where a download of so many bytes fails within, whether there is room for them.
+        """Ask, where a download of ``size`` bytes fails within, whether there is room for them.
 
         Raises NotTestable instead where there is not.
         """
@@ -226,7 +226,7 @@ class Room:
         )
 
     def object_beyond(self, size: int) -> tuple[KnownObject, bytes]:
-        """Return an object of so many bytes or more, and its value.
+        """Return an object of ``size`` bytes or more, and its value.
 
         That is what reads so long by itself, else what takes it, in segments or in blocks.
         """

@@ -7,7 +7,7 @@ from conformance.dialogue.room import Room
 
 
 def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: int) -> None:
-    """Expect so many bytes to be stored by a download, and to be read by an upload.
+    """Expect a value of ``size`` bytes to be stored by a download, and to be read by an upload.
 
     Long values take so many requests that the cases on either side share one exchange.
     """

@@ -23,7 +23,7 @@ from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 
 # Seconds that a device may take to start again after an NMT command that resets it.
 BOOT_TIME = 10.0
-# Behind an abort the channel is quiet for so many seconds; so long is that waited for.
+# Seconds for which the channel has to be quiet behind an abort, and how long that is awaited.
 QUIET, MOST_QUIET = 0.05, 2.0
 DEVICE_TYPE = Multiplexer(0x1000, 0)
 

@@ -30,7 +30,7 @@ from conformance.sdo.rules import RULES_BY_ID
 FOLDER = "reproduce"
 SCRIPT, LOG = ".sh", ".log"
 CANSEND_KNOWS = "socketcan"
-# More of them nobody looks at one by one.
+# More of them are not looked at one by one.
 MOST_CAUSES = 100
 MOST_FRAMES = 20_000
 # Seconds between two commands; what is shorter passes while the shell starts the next one.

@@ -57,7 +57,7 @@ def unknown_length(mux: Multiplexer) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """One SDO client; what it minds is in ``checks``.
+    """One SDO client; ``checks`` judge the responses.
 
     ``longest`` says how many bytes an upload of an object may bring before it is endless.
     """

@@ -245,7 +245,7 @@ class TooManyStored(Server):
 
 
 class _DuringDownload(Server):
-    """Minds a request of another service in a block download no more than it says."""
+    """Reacts to a request of another service in a block download, but not by an abort."""
 
     def on_unexpected(self, request: Request) -> list[Response]:
         """Ask ``on_foreign`` within a block download."""

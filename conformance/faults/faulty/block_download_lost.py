@@ -44,7 +44,7 @@ class GapNotNoticed(Server):
 
 @fault("block-download-first-lost-not-noticed", Defect.LOST_SEGMENTS, "block-download.lost[first]")
 class FirstLostNotNoticed(Server):
-    """Takes whichever segment comes first in a sub-block for the first."""
+    """Takes the segment of a sub-block that arrives first for segment 1."""
 
     def on_block_segment(self, request: BlockSegment) -> list[Response]:
         if isinstance(self.transfer, BlockDownload) and self.transfer.due == 1:

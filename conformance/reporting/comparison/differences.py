@@ -35,7 +35,7 @@ OPTIONS = {
 NONE = "none"
 # Lines of words on what a device chooses, by its node-ID.
 Profile = Mapping[int, list[str]]
-# What is slower: by this factor, by so many milliseconds, and among so many answers.
+# What counts as slower: the factor, the least milliseconds, and the least number of answers.
 FACTOR, MILLISECONDS, ANSWERS = 1.5, 1.0, 20
 
 
