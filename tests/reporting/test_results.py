@@ -66,7 +66,7 @@ def test_a_run_that_was_killed_at_any_byte(tmp_path: Path) -> None:
 def test_the_report_of_a_run_that_was_killed_says_so(tmp_path: Path) -> None:
     """As an error: what is left of it must not look like a run that has passed."""
     recorded(tmp_path, end=False)
-    path, _ = write_reports(tmp_path, read_run(tmp_path))
+    path, *_ = write_reports(tmp_path, read_run(tmp_path))
     text = path.read_text(encoding="utf-8")
     assert 'message="the run was killed: its record has no end. 2 of 3 cases were finished"' in text
     assert 'errors="1"' in text
@@ -76,7 +76,7 @@ def test_the_report_of_a_run_that_was_killed_says_so(tmp_path: Path) -> None:
 def test_a_bench_error_that_no_case_shows(tmp_path: Path) -> None:
     file = recorded(tmp_path, end=False)
     file.end({**END, "bench_errors": ["can0 failed", "can0 failed"]})
-    path, _ = write_reports(tmp_path, read_run(tmp_path))
+    path, *_ = write_reports(tmp_path, read_run(tmp_path))
     text = path.read_text(encoding="utf-8")
     assert text.count('message="can0 failed"') == 1
 
