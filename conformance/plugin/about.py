@@ -51,6 +51,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "seed": run.seed,
         "examples": options.examples,
         "budget": options.budget,
+        "quick": options.quick,
         "strict": options.strict,
         "properties": run_properties(run),
     }

@@ -12,6 +12,7 @@ import pytest
 from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.known_objects import ObjectNameError, parse_object
 from conformance.device.protected_objects import PermissionNameError, parse_permission
+from conformance.plugin.worth import QUICK
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 
@@ -187,6 +188,11 @@ def add_options(parser: pytest.Parser) -> None:
         type=duration,
         help="how long the run may take, such as 5min, 2min30s or 300: the cases that show most in "
         "the shortest time come first, the others are 'not run'",
+    )
+    group.addoption(
+        "--sdo-quick",
+        action="store_true",
+        help=f"only the cases that show most in {QUICK} requests; says what it leaves out",
     )
     group.addoption(
         "--sdo-thorough",

@@ -1,6 +1,7 @@
 """The pytest plugin: options, header, collection. What happens in a run is in ``running``."""
 
 import gc
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.items import SLOW, CaseFunction, make_items, make_module, ordered
 from conformance.plugin.options import read_options
+from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, is_beside, read_arguments
 from conformance.plugin.state import STATE, RunState, is_left_to
@@ -130,23 +132,27 @@ def pytest_pycollect_makeitem(
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Order the cases; a worker keeps those that are left to it.
+    """Choose and order the cases; a worker keeps those that are left to it.
 
     A list of cases is read, and keeps each file together.
     """
     state = config.stash.get(STATE, None)
-    _deselect(config, items)
-    items[:] = ordered(items, by_risk=not config.option.collectonly)
+    named = config.stash.get(NAMED, {})
+    _deselect(config, items, [item for item in items if is_beside(item, named)])
+    if state is not None and state.options.quick:
+        left_out = beyond_quick(items, state.options)
+        state.findings.properties |= quick_properties(items, left_out, state.options)
+        _deselect(config, items, left_out)
+    items[:] = ordered(items, as_files=config.option.collectonly)
     if state is not None and state.options.share.worker:
         items[:] = [
             item for place, item in enumerate(items) if is_left_to(state.options, item, place)
         ]
 
 
-def _deselect(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what is in a file with cases that are named, and is none of them."""
-    named = config.stash.get(NAMED, {})
-    left_out = [item for item in items if isinstance(item, CaseFunction) and is_beside(item, named)]
+def _deselect(
+    config: pytest.Config, items: list[pytest.Item], left_out: Sequence[pytest.Item]
+) -> None:
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         gone = set(left_out)

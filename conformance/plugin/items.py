@@ -10,9 +10,10 @@ import pytest
 
 from conformance.device.eds_listing import Listing
 from conformance.plugin.outcome import CaseFailed
+from conformance.plugin.worth import place_in_run
 from conformance.run.case import CaseInfo, case_info
 from conformance.run.case_files import CASE_FILES, CASES
-from conformance.run.risks import Risk
+from conformance.run.risks import Kind, Risk
 
 # What stands before the names of the fixtures that the suite's own cases get.
 OWN = "_conformance_"
@@ -141,18 +142,20 @@ def judges_run(item: pytest.Item) -> bool:
     return isinstance(item, CaseFunction) and WHOLE_RUN in item.fixturenames
 
 
-def ordered(items: Iterable[pytest.Item], *, by_risk: bool = True) -> list[pytest.Item]:
+def ordered(items: Iterable[pytest.Item], *, as_files: bool = False) -> list[pytest.Item]:
     """Sort items: device by device, and what judges a whole run behind its other cases.
 
-    What a device may not survive comes behind what it will (see ``run.risks``), the riskiest last:
-    a device that is lost has been tested before. ``by_risk`` is for a run; a list that is read
-    keeps the cases of a file together.
+    What shows most comes first (see ``worth``). What a device may not survive comes behind what it
+    will (see ``run.risks``), the riskiest last: a device that is lost has been tested before.
+    ``as_files`` is for a list that is read: it keeps the cases of a file together.
     """
 
-    def place(item: pytest.Item) -> tuple[int, bool, int]:
+    def place(item: pytest.Item) -> tuple[int, bool, tuple[bool, Kind, int]]:
+        unsorted = (False, Kind.ORDINARY, 0)
         if not isinstance(item, CaseFunction):
-            return (0, False, 0)
-        kind = item.risk.kind if item.risk is not None and by_risk else 0
-        return (item.node_id, judges_run(item), kind)
+            return (0, False, unsorted)
+        kind = Kind.ORDINARY if item.risk is None else item.risk.kind
+        within = unsorted if as_files else place_in_run(item.case_id, kind)
+        return (item.node_id, judges_run(item), within)
 
     return sorted(items, key=place)

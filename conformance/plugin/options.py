@@ -56,6 +56,7 @@ class Options:
     restores: bool = False
     thorough: bool = False
     budget: float | None = None
+    quick: bool = False
 
     @property
     def search_seconds(self) -> float:
@@ -118,11 +119,16 @@ def read_options(config: pytest.Config) -> Options | None:
         restores=config.getoption("sdo_restore"),
         thorough=config.getoption("sdo_thorough"),
         budget=config.getoption("sdo_budget"),
+        quick=config.getoption("sdo_quick"),
     )
 
 
 def _check_together(config: pytest.Config, *, self_test: bool) -> None:
     """Refuse options that do not go with each other."""
+    if config.getoption("sdo_quick") and config.getoption("sdo_thorough"):
+        raise pytest.UsageError(
+            "--sdo-quick runs few cases and --sdo-thorough more than usual: leave out one of them."
+        )
     server = config.getoption("sdo_fault")
     if server is not None and not self_test:
         raise pytest.UsageError(f"--sdo-fault={server} goes with --self-test.")

@@ -70,9 +70,11 @@ def _begins(case: str, beginning: str) -> bool:
     return case == beginning or case.startswith(tuple(beginning + mark for mark in _BOUNDARY))
 
 
-def is_beside(item: CaseFunction, named: Named) -> bool:
+def is_beside(item: pytest.Item, named: Named) -> bool:
     """Say whether an item is another case in a file of which some are named, on any device."""
-    ids = named.get(item.path, ()) if item.is_own else ()
+    if not isinstance(item, CaseFunction) or not item.is_own:
+        return False
+    ids = named.get(item.path, ())
     return bool(ids) and not any(_names(one, item) for one in ids)
 
 

@@ -9,6 +9,8 @@ from conformance.run.bench import RunSettings
 from conformance.run.verdict import CaseResult, Verdict
 
 FOUND = "found-by-reading"
+# Which cases a quick run has left out.
+QUICK = "quick"
 # Values of more bytes than one frame takes count alike.
 LONG = 5
 
@@ -58,11 +60,11 @@ def found_by_reading(device: Device) -> str:
 
 
 def found_lines(properties: Mapping[str, str]) -> list[str]:
-    """Return a line for each device of which something was found by reading."""
+    """Return the lines on what was found by reading, and on what a quick run has left out."""
     return [
         f"{name.replace('-', ' ').replace('.', ': ')}: {value}"
         for name, value in properties.items()
-        if name.endswith(FOUND)
+        if name.endswith((FOUND, QUICK))
     ]
 
 

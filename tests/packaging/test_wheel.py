@@ -98,7 +98,8 @@ def test_nothing_else_is_in_the_wheel(names: list[str]) -> None:
     suffixes = {Path(name).suffix for name in names if name.startswith("conformance/")}
     assert suffixes == {".py", ".typed", ".json", ".jinja", ".css", ".js"}
     assert [name for name in names if name.endswith(".json")] == [
-        "conformance/reporting/workload.json"
+        "conformance/plugin/worth.json",
+        "conformance/reporting/workload.json",
     ]
 
 

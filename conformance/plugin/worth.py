@@ -1,0 +1,105 @@
+"""What cases are worth: which of the known faults each catches, and at how many requests.
+
+The table is made by ``tests/faults/worth.py``, and has its own order: first what catches most
+faults per request that no case before it catches, then the same again for a second case that
+catches each, and so on. A run begins with a tenth of its requests in this order.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from conformance.run.risks import Kind
+
+# How many requests a quick run sends at most.
+QUICK = 2500
+# A case of more requests is in it only for the faults that it catches.
+FEW = 100
+# This part of all requests is sent by the cases that come early.
+EARLY = 0.1
+# A client may lose a segment, and send a specifier of its own; frames of other shapes it does not.
+SENT_BY_CLIENTS = Kind.LOST_SEGMENT
+_PATH = Path(__file__).with_suffix(".json")
+
+
+@dataclass(frozen=True, slots=True)
+class Worth:
+    """What a case catches, by the names of faults, and how many frames it sends.
+
+    ``place`` is where in the order it stands; ``early`` are the first of them. One that ``writes``
+    needs an object that may be written.
+    """
+
+    place: int
+    early: bool
+    requests: int
+    writes: bool
+    faults: frozenset[str]
+
+
+@cache
+def _read() -> dict[str, Any]:
+    """Return what is kept.
+
+    ``beside`` are the requests of a quick run that belong to no single case: those of the discovery
+    for one, and of what a case does for all that follow.
+    """
+    found: dict[str, Any] = json.loads(_PATH.read_text(encoding="utf-8"))
+    return found
+
+
+def forget() -> None:
+    """Read the table anew when it is asked for: it was made again."""
+    _read.cache_clear()
+    table.cache_clear()
+
+
+@cache
+def table() -> dict[str, Worth]:
+    """Return the cases by their ids, in their order."""
+    found = _read()
+    names, left = found["faults"], EARLY * found["requests"]
+    cases = {}
+    for place, (case, (requests, writes, faults)) in enumerate(found["cases"].items()):
+        left -= requests
+        caught = frozenset(names[number] for number in faults)
+        cases[case] = Worth(place, left >= 0, requests, bool(writes), caught)
+    return cases
+
+
+def place_in_run(case_id: str, risk: Kind) -> tuple[bool, Kind, int]:
+    """Return what cases of a device are sorted by, with the kind of the ``risk`` that each takes.
+
+    Ahead of all come early cases, unless by frames that no client sends. There and behind, what a
+    device may not survive comes last. What the table does not know keeps the order of the files.
+    """
+    worth = table().get(case_id)
+    late = worth is None or not worth.early or risk > SENT_BY_CLIENTS
+    return late, risk, len(table()) if worth is None else worth.place
+
+
+def quick_choice(services: dict[str, str], *, writes: bool) -> set[str]:
+    """Choose the cases of a quick run, from those of a device.
+
+    ``services`` says what each case is about: each has a case if one of few requests is known.
+    Where nothing may be written, ``writes`` is False, and others take the places of cases that do.
+    """
+    usable = {
+        case: worth
+        for case, worth in table().items()
+        if case in services and (writes or not worth.writes)
+    }
+    taken: set[str] = set()
+    caught: set[str] = set()
+    left = QUICK - _read()["beside"]
+    for case, worth in usable.items():
+        if worth.requests <= left and not worth.faults <= caught:
+            taken.add(case)
+            caught |= worth.faults
+            left -= worth.requests
+    present = {services[case] for case in taken}
+    few = [case for case, worth in usable.items() if worth.requests <= FEW]
+    first = {services[case]: case for case in reversed(few)}
+    return taken | {case for service, case in first.items() if service not in present}
