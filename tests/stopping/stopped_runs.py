@@ -153,6 +153,8 @@ def _check(outcome: Outcome, folder: Path, bench: Bench, number: int | None) -> 
     allowed = {0} if number in (None, signal.SIGKILL) else {0, INTERRUPTED}
     if number is not None and (number == signal.SIGKILL or not has_begun):
         allowed.add(-number)  # Python itself was starting, or nothing could be done
+        if not has_begun and output.endswith("KeyboardInterrupt\n"):
+            allowed.add(1)  # Python was looking for what to start
     if outcome.status not in allowed:
         said = " / ".join(output.splitlines()[-MOST_SAID:])
         outcome.wrong.append(f"exit status {outcome.status}: {said}")
