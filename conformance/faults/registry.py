@@ -157,8 +157,12 @@ def unusual(
     soft: bool = False,
     timed: bool = False,
     lacking: frozenset[Multiplexer] = NOTHING,
+    server: type[SegmentedServer] = Server,
 ) -> Callable[[Kind], Kind]:
-    """Mark an unusual server or node; its docstring says what is unusual about it."""
+    """Mark an unusual server or node; its docstring says what is unusual about it.
+
+    ``server`` is what serves the channels of a node.
+    """
 
     def mark(kind: Kind) -> Kind:
         return _marked(
@@ -170,6 +174,7 @@ def unusual(
                 soft=soft,
                 timed=timed,
                 lacking=lacking,
+                server=server,
             )
         )
 

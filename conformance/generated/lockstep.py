@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from itertools import takewhile
 
 from conformance.bus.link import Captured, Direction
-from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.device import Device
 from conformance.dialogue.causes import OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
@@ -161,8 +161,8 @@ class Lockstep:
     def send(self, frame: CanFrame, *, point: bool = False) -> list[Response]:
         """Send any frame, take the answers that have to come, and return them.
 
-        ``point``: what is wrong with them is what the case is about, and a fence follows, which
-        finds what else comes without waiting. (Not if that looks like the answer to the fence.)
+        ``point``: what is wrong with them is what the case is about. What comes behind an abort is
+        waited for also where a fence follows: its read would supersede what is served then.
         """
         answers = []
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
@@ -174,9 +174,7 @@ class Lockstep:
         self._point = self._sdo.wire.last_sent if point else None
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
-        told_by_fence = point and getattr(self._point, "mux", None) != DEVICE_TYPE
-        aborted = answers and isinstance(answers[-1], Abort)
-        if aborted and not told_by_fence:
+        if answers and isinstance(answers[-1], Abort):
             answers += self._behind_abort()
         return answers
 

@@ -1,9 +1,12 @@
 """Servers without block transfers or CRC, or that refuse block requests in their own way."""
 
+from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import unusual
+from conformance.reference.node import Node
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -116,3 +119,19 @@ class SupersededAborted(Server):
             return [abort, *super().react(request)]
         except Refusal as refusal:
             return [abort, *self.refuse(request, refusal.code)]
+
+
+@unusual("superseded-transfer-aborted-then-served", server=SupersededAborted)
+class AbortedThenServed(AnswersLater):
+    """Aborts a transfer that is superseded at once, and serves the new initiate 2 ms later."""
+
+    delay = 0.002
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        due = [answer for _, answer in self.held]
+        self.held.clear()
+        frames = Node.receive(self, frame)
+        if len(frames) > 1 and Abort.matches(frames[0].data[0]):
+            self.hold(frames[1:])
+            frames = frames[:1]
+        return due + frames

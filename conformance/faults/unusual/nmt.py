@@ -12,7 +12,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.emergency import register_of
 from conformance.sdo.frames import Abort
-from conformance.sdo.nmt import NMT_ID, NmtCommand, emergency
+from conformance.sdo.nmt import NmtCommand, emergency
 from conformance.sdo.objects import Access, DataType, Refusal
 
 unusual = partial(registry.unusual, about=About.NMT)
@@ -115,7 +115,7 @@ class EmergenciesWithinTransfers(Node):
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Put emergencies between the frames, where they may be sent."""
         frames = super().receive(frame)
-        if frame.can_id == NMT_ID or not self.state.serves_sdo:
+        if not self.is_addressed(frame) or not self.state.serves_sdo:
             return frames
         error = emergency(self.node_id, COMMUNICATION_ERROR, register_of(COMMUNICATION_ERROR))
         over = emergency(self.node_id, 0, 0)
