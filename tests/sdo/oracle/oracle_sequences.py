@@ -23,7 +23,6 @@ from oracle_objects import (
 from conformance.generated.conversations.conversation import Disturbance, Event, Service, Transfer
 from conformance.generated.conversations.disturbed_client import FRAMES
 from conformance.generated.matrix.stimuli import STIMULI
-from conformance.generated.variations import LONG_SIZES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
@@ -48,7 +47,8 @@ Step = Transfer | CanFrame | Silence
 Script = Sequence[Step]
 
 NUMBER = Multiplexer(0x2004)
-SIZES = (0, *range(1, 9), 13, 14, 15, 20, 21, 22, *LONG_SIZES, 448, 490, 672, 1777)
+EDGES = (255, 256, 257, 888, 889, 890, 4097)
+SIZES = (0, *range(1, 9), 13, 14, 15, 20, 21, 22, *EDGES, 448, 490, 672, 1777)
 DOWNLOADS = (Service.DOWNLOAD, Service.BLOCK_DOWNLOAD)
 UPLOADS = (Service.UPLOAD, Service.BLOCK_UPLOAD)
 SERVICES = (*DOWNLOADS, *UPLOADS)
