@@ -19,8 +19,8 @@ QUICK = 2500
 FEW = 100
 # This part of all requests is sent by the cases that come early.
 EARLY = 0.1
-# A client may lose a segment, and send a specifier of its own; frames of other shapes it does not.
-SENT_BY_CLIENTS = Kind.LOST_SEGMENT
+# What may happen to any client; frames of other kinds than these servers may not have met before.
+FAMILIAR = (Kind.ORDINARY, Kind.LOST_SEGMENT)
 _PATH = Path(__file__).with_suffix(".json")
 
 
@@ -76,7 +76,7 @@ def place_in_run(case_id: str, risk: Kind) -> tuple[bool, Kind, int]:
     device may not survive comes last. What the table does not know keeps the order of the files.
     """
     worth = table().get(case_id)
-    late = worth is None or not worth.early or risk > SENT_BY_CLIENTS
+    late = worth is None or not worth.early or risk not in FAMILIAR
     return late, risk, len(table()) if worth is None else worth.place
 
 

@@ -309,7 +309,7 @@ def test_a_device_that_is_lost(pytester: pytest.Pytester) -> None:
             "  afterwards: lost",
             "*= the bench =*",
             "Node 5 answered before, but does not answer any more*power-cycle it*",
-            "not run: 2 cases of node 5: lost in *[[]unknown-FFh]; the run cannot bring it back*",
+            "not run: 3 cases of node 5: lost in *[[]unknown-FFh]; the run cannot bring it back*",
         ]
     )
 

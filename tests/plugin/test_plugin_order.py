@@ -35,12 +35,18 @@ def test_what_is_risky_comes_behind_the_rest(pytester: pytest.Pytester) -> None:
 
 
 def test_what_shows_most_comes_first(pytester: pytest.Pytester) -> None:
-    """There and behind, unknown specifiers and lost segments come behind the other cases."""
+    """Lost segments come behind the others there, unknown specifiers behind all of these."""
     self_test(pytester, "--junitxml=all.xml", "-k", "specifier or block-download.lost")
     ids = case_ids(pytester.path / "all.xml")
-    early = [case_id for case_id in ids if case_id in table() and table()[case_id].early]
+    early = [
+        case_id
+        for case_id in ids
+        if case_id in table()
+        and table()[case_id].early
+        and not case_id.startswith("specifier.unknown")
+    ]
     assert ids[: len(early)] == early
     for part in (early, ids[len(early) :]):
         kinds = [KINDS.get(case_id.partition("[")[0], Kind.ORDINARY) for case_id in part]
         assert kinds == sorted(kinds)
-        assert len(set(kinds)) == 3
+        assert len(set(kinds)) > 1

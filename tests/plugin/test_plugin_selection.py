@@ -196,7 +196,7 @@ def test_what_x_left_is_in_the_report(pytester: pytest.Pytester) -> None:
     ids = case_ids(the_report(pytester) / "junit.xml")
     assert len(ids) == len(set(ids)) == 16
     report = (the_report(pytester) / "junit.xml").read_text(encoding="utf-8")
-    assert report.count("not run: stopping after 1 failures") == 4
+    assert report.count("not run: stopping after 1 failures") == 13
 
 
 def test_lf_runs_what_failed_the_last_time(pytester: pytest.Pytester) -> None:
