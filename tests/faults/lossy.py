@@ -88,7 +88,7 @@ def lossy_adapter(each: int, seed: int) -> Iterator[list[str]]:
         bus.mishaps = mishaps
         return bus
 
-    with patch("conformance.plugin.bench.simulated_bus", opened):
+    with patch("conformance.plugin.bench_opening.simulated_bus", opened):
         yield mishaps
 
 

@@ -1,7 +1,7 @@
 """Servers without block transfers or CRC, or that refuse block requests in their own way."""
 
 from conformance.faults.own_clock import AnswersLater
-from conformance.faults.registry import unusual
+from conformance.faults.registry import About, unusual
 from conformance.reference.node import Node
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.reference.server import BlockDownload, BlockUpload, Server
@@ -121,7 +121,7 @@ class SupersededAborted(Server):
             return [abort, *self.refuse(request, refusal.code)]
 
 
-@unusual("superseded-transfer-aborted-then-served", server=SupersededAborted)
+@unusual("superseded-transfer-aborted-then-served", about=About.TIME, server=SupersededAborted)
 class AbortedThenServed(AnswersLater):
     """Aborts a transfer that is superseded at once, and serves the new initiate 2 ms later."""
 
