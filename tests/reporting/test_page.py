@@ -136,6 +136,12 @@ def test_rules_and_steps(tmp_path: Path) -> None:
     assert re.search(r"response\.specifier [^✓✗]* 0 1 0 1 ✗", page.text)
 
 
+def test_a_quick_run_says_what_it_leaves_out(tmp_path: Path) -> None:
+    about = {**ABOUT, "properties": {**ABOUT["properties"], "node-5.quick": "2 of 9 cases"}}
+    run = RecordedRun(about, [DEVICE], [result()], [None], 1, None)
+    assert "A quick run: 2 of 9 cases." in write_page(tmp_path, run).read_text(encoding="utf-8")
+
+
 def test_a_run_that_was_killed(tmp_path: Path) -> None:
     page = page_of(tmp_path, [result()], ended=False)
     assert "no case has failed, but the run is not a pass" in page.text

@@ -13,7 +13,7 @@ from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.page.diagram import Diagram, diagram
 from conformance.reporting.page.traffic import Times, Traffic
 from conformance.reporting.recorded import RecordedRun
-from conformance.reporting.summary import counted
+from conformance.reporting.summary import QUICK, counted
 from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import RULES_BY_ID, Rule
 
@@ -233,6 +233,12 @@ class PageContent:
             if case.result.verdict in NOT_TESTED and not case.result.cause
         )
         return reasons.most_common()
+
+    @property
+    def quick(self) -> list[str]:
+        """What a quick run left out, of each device."""
+        properties = self.run.properties
+        return [text for name, text in properties.items() if name.rpartition(".")[2] == QUICK]
 
     @property
     def seconds(self) -> float | None:
