@@ -339,14 +339,26 @@ class Blocks:
             return False
 
     def read_alike(self) -> bool:
-        """Say whether block uploads bring what ordinary ones do; compares them once in a run."""
+        """Say whether block uploads bring what ordinary ones do; compares them once in a run.
+
+        A server that sends more behind the end of one is read in blocks where blocks are the point.
+        """
         device = self._sdo.device
         if device.services.reads_alike is None:
             lengths = {mux: len(device.values[mux]) for mux in device.steady()}
             short = [mux for mux, length in lengths.items() if length <= LONG]
             target = max(short, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
-            device.services.reads_alike = self.reads(target, self._sdo.upload(target))
+            alike = self.reads(target, self._sdo.upload(target))
+            device.services.reads_alike = alike and self._ends_quietly()
         return device.services.reads_alike
+
+    def _ends_quietly(self) -> bool:
+        """Say whether nothing comes behind a transfer that has ended."""
+        try:
+            return not self._sdo.fence()
+        except Violation:
+            self._recover()
+            return False
 
     def _run_block(self, transfer: Generator[Step, Response, Result], ordinary: Request) -> Result:
         """Run a transfer; a refusal of its initiate may mean that there are no block transfers."""

@@ -3,15 +3,24 @@
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.layout import Multiplexer
 
+# Bytes: to read more costs as much as to write it.
+MOST_READ = 64
+
 
 def write_as_before(sdo: Transfers, mux: Multiplexer) -> None:
     """Write what a string or domain held before the run, where a case has left another value.
 
-    Whether it reads so is found out when the case is over.
+    It is written as values are on a device that refuses the ordinary way; a short one not at all
+    where it reads so. Whether it does is found out again when the case is over.
     """
-    if mux in sdo.device.keeping.left:
-        sdo.download(mux, sdo.device.values[mux])
-        sdo.device.keeping.left.discard(mux)
+    if mux not in sdo.device.keeping.left:
+        return
+    value = sdo.device.values[mux]
+    if len(value) > MOST_READ or sdo.upload(mux) != value:
+        way = sdo.record.causes.way_to_store
+        if way is None or sdo.abort_of(way(sdo.client, mux, value)) is not None:
+            sdo.download(mux, value)
+    sdo.device.keeping.left.discard(mux)
 
 
 def write_all_as_before(sdo: Transfers) -> None:
