@@ -28,8 +28,10 @@ _TAIL_BYTES = 8192
 # It waits for no group that has ended: to signal that fails, and so does the guard.
 _GUARD = """
 import os, signal, sys, time
-group, limit = int(sys.argv[1]), float(sys.argv[2])
-sys.stdin.buffer.read()
+limit, told = float(sys.argv[1]), sys.stdin.buffer.read()
+if not told:
+    sys.exit()
+group = int(told)
 os.killpg(group, signal.SIGTERM)
 for _ in range(int(limit / 0.05)):
     time.sleep(0.05)
@@ -97,6 +99,8 @@ class DeviceProcess:
         if not command:
             return
         try:
+            # It is there before the program: a run may be killed at any moment.
+            self._guard = guard()
             with self._output() as log:
                 # Ctrl-C at the terminal ends the run; the device has to live until its values are
                 # put back.
@@ -108,8 +112,9 @@ class DeviceProcess:
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
                 )
-            self._guard = guard(self._process.pid)
+            tell(self._guard, self._process.pid)
         except OSError as error:
+            dismiss(self._guard)
             raise ProcessFailed(
                 f"The device's program cannot be started: {shlex.join(command)}: {error.strerror}. "
                 f"Check its path, which is relative to {self._settings.folder or Path.cwd()}."
@@ -128,9 +133,7 @@ class DeviceProcess:
                 break
             except subprocess.TimeoutExpired:
                 continue
-        if guard is not None:
-            guard.kill()
-            guard.communicate()
+        dismiss(guard)
 
     def _output(self) -> BinaryIO:
         """Open the file that takes what is written; where that cannot be, nothing does."""
@@ -184,15 +187,15 @@ class DeviceProcess:
         return "\n".join([" Its output ends with:", *lines]) if lines else ""
 
 
-def guard(group: int) -> subprocess.Popen[bytes] | None:
+def guard() -> subprocess.Popen[bytes] | None:
     """Start what ends a group of processes when this process is gone, however that has ended.
 
-    It reads from a pipe that stays empty, and that ends with this process. None where no process
-    can be started; what it is for needs none then.
+    It reads the number of the group, see ``tell``, from a pipe that ends with this process. None
+    where no process can be started; what it is for needs none then.
     """
     try:
         return subprocess.Popen(  # noqa: S603 - it is our own
-            [sys.executable, "-I", "-S", "-c", _GUARD, str(group), str(END_LIMIT)],
+            [sys.executable, "-I", "-S", "-c", _GUARD, str(END_LIMIT)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -200,6 +203,20 @@ def guard(group: int) -> subprocess.Popen[bytes] | None:
         )
     except OSError:
         return None
+
+
+def tell(guard: subprocess.Popen[bytes] | None, group: int) -> None:
+    """Tell a guard which group of processes it is for."""
+    if guard is not None and guard.stdin is not None:
+        guard.stdin.write(str(group).encode())
+        guard.stdin.flush()
+
+
+def dismiss(guard: subprocess.Popen[bytes] | None) -> None:
+    """End a guard: there is nothing for it to do any more."""
+    if guard is not None:
+        guard.kill()
+        guard.communicate()
 
 
 def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
