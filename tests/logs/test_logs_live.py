@@ -8,9 +8,10 @@ import can
 import pytest
 from can.interfaces.virtual import VirtualBus
 
-from conformance import __main__ as command_line
-from conformance.__main__ import BROKEN_BENCH, DONE, NOT_ALLOWED, WRONG_USE, main
+from conformance.__main__ import main
 from conformance.bus.opening import BusSettings
+from conformance.commands import decode
+from conformance.commands.status import BROKEN_BENCH, DONE, NOT_ALLOWED, WRONG_USE
 from conformance.device.eds_listing import ListedObject, Listing, ObjectType
 from conformance.device.known_objects import KnownObject
 from conformance.logs.object_names import ObjectNames
@@ -54,7 +55,7 @@ def running(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
             assert settings.channel == "can7"
             return bus
 
-        monkeypatch.setattr(command_line, "open_bus", opened)
+        monkeypatch.setattr(decode, "open_bus", opened)
         return main(["decode", "--can-channel=can7", *options])
 
     return run

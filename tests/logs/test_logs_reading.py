@@ -11,7 +11,8 @@ from pathlib import Path
 import can
 import pytest
 
-from conformance.__main__ import BROKEN_BENCH, DONE, WRONG_USE, main
+from conformance.__main__ import main
+from conformance.commands.status import BROKEN_BENCH, DONE, WRONG_USE
 from conformance.logs import reading as recorded_logs
 from conformance.logs.reading import LARGEST_CONTAINER, MOST_BLANK_LINES, LogError, RecordedLog
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from conformance.__main__ import BROKEN_BENCH, DONE, NOT_ALLOWED, WRONG_USE, main
+from conformance.__main__ import main
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.commands.status import BROKEN_BENCH, DONE, NOT_ALLOWED, WRONG_USE
 from conformance.faults.catalogue import build_node
 from conformance.logs import replay_plan
 from conformance.logs.reading import RecordedLog

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import reports, self_test
 
-from conformance.__main__ import DONE, NOT_ALLOWED, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE, NOT_ALLOWED
 
 pytest_plugins = ["pytester"]
 

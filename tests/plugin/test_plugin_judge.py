@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import self_test, the_report
 
-from conformance.__main__ import DONE, NOT_ALLOWED, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE, NOT_ALLOWED
 from conformance.logs import judging
 
 pytest_plugins = ["pytester"]

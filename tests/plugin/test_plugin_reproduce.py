@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import NODE_ID, hosted, self_test, the_report
 
-from conformance.__main__ import DONE, NOT_ALLOWED, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE, NOT_ALLOWED
 from conformance.faults.catalogue import build_node
 from conformance.reporting.reproduction import FOLDER
 

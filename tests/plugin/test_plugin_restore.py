@@ -9,7 +9,8 @@ import pytest
 from plugin_runs import NODE_ID, QUICK, hosted_on, reports, run
 from socketcand_bus import socketcand
 
-from conformance.__main__ import BROKEN_BENCH, DONE, main
+from conformance.__main__ import main
+from conformance.commands.status import BROKEN_BENCH, DONE
 from conformance.plugin.exit_code import ExitCode
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node

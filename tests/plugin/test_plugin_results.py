@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import QUICK, parsed, reports, run, self_test, the_report
 
-from conformance.__main__ import DONE, WRONG_USE, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE, WRONG_USE
 from conformance.plugin.exit_code import ExitCode
 from conformance.reporting.recorded import RecordedRun, read_run
 from conformance.run.case_files import CASES

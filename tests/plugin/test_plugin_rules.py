@@ -5,7 +5,8 @@ from subprocess import PIPE, Popen
 
 import pytest
 
-from conformance.__main__ import DONE, WRONG_USE, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE, WRONG_USE
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.rule_listing import cases_of_rules, scripted_cases
 from conformance.run.case_files import case_files

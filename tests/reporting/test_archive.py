@@ -7,7 +7,8 @@ from zipfile import ZipFile
 import pytest
 from reporting_results import ABOUT, DEVICE, END, result
 
-from conformance.__main__ import BROKEN_BENCH, DONE, WRONG_USE, main
+from conformance.__main__ import main
+from conformance.commands.status import BROKEN_BENCH, DONE, WRONG_USE
 from conformance.reporting import archive
 from conformance.reporting.archive import SUMS, write_archive
 from conformance.reporting.results import ResultsFile

@@ -8,7 +8,8 @@ import pytest
 from reporting_results import ABOUT, DEVICE, END, result
 from test_page import Reader
 
-from conformance.__main__ import DONE, NOT_ALLOWED, WRONG_USE, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE, NOT_ALLOWED, WRONG_USE
 from conformance.reporting.bus_log import Place
 from conformance.reporting.results import RESULTS, ResultsFile
 from conformance.run.verdict import CaseResult, Verdict

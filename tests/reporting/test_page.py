@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reporting_results import ABOUT, DEVICE, END, UNHURRIED, result
 
-from conformance.__main__ import DONE, main
+from conformance.__main__ import main
+from conformance.commands.status import DONE
 from conformance.reporting.bus_log import Place
 from conformance.reporting.page.writing import PAGE, write_page
 from conformance.reporting.recorded import RecordedRun

@@ -30,7 +30,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "fleet")]
 from fleet_run import CHANNEL, Bus, socketcan, stand_in  # noqa: E402
 from remembering_device import NODE_ID  # noqa: E402
 
-from conformance.__main__ import DONE, main  # noqa: E402
+from conformance.__main__ import main  # noqa: E402
+from conformance.commands.status import DONE  # noqa: E402
 from conformance.reference.built_in_device import reference_entries  # noqa: E402
 from conformance.reporting.journal import journals, read_journal  # noqa: E402
 from conformance.reporting.recorded import NotRecorded, read_run  # noqa: E402

@@ -1,0 +1,1 @@
+"""The commands beside pytest: each module has one, with its options."""

@@ -1,0 +1,51 @@
+"""The options with which commands find the bus."""
+
+import argparse
+
+from conformance.bus.opening import BusSettings
+from conformance.plugin.arguments import named_value
+
+
+def add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: str) -> None:
+    """Add the options; the texts say what is taken without them."""
+    parser.add_argument(
+        "--can-interface", metavar="NAME", help=f"python-can interface ({interface})"
+    )
+    parser.add_argument(
+        "--can-channel", metavar="NAME", help=f"channel of the interface ({channel})"
+    )
+    parser.add_argument(
+        "--can-bitrate",
+        type=int,
+        metavar="BIT/S",
+        help="bit rate for interfaces that set it; SocketCAN's is set with 'ip link'",
+    )
+    parser.add_argument(
+        "--can-option",
+        metavar="NAME=VALUE",
+        type=named_value,
+        action="append",
+        default=[],
+        help="a further setting of the interface in python-can; may be repeated",
+    )
+
+
+def add_response_timeout(parser: argparse.ArgumentParser) -> None:
+    """Add the option of commands that wait for responses."""
+    parser.add_argument(
+        "--response-timeout",
+        metavar="SECONDS",
+        type=float,
+        default=1.0,
+        help="time within which a response has to come (1.0)",
+    )
+
+
+def bus_settings(options: argparse.Namespace, default: BusSettings) -> BusSettings:
+    """Return the bus that the options name, completed by the default one."""
+    return BusSettings(
+        options.can_interface or default.interface,
+        options.can_channel or default.channel,
+        options.can_bitrate or default.bitrate,
+        tuple((dict(default.options) | dict(options.can_option)).items()),
+    ).resolve()

@@ -1,0 +1,12 @@
+"""What commands say beside their results."""
+
+import sys
+from collections.abc import Iterable
+
+from conformance.sdo.inert import inert
+
+
+def tell(notes: Iterable[str]) -> None:
+    """Print notes where they do not mix with what a command shows."""
+    for note in notes:
+        print(f"conformance: {inert(note)}", file=sys.stderr)
