@@ -106,8 +106,12 @@ class FinalReport:
             self._repeated.add(report.nodeid)
         self._told.add(cause)
 
-    def pytest_report_teststatus(self, report: pytest.TestReport) -> tuple[str, str, str] | None:
+    def pytest_report_teststatus(
+        self, report: pytest.CollectReport | pytest.TestReport
+    ) -> tuple[str, str, str] | None:
         """Show what passed with a remark apart from what passed."""
+        if not isinstance(report, pytest.TestReport):
+            return None  # a file that could not be collected
         if ("verdict", Verdict.NOT_RUN.value) in report.user_properties:
             # They are counted with their reason, and not among those that were skipped.
             return "", "", "NOT RUN" if report.when == "setup" else ""

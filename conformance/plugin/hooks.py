@@ -1,25 +1,25 @@
-"""The pytest plugin: options, header, collection. What happens in a run is in ``running``."""
+"""The pytest plugin: options and header.
+
+What is collected is in ``collecting``, what happens in a run in ``running``.
+"""
 
 import gc
-from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
 from conformance import __version__
-from conformance.device.eds_listing import Listing
 from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_fixtures import CaseFixtures
 from conformance.plugin.case_reports import CaseReports
+from conformance.plugin.collecting import Collecting, set_aside
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
-from conformance.plugin.items import SLOW, CaseFunction, make_items, make_module, ordered
+from conformance.plugin.items import SLOW
 from conformance.plugin.options import read_options
-from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.running import Running
-from conformance.plugin.selection import NAMED, is_beside, read_arguments
-from conformance.plugin.state import STATE, RunState, is_left_to
+from conformance.plugin.selection import NAMED, read_arguments
+from conformance.plugin.state import STATE, RunState
 from conformance.plugin.stopping import Stopping
 from conformance.plugin.time_left import TimeLeft, estimate_for
 from conformance.plugin.unrestored import left_lines
@@ -83,6 +83,11 @@ def pytest_configure(config: pytest.Config) -> None:
         config.args, config.stash[NAMED] = read_arguments(config.args, config.invocation_params.dir)
 
 
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Register what collects the cases behind all that configures itself: see there why."""
+    session.config.pluginmanager.register(Collecting(), "conformance-collecting")
+
+
 def pytest_report_header(config: pytest.Config) -> list[str]:
     """Say what is tested, over what, with what."""
     state = config.stash.get(STATE, None)
@@ -112,73 +117,10 @@ def _objects(run: RunSettings) -> str:
     return f"{len(listing.entries)} entries in the EDS, {writable} of them may be written"
 
 
-def pytest_pycollect_makemodule(
-    module_path: Path, parent: pytest.Collector
-) -> pytest.Module | None:
-    """Collect the suite's own files under stable names."""
-    return make_module(module_path, parent)
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_pycollect_makeitem(
-    collector: pytest.Collector, obj: object
-) -> list[CaseFunction] | None:
-    """Turn marked functions into cases."""
-    state = collector.config.stash.get(STATE, None)
-    if state is None:
-        return make_items(collector, obj, {0: Listing()})
-    options = state.options
-    return make_items(collector, obj, options.run.all_listings, alone=len(options.node_ids) == 1)
-
-
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Choose and order the cases; a worker keeps those that are left to it.
-
-    A list of cases is read, and keeps each file together.
-    """
-    state = config.stash.get(STATE, None)
-    named = config.stash.get(NAMED, {})
-    _deselect(config, items, [item for item in items if is_beside(item, named)])
-    if state is not None and state.options.quick:
-        left_out = beyond_quick(items, state.options)
-        state.findings.properties |= quick_properties(items, left_out, state.options)
-        _deselect(config, items, left_out)
-    items[:] = ordered(items, as_files=config.option.collectonly)
-    if state is not None and state.options.share.worker:
-        items[:] = [
-            item for place, item in enumerate(items) if is_left_to(state.options, item, place)
-        ]
-
-
-def _deselect(
-    config: pytest.Config, items: list[pytest.Item], left_out: Sequence[pytest.Item]
-) -> None:
-    if left_out:
-        config.hook.pytest_deselected(items=left_out)
-        gone = set(left_out)
-        items[:] = [item for item in items if item not in gone]
-
-
-def pytest_collection_finish(session: pytest.Session) -> None:
-    """Spare the garbage collector the cases."""
-    _set_aside(session.config)
-
-
 @pytest.hookimpl(trylast=True)
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Spare it the results too: pytest has it look for leaks several times before it ends."""
-    _set_aside(session.config)
-
-
-def _set_aside(config: pytest.Config) -> None:
-    """Let the garbage collector look at what is there now once more, and then never again.
-
-    It would look at thousands of items over and over: 22.3 s of processor time for a simulated
-    self-test, and 19.7 s without (means of three, 2026-11-22).
-    """
-    if STATE in config.stash:
-        gc.collect()
-        gc.freeze()
+    set_aside(session.config)
 
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)

@@ -1,6 +1,6 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from inspect import Signature, signature
 from pathlib import Path
@@ -19,6 +19,8 @@ from conformance.run.risks import Kind, Risk
 OWN = "_conformance_"
 WHOLE_RUN = f"{OWN}whole_run"
 DEVICE_SESSION = f"{OWN}device_session"
+# The parameter that the variation of a case is to pytest.
+VARIED = f"{OWN}varied"
 SLOW = "sdo_slow"
 
 
@@ -27,7 +29,19 @@ class CaseModule(pytest.Module):
 
 
 class Variation(partial[object]):
-    """A case's function with its argument, if it has one."""
+    """A case's function with its argument, if it has one.
+
+    Its ``variations``, ids and arguments, are for the collection alone.
+    """
+
+    # A case is one by its decorator, whatever a project calls its tests (``python_functions``).
+    __test__ = True
+    variations: Sequence[tuple[str, Mapping[str, object]]] = ()
+
+    @property
+    def __name__(self) -> str:
+        """The name of the function, which pytest and its plugins ask for."""
+        return self.func.__name__
 
     @property
     def __signature__(self) -> Signature:
@@ -125,16 +139,63 @@ def _items(
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
     for node_id, listing in listings.items():
-        for case_id, arguments in info.variations(listing):
+        variations = info.variations(listing)
+        name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
+        for made in _made_by_pytest(collector, function, info, variation, variations):
+            callspec = getattr(made, "callspec", None)
+            parameters = callspec.params if callspec else {}
+            case_id, arguments = parameters.get(VARIED, variations[0])
             call = variation(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
-            suffix = "" if alone else f"@{node_id}"
-            item = CaseFunction.from_parent(collector, name=case_id + suffix, callobj=call)
+            item = CaseFunction.from_parent(
+                collector,
+                name=name + made.name.removeprefix(made.originalname),
+                originalname=name,
+                callspec=callspec,
+                callobj=call,
+            )
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
             if info.slow:
                 item.add_marker(SLOW)
             yield item
+
+
+def _made_by_pytest(
+    collector: pytest.Collector,
+    function: Callable[..., object],
+    info: CaseInfo,
+    variation: type[Variation],
+    variations: Sequence[tuple[str, Mapping[str, object]]],
+) -> list[pytest.Function]:
+    """Return what pytest makes of a function: an item for each set of parameters.
+
+    They are those of the case (see ``parametrize``), and those that plugins add: pytest has no
+    other public way to an id whose brackets are parameters, which ``--lf`` compares.
+    """
+    if not variations:
+        return []
+    varied = variation(function, **variations[0][1])
+    if info.argument is not None:
+        varied.variations = variations
+    made = collector.ihook.pytest_pycollect_makeitem(
+        collector=collector, name=function.__name__, obj=varied
+    )
+    return [each for each in made if isinstance(each, pytest.Function)]
+
+
+def parametrize(metafunc: pytest.Metafunc) -> None:
+    """Give a case its variations as parameters.
+
+    No fixture takes them, as the function has its argument already; a fixture for each would take
+    time.
+    """
+    varied = metafunc.function
+    if not isinstance(varied, Variation) or not varied.variations:
+        return
+    labels = [case_id.partition("[")[2].removesuffix("]") for case_id, _ in varied.variations]
+    metafunc.fixturenames.append(VARIED)
+    metafunc.parametrize(VARIED, varied.variations, ids=labels, indirect=True)
 
 
 def judges_run(item: pytest.Item) -> bool:

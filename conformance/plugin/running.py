@@ -54,6 +54,8 @@ class Running:
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
         self._scope: Scope | None = None
 
+    # Before anything is deselected.
+    @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(
         self, config: pytest.Config, items: list[pytest.Item]
     ) -> None:

@@ -1,8 +1,8 @@
 """What the arguments of a command line name: the suite's cases, by whatever is printed of them.
 
 pytest knows files. A case is printed as ``cases/test_abort.py::abort.own[1]``, wherever the suite
-is installed, and as ``abort.own[1]`` in reports and summaries; with several devices a node-ID may
-stand behind it. All of these, and what ids begin with, can be arguments again.
+is installed, and as ``abort.own[1]`` in reports and summaries; with several devices it is
+``abort.own@5[1]``. All of these, and what ids begin with, can be arguments again.
 """
 
 import re

@@ -48,7 +48,7 @@ class Work:
 def service_of(name: str) -> str:
     """Return the service that a case is about, by its name in pytest.
 
-    >>> service_of("cases/test_block_upload.py::block-upload.size[14]@5")
+    >>> service_of("cases/test_block_upload.py::block-upload.size@5[14]")
     'block_upload'
     """
     return Path(name.partition("::")[0]).stem.removeprefix("test_")
@@ -57,7 +57,7 @@ def service_of(name: str) -> str:
 def family_of(name: str) -> str:
     """Return the name of a case without its variation and its node.
 
-    >>> family_of("cases/test_block_upload.py::block-upload.size[14]@5")
+    >>> family_of("cases/test_block_upload.py::block-upload.size@5[14]")
     'block-upload.size'
     """
     return name.partition("::")[2].partition("[")[0].partition("@")[0]

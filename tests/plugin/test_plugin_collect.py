@@ -101,3 +101,11 @@ def test_no_adapter_is_needed(pytester: pytest.Pytester, interface: str) -> None
     result = run(pytester, "--node-id=5", *bus, "--collect-only", *SOME)
     assert result.ret == pytest.ExitCode.OK
     assert not reports(pytester).exists()
+
+
+def test_a_project_may_call_its_files_and_tests_as_it_likes(pytester: pytest.Pytester) -> None:
+    pytester.makeini("[pytest]\npython_files = *_check.py\npython_functions = check_*")
+    pytester.makepyfile(mine_check="def check_mine(): pass\ndef test_not_mine(): pass")
+    chosen = ("-k", "mine or abort.not-answered or abort.frame or test_whole_run")
+    result = self_test(pytester, "--collect-only", "-q", ".", "cases", *chosen)
+    assert "\n".join(result.outlines).startswith(f"mine_check.py::check_mine\n{IDS}")

@@ -247,6 +247,14 @@ def test_mine():
     result.stdout.no_fnmatch_line("*= conformance =*")
 
 
+def test_a_file_that_cannot_be_collected_is_told_as_pytest_tells_it(
+    pytester: pytest.Pytester,
+) -> None:
+    result = own(pytester, "import no_such_module")
+    assert result.ret == pytest.ExitCode.INTERRUPTED
+    result.stdout.fnmatch_lines(["*ModuleNotFoundError*", "ERROR test_mine.py*", "*1 error in *"])
+
+
 def test_a_test_on_each_of_several_devices(pytester: pytest.Pytester) -> None:
     body = """
 @pytest.mark.parametrize("node_id", [5, 9])

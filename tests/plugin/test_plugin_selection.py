@@ -4,7 +4,7 @@ from itertools import chain
 from pathlib import Path
 
 import pytest
-from plugin_runs import NO_HYPOTHESIS, case_ids, reference, reports, run, self_test, the_report
+from plugin_runs import case_ids, reference, reports, run, self_test, the_report
 
 from conformance.plugin.selection import read_arguments
 from conformance.run.case_files import CASES
@@ -89,7 +89,7 @@ FILE = str(CASES / "test_abort.py")
     ("arguments", "paths", "named"),
     [
         ([PRINTED], [FILE], ["abort.own"]),
-        ([f"{PRINTED}[1]", "abort.own[2]@6"], [FILE], ["abort.own[1]", "abort.own[2]@6"]),
+        ([f"{PRINTED}[1]", "abort.own@6[2]"], [FILE], ["abort.own[1]", "abort.own@6[2]"]),
         (["abort.own[a::b/c]"], [FILE], ["abort.own[a::b/c]"]),
         (["abort"], [FILE], ["abort"]),
         (["cases/test_abort.py", "abort.own"], [FILE], []),
@@ -197,19 +197,6 @@ def test_what_x_left_is_in_the_report(pytester: pytest.Pytester) -> None:
     assert len(ids) == len(set(ids)) == 16
     report = (the_report(pytester) / "junit.xml").read_text(encoding="utf-8")
     assert report.count("not run: stopping after 1 failures") == 13
-
-
-def test_lf_runs_what_failed_the_last_time(pytester: pytest.Pytester) -> None:
-    folder = f"--sdo-report-dir={reports(pytester)}"
-    again = (*NO_HYPOTHESIS, folder, "--self-test", "--sdo-fault=identity-count-wrong")
-    first = pytester.runpytest_inprocess(*again, "-k", "upload.identity or upload.device-type")
-    first.assert_outcomes(failed=1, passed=1, deselected=first.parseoutcomes()["deselected"])
-    pytester.runpytest_inprocess(*again, "--lf").assert_outcomes(
-        failed=1, deselected=first.parseoutcomes()["deselected"] + 1
-    )
-    mended = pytester.runpytest_inprocess(*NO_HYPOTHESIS, folder, "--self-test", "--lf")
-    assert mended.ret == pytest.ExitCode.OK
-    assert mended.parseoutcomes()["passed"] == 1
 
 
 def test_several_devices_are_tested_one_after_another(pytester: pytest.Pytester) -> None:
