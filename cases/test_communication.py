@@ -73,7 +73,7 @@ def test_storage_capability(
 @must("communication.stored-eds")
 def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> None:
     """1021h is the EDS of the device, and reads the same in blocks."""
-    text = parameters.present(STORED_EDS)
+    text = sdo.device.values.get(STORED_EDS) or parameters.present(STORED_EDS)
     storage_format = sdo.read_if_there(STORED_FORMAT)
     if storage_format is not None and any(storage_format):
         sdo.info(f"the EDS is stored in format {storage_format.hex()}h: it is not looked into")

@@ -1,10 +1,12 @@
 """What a device has to hold again as before the run, beside the values of its objects."""
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from conformance.device.changes import Changes
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
 
 
 @dataclass(slots=True)
@@ -16,8 +18,9 @@ class Keeping:
     stored again. ``left`` are strings and domains as cases have left them: what they held before
     is put back where a case needs it, and at the end of the run. ``astray`` are objects that a case
     has written and that could not be put back: what they hold is not known. ``seen`` is what
-    objects read since anything was sent that might have changed one. ``changes`` are told before
-    they are made.
+    objects read since anything was sent that might have changed one. ``brought_back`` are those
+    that a reset was seen to bring back as they have to be, by its command, since anything was
+    stored: the next one will. ``changes`` are told before they are made.
     """
 
     parameters: dict[Multiplexer, bytes] = field(default_factory=dict)
@@ -25,6 +28,9 @@ class Keeping:
     left: set[Multiplexer] = field(default_factory=set)
     astray: set[Multiplexer] = field(default_factory=set)
     seen: dict[Multiplexer, bytes] = field(default_factory=dict)
+    brought_back: defaultdict[NmtCommand, set[Multiplexer]] = field(
+        default_factory=lambda: defaultdict(set)
+    )
     changes: Changes = field(default_factory=Changes)
 
 

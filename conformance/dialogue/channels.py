@@ -166,7 +166,8 @@ class Channels:
 
     def disable(self, mux: Multiplexer) -> None:
         """Set bit 31 of a COB-ID that is in use."""
-        before = CobId.from_bytes(self._sdo.upload(mux))
+        known = self._sdo.wire.seen.get(mux)
+        before = CobId.from_bytes(self._sdo.upload(mux) if known is None else known)
         if before.valid:
             self.set_cob_id(mux.index, mux.sub_index, before.disabled())
 

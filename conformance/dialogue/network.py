@@ -85,10 +85,11 @@ class Network:
             known.mux
             for known in self._device.resettable()
             if everything or known.mux.index in COMMUNICATION_AREA
-        }
+        } - self._device.keeping.brought_back[command]
         for mux in reset:
             self._device.will_change(mux)
         self._sdo.record.written |= reset
+        self._sdo.record.reset |= dict.fromkeys(reset, command)
 
     def expect_boot_up(self) -> None:
         """Expect the boot-up message that follows a reset; a wrong one is noted, if it is all."""

@@ -8,6 +8,7 @@ from conformance.dialogue.early import EarlyAborts
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Request
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import Rule, Violation
 
 MOST_NOTED = 100
@@ -20,8 +21,8 @@ class CaseRecord:
     ``causes`` is what is known to be wrong with the device. ``minor`` are breaches that stop
     nothing; ``own`` has breaches that are what the case is about, whatever their rules. ``notes``
     are for the reader of the result. ``written`` are the objects that may have changed, and
-    ``early`` the aborts by which the server left a transfer. ``channels`` are those on which the
-    case has talked.
+    ``reset`` those that a reset has changed last, by its command. ``early`` are the aborts by which
+    the server left a transfer, ``channels`` those on which the case has talked.
     """
 
     rule: Rule
@@ -30,6 +31,7 @@ class CaseRecord:
     own: set[BaseException | None] = field(default_factory=set)
     notes: list[str] = field(default_factory=list)
     written: set[Multiplexer] = field(default_factory=set)
+    reset: dict[Multiplexer, NmtCommand] = field(default_factory=dict)
     early: EarlyAborts = field(default_factory=EarlyAborts)
     channels: list[ChannelIds] = field(default_factory=list)
     _noted: Counter[str] = field(default_factory=Counter)

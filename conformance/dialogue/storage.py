@@ -150,9 +150,10 @@ class Storage:
         found = {}
         for known in self._device.resettable():
             try:
-                found[known.mux] = self._read(known)[: known.length]
+                value = self._read(known)
             except ServerAborted:
                 continue
+            found[known.mux] = self._sdo.wire.seen[known.mux] = value[: known.length]
         return found
 
     def _read(self, known: KnownObject) -> bytes:

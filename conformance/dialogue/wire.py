@@ -43,6 +43,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
+from conformance.sdo.storage_commands import COMMANDS
 
 SEGMENTS_PER_LOOK = 4
 ABORTS = b"\x80"
@@ -180,6 +181,9 @@ class Wire:
         if target is not None:
             self.device.will_change(target)
             self.record.written.add(target)
+            self.record.reset.pop(target, None)
+            if target.index in COMMANDS:
+                self.device.keeping.brought_back.clear()
 
     @property
     def has_aborted(self) -> bool:

@@ -178,15 +178,14 @@ def _find_filled(sdo: Dialogue, known: KnownObject) -> None:
     Two short values that read alike long tell that from a wrong count of their bytes. A string may
     be filled up with 00h; what a case stores there is as long as the object all the same.
     """
-    found = []
+    length = 0
     for size in SHORT_VALUES:
         due = sdo.payload(size)
         sdo.download(known, due)
-        found.append((due, sdo.upload(known)))
-    length = len(found[0][1])
-    due, value = found[-1]
-    if length <= len(due) or any(each != short.ljust(length, b"\0") for short, each in found):
-        return
+        value = sdo.upload(known)
+        length = length or len(value)
+        if length <= max(SHORT_VALUES) or value != due.ljust(length, b"\0"):
+            return
     sdo.device.known[known.mux] = replace(known, filled=length)
     sdo.device.lengths[known.mux].filled = length
     sdo.device.lengths[known.mux].taken |= {*SHORT_VALUES, length}

@@ -143,6 +143,8 @@ class Restorer:
             self._tries[mux] += 1
             if self._reads(sdo, self._known(mux), value):
                 self._is_back(mux, value)
+                if command := sdo.record.reset.get(mux):
+                    self.device.keeping.brought_back[command].add(mux)
             elif self.device.may_put_back(mux):
                 pending[mux] = value
         for mux in sorted(needed_for(pending) - pending.keys()):

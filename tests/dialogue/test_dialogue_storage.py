@@ -29,6 +29,7 @@ from conformance.run.case_run import begin_case
 from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards, Verdict
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.objects import DataType, Entry
@@ -60,6 +61,7 @@ class Watched:
     def __init__(self, node: Node) -> None:
         self.node = node
         self.commands: list[str] = []
+        self.reads = 0
         self.silent = False
 
     def start(self) -> list[CanFrame]:
@@ -70,6 +72,7 @@ class Watched:
             self.commands.append(NmtCommand(frame.data[0]).name)
         if frame.data[:1] == b"\x23" and frame.data[1:4] in (b"\x10\x10\x01", b"\x11\x10\x01"):
             self.commands.append(frame.data[4:].decode())
+        self.reads += frame.data == UploadInitiate(NUMBER).encode()
         return [] if self.silent else self.node.receive(frame)
 
     def advance(self, now: float) -> list[CanFrame]:
@@ -342,3 +345,46 @@ def test_what_a_reset_has_changed_and_may_not_be_written_is_told() -> None:
         session.restore_pending()
         assert NUMBER in session.restorer.unrestored
         assert watched.node.objects.find(NUMBER).value != IN_USE
+
+
+def reads_behind(bench: Workbench, watched: Watched, command: NmtCommand) -> int:
+    """Return how often a number was read in a case that resets the device, and behind it."""
+    before = watched.reads
+    run = begin_case(bench.session(), "a.case", "a service", RULE)
+    run.tools.network.reset(command)
+    run.conclude(None)
+    return watched.reads - before
+
+
+def test_what_a_reset_was_seen_to_bring_back_is_read_once() -> None:
+    """Until anything is stored; another kind of reset may bring back other things."""
+    with configured("parameters-stored") as (bench, watched):
+        Network(bench.dialogue()).reset(NmtCommand.RESET_NODE)
+        bench.device.values[NUMBER] = bench.dialogue().upload(NUMBER)
+        assert reads_behind(bench, watched, NmtCommand.RESET_NODE) == 1
+        assert reads_behind(bench, watched, NmtCommand.RESET_NODE) == 0
+        write_signature(bench.dialogue(), SAVE_ALL)
+        assert reads_behind(bench, watched, NmtCommand.RESET_NODE) == 1
+
+
+def test_what_a_reset_has_not_brought_back_is_read_behind_each() -> None:
+    with configured("configured-and-not-stored") as (bench, watched):
+        for _ in range(2):
+            assert reads_behind(bench, watched, NmtCommand.RESET_NODE) > 0
+
+
+def test_what_was_written_behind_a_reset_says_nothing_of_the_next() -> None:
+    with configured("configured-and-not-stored") as (bench, watched):
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
+        run.tools.network.reset(NmtCommand.RESET_NODE)
+        run.sdo.download(NUMBER, IN_USE)
+        run.conclude(None)
+        assert reads_behind(bench, watched, NmtCommand.RESET_NODE) > 0
+
+
+def test_what_the_defaults_read_is_not_read_again_to_be_put_back() -> None:
+    with configured("configured-and-not-stored") as (bench, _):
+        run = begin_case(bench.session(), "a.case", "a service", RULE)
+        run.tools.storage.loaded_defaults()
+        assert run.sdo.wire.seen.keys() >= {known.mux for known in bench.device.resettable()}
+        run.conclude(None)
