@@ -9,8 +9,10 @@ WORKERS ?= 2
 WAITING = $(shell expr $(WORKERS) + 1)
 
 OLDEST := .venv-oldest
+BESIDE := .venv-beside
 
-.PHONY: selftest test tests-on-virtual-buses socketcan check lint oldest detection fleet bench clean
+.PHONY: selftest test tests-on-virtual-buses socketcan check lint oldest beside detection fleet \
+    bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -56,10 +58,20 @@ $(OLDEST)/installed: $(VENV)/bin/python pyproject.toml
 	$(OLDEST)/bin/pip install --quiet .
 	touch $@
 
+# Beside other plugins of pytest, in an environment of their own, as they change all runs.
+beside: $(BESIDE)/installed
+	$(BESIDE)/bin/pip install --quiet --no-deps --force-reinstall .
+	CONFORMANCE_BESIDE=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 $(BESIDE)/bin/pytest tests/beside
+
+$(BESIDE)/installed: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m venv $(BESIDE)
+	$(BESIDE)/bin/pip install --quiet '.[beside]'
+	touch $@
+
 # What takes one processor runs beside what else there is.
 check: $(VENV)/installed-for-tests
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=line \
-	    tests-on-virtual-buses socketcan oldest lint
+	    tests-on-virtual-buses socketcan oldest beside lint
 
 lint: $(VENV)/installed-for-tests
 	$(BIN)/ruff check .
@@ -82,4 +94,4 @@ $(VENV)/installed-for-tests: $(VENV)/bin/python pyproject.toml
 	touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) $(OLDEST) .fleet .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+	rm -rf $(VENV) $(OLDEST) $(BESIDE) .fleet .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist

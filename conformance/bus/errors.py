@@ -6,7 +6,8 @@ or leaves the bus (BusOff); frames are lost (FramesDropped, FailedOnce); another
 device (SecondClient), or answers for it (TwoDevices); the device stops answering (DeviceLost); a
 case would write without permission (WriteNotPermitted); the device's program does not run
 (ProcessFailed); one of several processes that test is gone (WorkerLost); a report cannot be written
-(NotWritten); the suite itself has an error (SuiteError).
+(NotWritten); another plugin of pytest ends a case (CaseEnded); the suite itself has an error
+(SuiteError).
 """
 
 import errno
@@ -72,6 +73,10 @@ class WorkerLost(BenchError):
 
 class NotWritten(BenchError):
     """A report, or a part of one, could not be written: the disk is full, or the folder is gone."""
+
+
+class CaseEnded(BenchError):
+    """Something outside the suite ended a case in the middle, such as a time-out for each test."""
 
 
 class SuiteError(BenchError):

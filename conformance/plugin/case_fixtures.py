@@ -26,7 +26,7 @@ from conformance.dialogue.tools import CaseTools
 from conformance.generated.conversations.search import Plan, Search
 from conformance.generated.conversations.store import FailingStore
 from conformance.plugin.attempts import begin
-from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
+from conformance.plugin.state import CASE_RUN, RESULT, STATE, begin_again, case_of
 from conformance.run.session import DeviceSession, WholeRun
 from conformance.run.verdict import Verdict
 
@@ -43,8 +43,9 @@ class CaseFixtures:
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        """Note for which item they are."""
+        """Note for which item they are; a plugin may run it once more."""
         self._item = item
+        begin_again(item)
 
     @pytest.fixture(name="_conformance_device_session")
     def device_session(self) -> DeviceSession:

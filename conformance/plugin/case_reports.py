@@ -5,8 +5,9 @@ from collections.abc import Generator
 import pytest
 
 from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError, TransmitBufferFull
+from conformance.plugin.failure import CaseFailed, as_pytest_shows
 from conformance.plugin.items import CaseFunction
-from conformance.plugin.outcome import CaseFailed, Evidence, attach, attach_not_run
+from conformance.plugin.outcome import attach, attach_not_run
 from conformance.plugin.recorder import as_values
 from conformance.plugin.state import RESULT, RunState, case_of, left_out
 from conformance.plugin.suite_errors import (
@@ -75,8 +76,8 @@ class CaseReports:
         if report.skipped and isinstance(item, CaseFunction):
             path, line, _ = item.location
             report.longrepr = (path, (line or 0) + 1, str(error))
-        elif isinstance(error, BenchError | CaseFailed):
-            report.longrepr = Evidence(result)  # type: ignore[assignment]
+        elif call.excinfo is not None and isinstance(error, BenchError | CaseFailed):
+            report.longrepr = as_pytest_shows(item, call.excinfo, result)
             if isinstance(error, BenchError):
                 # A broken bench is an error of the set-up, whenever it shows.
                 report.when = "setup"

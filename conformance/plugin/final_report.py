@@ -18,7 +18,7 @@ from conformance.device.known_deviations import KnownDeviation, write_deviations
 from conformance.plugin import budget
 from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.outcome import Evidence, SummaryTerminal
+from conformance.plugin.outcome import SummaryTerminal
 from conformance.plugin.recorder import Recorder, as_place
 from conformance.plugin.selection import FOLDER
 from conformance.plugin.state import RunState, uses_device
@@ -34,6 +34,8 @@ from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
 
+# Those of pytest; a plugin that runs a case again has others for the tries that do not count.
+OUTCOMES = ("passed", "failed", "skipped")
 # How a run has ended that was not ended before.
 COMPLETE = "complete"
 
@@ -87,15 +89,12 @@ class FinalReport:
         if recorder is not None:
             for device in getattr(report, "conformance_devices", ()):
                 recorder.device(device)
-        if values is None or recorder is None:
+        if values is None or recorder is None or report.outcome not in OUTCOMES:
             return
         self._suite_cases += report.nodeid.startswith(f"{FOLDER}/")
         result = CaseResult.from_dict(values)
         recorder.case(result, as_place(getattr(report, "conformance_frames", None)))
         self._tell_once(report, result)
-        if self._controller is not None and isinstance(report.longrepr, str):
-            # Between processes the evidence was but text.
-            report.longrepr = Evidence(result)  # type: ignore[assignment]
 
     def _tell_once(self, report: pytest.TestReport, result: CaseResult) -> None:
         """Keep one failure block of each cause; with -v each case is shown."""

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from conformance.device.eds_listing import Listing
-from conformance.plugin.outcome import CaseFailed
+from conformance.plugin.failure import CaseFailed, as_pytest_shows
 from conformance.plugin.worth import place_in_run
 from conformance.run.case import CaseInfo, case_info
 from conformance.run.case_files import CASE_FILES, CASES
@@ -19,9 +19,13 @@ from conformance.run.risks import Kind, Risk
 OWN = "_conformance_"
 WHOLE_RUN = f"{OWN}whole_run"
 DEVICE_SESSION = f"{OWN}device_session"
-# The parameter that the variation of a case is to pytest.
-VARIED = f"{OWN}varied"
+# The parameter that the variation of a case is to pytest and to the reports of its plugins.
+VARIATION = "sdo_variation"
 SLOW = "sdo_slow"
+
+
+# The ids and arguments of a case by the labels in the ids; without an argument, by None.
+Variations = Mapping[str | None, tuple[str, Mapping[str, object]]]
 
 
 class CaseModule(pytest.Module):
@@ -31,12 +35,12 @@ class CaseModule(pytest.Module):
 class Variation(partial[object]):
     """A case's function with its argument, if it has one.
 
-    Its ``variations``, ids and arguments, are for the collection alone.
+    The ``labels`` of its variations are for the collection alone.
     """
 
     # A case is one by its decorator, whatever a project calls its tests (``python_functions``).
     __test__ = True
-    variations: Sequence[tuple[str, Mapping[str, object]]] = ()
+    labels: Sequence[str] = ()
 
     @property
     def __name__(self) -> str:
@@ -95,7 +99,7 @@ class CaseFunction(pytest.Function):
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Leave out the traceback of a breach: it takes long, and the evidence takes its place."""
         if isinstance(excinfo.value, CaseFailed):
-            return str(excinfo.value)
+            return as_pytest_shows(self, excinfo, excinfo.value.result)
         return super().repr_failure(excinfo)
 
     def __repr__(self) -> str:
@@ -139,12 +143,12 @@ def _items(
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
     for node_id, listing in listings.items():
-        variations = info.variations(listing)
+        variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
-        for made in _made_by_pytest(collector, function, info, variation, variations):
+        for made in _made_by_pytest(collector, function, variation, variations):
             callspec = getattr(made, "callspec", None)
-            parameters = callspec.params if callspec else {}
-            case_id, arguments = parameters.get(VARIED, variations[0])
+            label = callspec.params.get(VARIATION) if callspec else None
+            case_id, arguments = variations[label]
             call = variation(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
             item = CaseFunction.from_parent(
@@ -161,12 +165,18 @@ def _items(
             yield item
 
 
+def _labelled(info: CaseInfo, listing: Listing) -> Variations:
+    variations = info.variations(listing)
+    if info.argument is None:
+        return {None: variations[0]}
+    return {each[0].partition("[")[2].removesuffix("]"): each for each in variations}
+
+
 def _made_by_pytest(
     collector: pytest.Collector,
     function: Callable[..., object],
-    info: CaseInfo,
     variation: type[Variation],
-    variations: Sequence[tuple[str, Mapping[str, object]]],
+    variations: Variations,
 ) -> list[pytest.Function]:
     """Return what pytest makes of a function: an item for each set of parameters.
 
@@ -175,9 +185,9 @@ def _made_by_pytest(
     """
     if not variations:
         return []
-    varied = variation(function, **variations[0][1])
-    if info.argument is not None:
-        varied.variations = variations
+    _, arguments = next(iter(variations.values()))
+    varied = variation(function, **arguments)
+    varied.labels = [label for label in variations if label is not None]
     made = collector.ihook.pytest_pycollect_makeitem(
         collector=collector, name=function.__name__, obj=varied
     )
@@ -185,17 +195,15 @@ def _made_by_pytest(
 
 
 def parametrize(metafunc: pytest.Metafunc) -> None:
-    """Give a case its variations as parameters.
+    """Give a case its variations as parameters, by their labels.
 
     No fixture takes them, as the function has its argument already; a fixture for each would take
     time.
     """
     varied = metafunc.function
-    if not isinstance(varied, Variation) or not varied.variations:
-        return
-    labels = [case_id.partition("[")[2].removesuffix("]") for case_id, _ in varied.variations]
-    metafunc.fixturenames.append(VARIED)
-    metafunc.parametrize(VARIED, varied.variations, ids=labels, indirect=True)
+    if isinstance(varied, Variation) and varied.labels:
+        metafunc.fixturenames.append(VARIATION)
+        metafunc.parametrize(VARIATION, varied.labels, ids=varied.labels, indirect=True)
 
 
 def judges_run(item: pytest.Item) -> bool:

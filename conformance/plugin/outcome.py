@@ -1,24 +1,12 @@
-"""From a case's result to what pytest shows: an outcome, properties, and the evidence."""
+"""From a case's result to what pytest shows: an outcome, and properties."""
 
-from dataclasses import dataclass
 from typing import NoReturn, Protocol
 
 import pytest
 
 from conformance.bus.errors import BenchError
-from conformance.run.evidence import evidence_text
+from conformance.plugin.failure import CaseFailed
 from conformance.run.verdict import CaseResult, Verdict
-
-
-class CaseFailed(Exception):
-    """A device broke a rule."""
-
-
-class Terminal(Protocol):
-    """What pytest hands a failure to print itself on."""
-
-    def line(self, s: str = "", **markup: bool) -> None:
-        """Print one line."""
 
 
 class SummaryTerminal(Protocol):
@@ -35,32 +23,6 @@ class SummaryTerminal(Protocol):
 
     def write_line(self, line: str, **markup: bool) -> None:
         """Print one line."""
-
-
-@dataclass(frozen=True, slots=True)
-class Crash:
-    """The one line of a failure that summaries and JUnit files show."""
-
-    message: str
-
-
-class Evidence:
-    """A failure as pytest prints it: the evidence instead of a traceback of the suite."""
-
-    def __init__(self, result: CaseResult) -> None:
-        """Take a result whose text is complete."""
-        self._text = evidence_text(result)
-        actual = result.actual.splitlines()[0] if result.actual else result.verdict.value
-        expected = f"expected {result.expected}; got " if result.expected else ""
-        self.reprcrash = Crash(expected + actual)
-
-    def __str__(self) -> str:
-        return self._text
-
-    def toterminal(self, tw: Terminal) -> None:
-        """Print the evidence."""
-        for line in self._text.splitlines():
-            tw.line(line)
 
 
 def attach(item: pytest.Item, result: CaseResult) -> None:
@@ -106,15 +68,15 @@ def end_with(result: CaseResult, error: BaseException | None, *, strict: bool) -
             raise error if isinstance(error, BenchError) else BenchError(result.actual)
         case Verdict.KNOWN_DEVIATION:
             pytest.xfail(result.reason)
-            raise CaseFailed(result.case_id) from error  # pytest's --runxfail
+            raise CaseFailed(result) from error  # pytest's --runxfail
         case Verdict.STALE:
-            raise CaseFailed(result.case_id)
+            raise CaseFailed(result)
         case Verdict.FAIL if error is not None and not result.broken_rule:
             raise error
         case Verdict.FAIL:
-            raise CaseFailed(result.case_id) from error
+            raise CaseFailed(result) from error
         case Verdict.NON_STRICT if strict:
-            raise CaseFailed(result.case_id) from error
+            raise CaseFailed(result) from error
 
 
 def _skip(result: CaseResult) -> NoReturn:

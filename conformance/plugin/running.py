@@ -24,6 +24,7 @@ from conformance.plugin.outcome import (
 )
 from conformance.plugin.state import (
     CASE_RUN,
+    EARLIER,
     REACHED,
     RESULT,
     RunState,
@@ -197,6 +198,10 @@ class Running:
         state = self._state
         self._look_after(item, session, result, run)
         account(result, state.options.deviations, strict=state.options.strict)
+        result.notes += [
+            f"run again: before it was {earlier.verdict} ({earlier.cause or earlier.actual})"
+            for earlier in item.stash.get(EARLIER, ())
+        ]
         item.stash[RESULT] = result
         attach(item, result)
         if result.case_id == LATE_ANSWERS:

@@ -90,6 +90,19 @@ STATE = pytest.StashKey[RunState]()
 CASE_RUN = pytest.StashKey[CaseRun]()
 RESULT = pytest.StashKey[CaseResult]()
 REACHED = pytest.StashKey[bool]()
+# What plugins have a case run for once more is another try: the results of those before, and the
+# properties that the item had before the first.
+EARLIER = pytest.StashKey[list[CaseResult]]()
+PROPERTIES = pytest.StashKey[list[tuple[str, object]]]()
+
+
+def begin_again(item: pytest.Item) -> None:
+    """Take what an earlier try has left from an item that is run once more."""
+    properties = item.stash.setdefault(PROPERTIES, list(item.user_properties))
+    if RESULT in item.stash:
+        item.stash.setdefault(EARLIER, []).append(item.stash[RESULT])
+        item.user_properties = list(properties)
+        del item.stash[RESULT]
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from conformance.bus.errors import BenchError, SuiteError
+from conformance.bus.errors import BenchError, CaseEnded, SuiteError
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.pauses import NOT_JUDGED
 from conformance.plugin.items import CaseFunction
@@ -39,7 +39,9 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
     What a user's test raises is its failure; what a case of the suite raises beside its outcomes is
     an error of the suite, and so is whatever is raised while a case is concluded.
     """
-    if error is not None and is_own_case(item) and not isinstance(error, OUTCOMES):
+    if isinstance(error, pytest.fail.Exception) and is_own_case(item):
+        error = run.bench_error = _ended(error)
+    elif error is not None and is_own_case(item) and not isinstance(error, OUTCOMES):
         error = run.bench_error = suite_error(error)
     pauses, breach = run.sdo.wire.pauses, isinstance(error, Violation | ServerAborted)
     if breach and pauses.excuse:
@@ -47,12 +49,22 @@ def conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> Ca
         error, breach = pauses.not_judged(), False
     try:
         result = run.conclude(error)
+    except pytest.fail.Exception as ended:
+        return run.give_up(_ended(ended))
     except Exception as unforeseen:
         return run.give_up(suite_error(unforeseen))
     if not breach and result.verdict in BREACHES and pauses.excuse:
         _take_back(result)
     result.notes += pauses.notes
     return result
+
+
+def _ended(error: BaseException) -> CaseEnded:
+    """Describe what no case of the suite does itself: a plugin has ended it."""
+    return CaseEnded(
+        f"Another plugin of pytest ended the case: {error} This says nothing of the device. A "
+        "time-out for each test has to allow for all requests of a case and for a silence."
+    )
 
 
 def _take_back(result: CaseResult) -> None:
