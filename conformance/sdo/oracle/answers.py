@@ -120,7 +120,9 @@ def refusing(
     It is one answer to look at: of most requests it is soon clear that they are not refused.
     """
     rule = refusals[0].rule
-    words = " or ".join(dict.fromkeys(refusal.words() for refusal in refusals))
+    # What is merely tolerated is not asked for.
+    due = [refusal for refusal in refusals if refusal.codes] or refusals
+    words = " or ".join(dict.fromkeys(refusal.words() for refusal in due))
 
     def take(frame: bytes) -> Iterable[Branch]:
         if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
@@ -138,6 +140,8 @@ def refusing(
 def _any_of(codes: Codes) -> str:
     if codes == KNOWN_CODES:
         return "an abort with any code of CiA 301"
+    if not codes:
+        return "no abort for that reason"
     return "an abort with " + " or ".join(describe_code(code) for code in codes)
 
 
