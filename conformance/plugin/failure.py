@@ -37,6 +37,19 @@ def as_pytest_shows(
     return shown
 
 
+def lines_shown(report: pytest.TestReport, result: CaseResult) -> list[str] | None:
+    """Return the lines of a report that are the evidence; None if it shows something else.
+
+    They may be changed.
+    """
+    shown: Any = report.longrepr
+    traceback_shown = getattr(shown, "reprtraceback", None)
+    if traceback_shown is None:
+        return None
+    lines: list[str] = traceback_shown.reprentries[-1].lines
+    return lines if lines == evidence_text(result).splitlines() else None
+
+
 def _in_a_line(result: CaseResult) -> str:
     """Return what summaries and JUnit files show."""
     actual = result.actual.splitlines()[0] if result.actual else result.verdict.value

@@ -1,6 +1,6 @@
 """What comes of a run: results are gathered, reports written, the exit status settled."""
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,18 +18,14 @@ from conformance.device.known_deviations import KnownDeviation, write_deviations
 from conformance.plugin import budget
 from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.outcome import SummaryTerminal
+from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.recorder import Recorder, as_place
 from conformance.plugin.selection import FOLDER
 from conformance.plugin.state import RunState, uses_device
+from conformance.plugin.terminal import SummaryTerminal
+from conformance.plugin.terminal_summary import TerminalSummary
 from conformance.plugin.workers import Controller
-from conformance.reporting.cause_counts import cause_lines, counted_causes
-from conformance.reporting.summary import (
-    device_lines,
-    found_lines,
-    not_run_lines,
-    summary_lines,
-)
+from conformance.reporting.cause_counts import causes_of
 from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
@@ -44,14 +40,21 @@ class FinalReport:
     """The hooks of the process that reports: the only one, or the controller of workers."""
 
     def __init__(
-        self, state: RunState, controller: Controller | None, *, shows_all: bool = False
+        self,
+        state: RunState,
+        controller: Controller | None,
+        failures: PrintedFailures,
+        *,
+        shows_all: bool = False,
     ) -> None:
         """Take the state, and the controller where the work is done elsewhere.
 
-        ``shows_all``: each case that fails is told, not only the first for each cause.
+        ``failures`` takes those that are printed. ``shows_all``: each case that fails is told,
+        not only the first for each cause.
         """
         self._state = state
         self._controller = controller
+        self._failures = failures
         self._shows_all = shows_all
         self._told: set[tuple[int, str]] = set()
         self._repeated: set[str] = set()
@@ -71,6 +74,7 @@ class FinalReport:
             self._recorder = Recorder(state.report_dir, about, state.results, page=page)
             if self._controller is None:
                 self._recorder.selected(cases)
+            _show_dots_alone(session)
         return (yield)
 
     @pytest.hookimpl(optionalhook=True)
@@ -94,6 +98,7 @@ class FinalReport:
         self._suite_cases += report.nodeid.startswith(f"{FOLDER}/")
         result = CaseResult.from_dict(values)
         recorder.case(result, as_place(getattr(report, "conformance_frames", None)))
+        self._failures.take(report, result)
         self._tell_once(report, result)
 
     def _tell_once(self, report: pytest.TestReport, result: CaseResult) -> None:
@@ -160,6 +165,7 @@ class FinalReport:
             self._not_written(trouble)
         self._settle(session)
         state.results[:] = recorder.run.by_device
+        self._failures.causes = causes_of(recorder.run)
 
     def _not_written(self, why: str) -> None:
         self._state.findings.bench_errors.append(NotWritten(why))
@@ -250,68 +256,21 @@ class FinalReport:
 
     def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
-        findings, write = self._state.findings, terminalreporter.write_line
-        terminalreporter.ensure_newline()
-        if self._state.results:
-            terminalreporter.section("conformance")
-            for line in self._summary():
-                write(line)
-            self._write_causes(terminalreporter)
-        for unjudged in findings.unjudged:
-            write(f"late response after {unjudged}", red=True)
-        for beside in findings.beside:
-            write(f"outside the cases, at {beside}", red=True)
-        for stale in self._stale:
-            write(
-                f"stale deviation: {stale} ({stale.reason}) excused no failure in this run: delete "
-                "its entry from the known deviations",
-                red=True,
-            )
-        for restored in findings.restored:
-            write(restored)
-        for unrestored in findings.unrestored:
-            write(f"not restored: {unrestored}")
-        if findings.unrestored:
-            write(
-                f"the complete values are in {self._state.report_dir}: 'conformance restore "
-                f"{self._state.report_dir}' writes them back"
-            )
-        if self._suite_left_out:
-            write(
-                "none of the suite's cases was run: to run them with your own tests, add "
-                f"{FOLDER!r} to the arguments; to run your own tests alone, name their files, and "
-                "use the fixtures of the suite in them",
-                red=True,
-            )
-        if findings.bench_errors:
-            terminalreporter.section("the bench", red=True)
-            for error in dict.fromkeys(map(str, findings.bench_errors)):
-                write(error)
-        for line in not_run_lines(self._state.results):
-            write(line)
+        whole = self._shows_all or self._state.options.thorough
+        summary = TerminalSummary(terminalreporter, self._state, whole=whole)
+        summary.write(self._failures.causes, self._stale, left_out=self._suite_left_out)
 
-    def _write_causes(self, terminalreporter: SummaryTerminal) -> None:
-        state = self._state
-        causes = counted_causes(state.results, strict=state.options.strict)
-        if not causes:
-            return
-        terminalreporter.section("causes, most cases first")
-        for line in cause_lines(causes, alone=len(state.options.node_ids) == 1):
-            terminalreporter.write_line(line)
 
-    def _summary(self) -> Iterator[str]:
-        state = self._state
-        yield from device_lines(state.options.node_ids, state.results)
-        yield from found_lines(state.findings.properties)
-        yield from summary_lines(state.results)
-        yield from state.findings.stopped
-        yield from (f"bench: {note}" for note in dict.fromkeys(state.findings.notes))
-        unexplained = [known for known in state.options.deviations if not known.is_explained]
-        if unexplained:
-            yield f"known deviations without a reason: {len(unexplained)}; state why each may stay"
-        if state.options.draft is not None:
-            yield f"draft of the known deviations: {state.options.draft}"
-        yield f"reports: {state.report_dir}"
+def _show_dots_alone(session: pytest.Session) -> None:
+    """Have pytest print no files of the suite: the order of cases jumps between them.
+
+    The cases of a self-test were 406 lines, each with the name of a file.
+    """
+    terminal: SummaryTerminal | None = session.config.pluginmanager.get_plugin("terminalreporter")
+    if terminal is None or session.config.getoption("verbose") != 0:
+        return
+    if any(item.nodeid.startswith(f"{FOLDER}/") for item in session.items):
+        terminal.showfspath = False
 
 
 def _exit_code(errors: list[BenchError]) -> ExitCode:

@@ -17,10 +17,12 @@ from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.items import SLOW
 from conformance.plugin.options import read_options
+from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, read_arguments
 from conformance.plugin.state import STATE, RunState
 from conformance.plugin.stopping import Stopping
+from conformance.plugin.terminal import fitted
 from conformance.plugin.time_left import TimeLeft, estimate_for
 from conformance.plugin.unrestored import left_lines
 from conformance.plugin.workers import Controller, is_controller
@@ -62,8 +64,10 @@ def pytest_configure(config: pytest.Config) -> None:
         )
         config.pluginmanager.register(controller, "conformance-controller")
     if not options.share.worker:
+        failures = PrintedFailures(state)
+        config.pluginmanager.register(failures, "conformance-printed-failures")
         config.pluginmanager.register(
-            FinalReport(state, controller, shows_all=config.getoption("verbose") > 0),
+            FinalReport(state, controller, failures, shows_all=config.getoption("verbose") > 0),
             "conformance-final-report",
         )
         time_left = TimeLeft(config, estimate_for(options), options.budget)
@@ -98,13 +102,14 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
     if state.options.self_test:
         target = f"built-in {state.options.server or 'reference server'}, {target}"
     rate = f"{run.bus.bitrate} bit/s" if run.bus.bitrate else "as the interface is set"
-    return [
+    lines = [
         f"conformance: {__version__}, target: {target}",
         f"conformance: bit rate: {rate}, response time-out: {run.response_timeout * 1000:g} ms, "
         f"seed: {run.seed}, strict: {'yes' if state.options.strict else 'no'}",
         f"conformance: objects: {_objects(run)}",
         *left_lines(state.options),
     ]
+    return [line for text in lines for line in fitted(text)]
 
 
 def _objects(run: RunSettings) -> str:

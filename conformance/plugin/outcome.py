@@ -1,28 +1,12 @@
 """From a case's result to what pytest shows: an outcome, and properties."""
 
-from typing import NoReturn, Protocol
+from typing import NoReturn
 
 import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.plugin.failure import CaseFailed
 from conformance.run.verdict import CaseResult, Verdict
-
-
-class SummaryTerminal(Protocol):
-    """The part of pytest's terminal reporter that the summary needs; old pytests export no type."""
-
-    def ensure_newline(self) -> None:
-        """Begin a new line, unless at the beginning of one."""
-
-    def write(self, content: str, *, flush: bool = False, **markup: bool) -> None:
-        """Print a part of a line."""
-
-    def section(self, title: str, sep: str = "=", **markup: bool) -> None:
-        """Print a heading."""
-
-    def write_line(self, line: str, **markup: bool) -> None:
-        """Print one line."""
 
 
 def attach(item: pytest.Item, result: CaseResult) -> None:

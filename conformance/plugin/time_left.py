@@ -9,8 +9,8 @@ import pytest
 from conformance.device.known_objects import KnownObject
 from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.options import Options
-from conformance.plugin.outcome import SummaryTerminal
-from conformance.plugin.workers import Worker, is_controller
+from conformance.plugin.terminal import SummaryTerminal
+from conformance.plugin.workers import Worker
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.run.verdict import CaseResult
 
@@ -61,7 +61,7 @@ def say(config: pytest.Config, line: str, *, behind_dots: bool = False) -> None:
     if terminal is None or verbosity < -1:
         return
     terminal.ensure_newline()
-    if behind_dots and (verbosity < 0 or (verbosity == 0 and is_controller(config))):
+    if behind_dots and verbosity <= 0:
         terminal.write("\n")
     terminal.write_line(f"conformance: {line}")
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
+from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.summary import counted
 from conformance.run.verdict import FAILED, CaseResult, Verdict
 
@@ -15,6 +16,23 @@ class CauseCount:
     cause: str
     failed: list[CaseResult] = field(default_factory=list)
     kept_away: list[CaseResult] = field(default_factory=list)
+
+    @property
+    def cases(self) -> list[CaseResult]:
+        """All of them; the first one shows the cause."""
+        return [*self.failed, *self.kept_away]
+
+    @property
+    def told(self) -> str:
+        """How many cases it has, in words."""
+        told = [f"{counted(len(self.failed))} failed"] if self.failed else []
+        told += [f"{len(self.kept_away)} not testable"] if self.kept_away else []
+        return ", ".join(told)
+
+
+def causes_of(run: RecordedRun) -> list[CauseCount]:
+    """Return the causes of a recorded run in the order in which all reports number them."""
+    return counted_causes(run.by_device, strict=run.about["strict"])
 
 
 def counted_causes(results: Iterable[CaseResult], *, strict: bool) -> list[CauseCount]:
@@ -31,17 +49,14 @@ def counted_causes(results: Iterable[CaseResult], *, strict: bool) -> list[Cause
             count.failed.append(result)
         elif result.verdict is Verdict.NOT_TESTABLE:
             count.kept_away.append(result)
-    causes = [count for count in found.values() if count.failed or count.kept_away]
-    return sorted(causes, key=lambda count: len(count.failed) + len(count.kept_away), reverse=True)
+    causes = [count for count in found.values() if count.cases]
+    return sorted(causes, key=lambda count: len(count.cases), reverse=True)
 
 
 def cause_lines(causes: Sequence[CauseCount], *, alone: bool) -> list[str]:
     """Return a line for each cause; it names the device unless that is ``alone`` in the run."""
     lines = []
     for count in causes:
-        first = (count.failed or count.kept_away)[0]
-        told = [f"{counted(len(count.failed))} failed"] if count.failed else []
-        told += [f"{len(count.kept_away)} not testable"] if count.kept_away else []
         node = "" if alone else f"node {count.node_id}: "
-        lines.append(f"{node}{count.cause} ({', '.join(told)}; first {first.case_id})")
+        lines.append(f"{node}{count.cause} ({count.told}; first {count.cases[0].case_id})")
     return lines

@@ -13,23 +13,22 @@ from itertools import pairwise
 from pathlib import Path
 
 from conformance.reporting.bus_log import Place, in_a_log
-from conformance.reporting.cause_counts import CauseCount, counted_causes
+from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.earlier_values import values_of_before
 from conformance.reporting.logged import SENT, Logged, frames_by_case
 from conformance.reporting.recorded import RecordedRun
-from conformance.reporting.summary import counted
 from conformance.reporting.trace import Traced, traced
+from conformance.run.evidence import CANSEND_KNOWS
 from conformance.run.recording import ChannelDecoder
 from conformance.run.verdict import CaseResult, rule_of_cause
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.inert import inert
 from conformance.sdo.nmt import describe_nmt
-from conformance.sdo.rules import RULES_BY_ID
+from conformance.sdo.rules import RULES_BY_ID, cited
 
 FOLDER = "reproduce"
 SCRIPT, LOG = ".sh", ".log"
-CANSEND_KNOWS = "socketcan"
 # More of them are not looked at one by one.
 MOST_CAUSES = 100
 MOST_FRAMES = 20_000
@@ -65,8 +64,20 @@ class Reproduction:
     @property
     def name(self) -> str:
         """The name of its files, without the end."""
-        rule = re.sub(r"[^a-z0-9.-]+", "-", rule_of_cause(self.count.cause).lower())
-        return f"{self.number:02}-{rule[:LONGEST_NAME].strip('.-') or 'cause'}"
+        return file_name(self.number, self.count)
+
+
+def file_name(number: int, count: CauseCount) -> str:
+    """Return the name of the files of a cause, by its number in the reports; without the end."""
+    rule = re.sub(r"[^a-z0-9.-]+", "-", rule_of_cause(count.cause).lower())
+    return f"{number:02}-{rule[:LONGEST_NAME].strip('.-') or 'cause'}"
+
+
+def reproductions(folder: Path, number: int, count: CauseCount) -> list[Path]:
+    """Return the script and the log of a cause, as far as they lie in the report folder."""
+    name = file_name(number, count)
+    paths = [folder / FOLDER / (name + end) for end in (SCRIPT, LOG)]
+    return [path for path in paths if path.is_file()]
 
 
 def write_reproductions(folder: Path, run: RecordedRun) -> Path | None:
@@ -96,8 +107,8 @@ def write_reproductions(folder: Path, run: RecordedRun) -> Path | None:
 
 def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
     """Return the causes whose frames are known, in the order in which reports number them."""
-    causes = counted_causes(run.results, strict=run.about["strict"])[:MOST_CAUSES]
-    firsts = {id((count.failed or count.kept_away)[0]): count for count in causes}
+    causes = causes_of(run)[:MOST_CAUSES]
+    firsts = {id(count.cases[0]): count for count in causes}
     wanted: list[Place | None] = [
         place if id(result) in firsts else None
         for result, place in zip(run.results, run.places, strict=True)
@@ -207,13 +218,10 @@ def _pause(seconds: float, *, answered: bool) -> Iterator[str]:
 def _about(each: Reproduction, channel: str) -> Iterator[str]:
     """Yield what the script is about, line by line."""
     result, count = each.result, each.count
-    failed = [f"{counted(len(count.failed))} failed"] if count.failed else []
-    kept_away = [f"{len(count.kept_away)} not testable"] if count.kept_away else []
-    yield f"{count.cause} ({', '.join([*failed, *kept_away])})"
+    yield f"{count.cause} ({count.told})"
     rule = RULES_BY_ID.get(rule_of_cause(count.cause))
     if rule is not None:
-        clause = rule.clause if rule.clause.startswith("CiA") else f"CiA 301 clause {rule.clause}"
-        yield f"rule: {rule.id} ({rule.level}, {clause}) {rule.sentence}"
+        yield f"rule: {rule.id} ({rule.level}, {cited(rule.clause)}) {rule.sentence}"
     yield f"case: {result.case_id}, node {result.node_id}"
     yield f"expected: {result.expected}"
     yield f"actual: {result.actual}"

@@ -11,6 +11,10 @@ from conformance.run.verdict import CaseResult, Verdict
 FOUND = "found-by-reading"
 # Which cases a quick run has left out.
 QUICK = "quick"
+# So many lines of a kind are shown unless all are wanted; what is missing says what to do.
+MOST_REMARKS, MOST_REASONS = 3, 8
+# Seconds; a run that waited less in total has not waited.
+SHORTEST_WAIT = 0.05
 # Values of more bytes than one frame takes count alike.
 LONG = 5
 
@@ -85,28 +89,62 @@ def verdict_counts(results: Sequence[CaseResult]) -> list[str]:
     return [f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict]]
 
 
-def summary_lines(results: Sequence[CaseResult]) -> list[str]:
-    """Return the number of each verdict, and each result that passed with a remark."""
-    lines = [", ".join(verdict_counts(results))]
-    lines += [
-        f"{result.verdict.value}: {result.case_id}: {result.actual or '; '.join(result.notes)}"
-        for result in results
-        if result.verdict in (Verdict.NON_STRICT, Verdict.INFO)
+def summary_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
+    """Return the number of each verdict, and what is to be said of those that did not just pass.
+
+    ``whole``: all of what else would be long.
+    """
+    waited = sum(result.waited for result in results)
+    return [
+        ", ".join(verdict_counts(results)),
+        *_remark_lines(results, whole=whole),
+        *_known_lines(results),
+        *(_progress_lines(results) if whole else []),
+        *_missing_lines(results, whole=whole),
+        *(
+            [f"waited {waited:.1f} s in total for answers that did not come"]
+            if waited >= SHORTEST_WAIT
+            else []
+        ),
     ]
-    lines += _known_lines(results)
-    lines += [f"{result.case_id}: {result.progress}" for result in results if result.progress]
+
+
+def _remark_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
+    """Return a line for each result that passed with a remark."""
+    lines = dict.fromkeys(  # several devices may say the same
+        f"{result.verdict.value}: {result.case_id}: {result.actual or '; '.join(result.notes)}"
+        for verdict in (Verdict.NON_STRICT, Verdict.INFO)
+        for result in results
+        if result.verdict is verdict
+    )
+    return list(lines) if whole else _first(list(lines), MOST_REMARKS, "more with a remark")
+
+
+def _progress_lines(results: Sequence[CaseResult]) -> list[str]:
+    """Return how far random cases came; one that had no time for all has a remark as well."""
+    searches = (result for result in results if result.progress)
+    return list(dict.fromkeys(f"{result.case_id}: {result.progress}" for result in searches))
+
+
+def _missing_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
+    """Return a line for each thing that cases lack, most cases first."""
     missing = Counter(
         result.actual
         for result in results
         if result.verdict is Verdict.NOT_TESTABLE and not result.cause
     )
-    lines += [
+    lines = [
         f"not testable ({counted(cases)}): {reason}" for reason, cases in missing.most_common()
     ]
-    waited = sum(result.waited for result in results)
-    if waited > 0:
-        lines.append(f"waited {waited:.1f} s in total for answers that did not come")
-    return list(dict.fromkeys(lines))  # several devices may say the same
+    more = "more reasons why cases are not testable"
+    return lines if whole else _first(lines, MOST_REASONS, more)
+
+
+def _first(lines: list[str], most: int, more: str) -> list[str]:
+    """Return the lines, or the first of many and how many more there are."""
+    if len(lines) <= most + 1:
+        return lines
+    return [*lines[:most], f"{len(lines) - most} {more}: see the reports, or -v"]
 
 
 def _known_lines(results: Sequence[CaseResult]) -> list[str]:

@@ -34,6 +34,7 @@ from conformance.dialogue.causes import Causes
 from conformance.dialogue.channels import TEST_CHANNELS
 from conformance.run.discovery import discover, unseen
 from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
+from conformance.run.evidence import CANSEND_KNOWS
 from conformance.run.first_request import FirstRequest
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
@@ -89,8 +90,8 @@ def private_channel() -> str:
 
 
 def _cansend_channel(bus: BusSettings) -> str:
-    """Return the interface for lines that can be pasted; other buses have no cansend."""
-    return bus.channel if bus.interface == "socketcan" and bus.channel else "can0"
+    """Return the interface as cansend names it; empty for a bus that cansend does not know."""
+    return bus.channel or "" if bus.interface == CANSEND_KNOWS else ""
 
 
 class Bench:

@@ -1,6 +1,8 @@
 """A case's result as text: what was required, what came, the frames, and lines that repeat them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from enum import Enum, auto
+from typing import NamedTuple
 
 from conformance.bus.link import Captured, Direction
 from conformance.run.recording import ChannelDecoder, Gap
@@ -8,10 +10,15 @@ from conformance.run.verdict import CaseResult
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.nmt import describe_nmt
+from conformance.sdo.rules import cited
 
+# The kind of bus, by its name in python-can, to which can-utils can send.
+CANSEND_KNOWS = "socketcan"
 FIRST_LINES = 40
 LAST_LINES = 60
 DECISIVE = "*"
+# Where the words of a frame begin in the text of a failure.
+WORDS_AT = 38
 ASIDE = "          -- the case ends here; is the server idle, are the values as before? --"
 
 
@@ -99,33 +106,54 @@ def _left_out(number: int) -> str:
     return f"… {number - FIRST_LINES - LAST_LINES} frames left out; bus.log has them all"
 
 
+class Part(Enum):
+    """What a line of the text of a failure is, as far as it is shown in another way."""
+
+    TITLE = auto()
+    EXPECTED = auto()
+    ACTUAL = auto()
+    DECISIVE = auto()
+    FRAME = auto()
+    OTHER = auto()
+
+
+class EvidenceLine(NamedTuple):
+    """A line of the text of a failure; what came from elsewhere may have several."""
+
+    text: str
+    part: Part = Part.OTHER
+
+
 def evidence_text(result: CaseResult) -> str:
     """Return everything that a failure has to show."""
-    named = result.clause.startswith("CiA")
-    clause = result.clause if named else f"CiA 301 clause {result.clause}"
-    lines = [
-        f"{result.case_id}: {result.verdict.upper()} "
-        f"({result.level}, {clause}, node {result.node_id})",
-        f"  requirement: {result.requirement}",
-    ]
-    for name, value in (
-        ("broken rule", _broken_rule(result)),
-        ("cause", result.cause),
-        ("expected", result.expected),
-        ("actual", result.actual),
-        ("afterwards", result.afterwards),
+    return "\n".join(line.text for line in evidence_lines(result))
+
+
+def evidence_lines(result: CaseResult) -> Iterator[EvidenceLine]:
+    """Yield everything that a failure has to show, line by line."""
+    about = f"{result.level}, {cited(result.clause)}, node {result.node_id}"
+    yield EvidenceLine(f"{result.case_id}: {result.verdict.upper()} ({about})", Part.TITLE)
+    for name, value, part in (
+        ("requirement", result.requirement, Part.OTHER),
+        ("broken rule", _broken_rule(result), Part.OTHER),
+        ("cause", result.cause, Part.OTHER),
+        ("expected", result.expected, Part.EXPECTED),
+        ("actual", result.actual, Part.ACTUAL),
+        ("afterwards", result.afterwards, Part.OTHER),
+        *(("note", note, Part.OTHER) for note in result.notes),
     ):
         if value:
-            lines.append(f"  {name}: {value}")
-    lines += [f"  note: {note}" for note in result.notes]
+            yield EvidenceLine(f"  {name}: {value}", part)
     if result.output:
-        lines.append("  the device's own output, its last lines:")
-        lines += [f"    {line}" for line in result.output]
+        yield EvidenceLine("  the device's own output, its last lines:")
+        yield from (EvidenceLine(f"    {line}") for line in result.output)
     decisive = any(line.startswith(DECISIVE) for line in result.trace)
     if result.trace:
-        lines.append(f"  frames (> sent, < received{', * decisive' if decisive else ''}):")
-        lines += [f"  {line}" for line in result.trace]
+        yield EvidenceLine(f"  frames (> sent, < received{', * decisive' if decisive else ''}):")
+        for line in result.trace:
+            yield EvidenceLine(
+                f"  {line}", Part.DECISIVE if line.startswith(DECISIVE) else Part.FRAME
+            )
     if result.reproduce:
-        lines.append("  to repeat what was sent:")
-        lines += [f"    {line}" for line in result.reproduce]
-    return "\n".join(lines)
+        yield EvidenceLine("  to repeat what was sent:")
+        yield from (EvidenceLine(f"    {line}") for line in result.reproduce)

@@ -246,7 +246,12 @@ class DeviceSession:
         )
 
     def reproduce(self, own: int) -> list[str]:
-        """Return the commands that send what the case sent in its first ``own`` frames."""
+        """Return the commands that send what the case sent in its first ``own`` frames.
+
+        There are none for a bus that cansend does not know.
+        """
+        if not self._cansend_channel:
+            return []
         frames, gap = self._frames.kept(), self._frames.gap()
         if gap is not None and own > gap.at:
             own = max(gap.at, own - gap.frames)

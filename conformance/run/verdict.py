@@ -52,11 +52,11 @@ class CaseResult:
     of the rules that the case tests. Times are in seconds: ``duration`` of the case, the longest
     ``latency`` of an answer, what was ``waited`` for answers that did not come, and the time
     ``answering`` of all ``answers`` that did. ``trace`` holds the decoded frames, a line each,
-    ``reproduce`` the commands that send the requests again. ``reason`` is why a known deviation may
-    be one, ``output`` what a device that was lost has written last; ``progress`` says how many of
-    its examples a random case has tried. ``cause`` is what is wrong with the device, the rule and
-    the kind of answer: the same text for all cases that it fails, or keeps from their point;
-    ``met`` are causes that the case has stepped round.
+    ``reproduce`` the commands that send the requests again, if the bus has any. ``reason`` is why a
+    known deviation may be one, ``output`` what a device that was lost has written last;
+    ``progress`` says how many of its examples a random case has tried. ``cause`` is what is wrong
+    with the device, the rule and the kind of answer: the same text for all cases that it fails, or
+    keeps from their point; ``met`` are causes that the case has stepped round.
     """
 
     case_id: str

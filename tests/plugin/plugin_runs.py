@@ -3,6 +3,7 @@
 Hypothesis's plugin would cost each of them a second; the cache of one must not reach another.
 """
 
+import os
 import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator, Sequence
@@ -17,6 +18,9 @@ from conformance.faults.catalogue import build_node
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.run.bench import private_channel
 from conformance.run.case_files import case_files
+
+# pytest-xdist tells its workers how wide its terminal is; lines stay whole where there is none.
+os.environ.pop("COLUMNS", None)
 
 NO_HYPOTHESIS = ("-p", "no:hypothesispytest")
 QUICK = (*NO_HYPOTHESIS, "-p", "no:cacheprovider")
@@ -125,6 +129,7 @@ def printed(result: pytest.RunResult) -> str:
     text = re.sub(r" *\d+\.\d ms ", " T ms ", text)
     text = re.sub(r"conformance-\d+-[0-9a-f]{8}", "CHANNEL", text)
     text = re.sub(r"reports: .*", "reports: FOLDER", text)
+    text = re.sub(r"\d{8}-\d{6}-\d{6}-node-\d+", "RUN", text)
     return re.sub(r"in \d+\.\d\ds", "in N s", text)
 
 

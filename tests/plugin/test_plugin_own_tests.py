@@ -104,7 +104,7 @@ def test_mine(sdo):
             "  frames (> sent, < received, [*] decisive):",
             "*> 605#4018100100000000 upload initiate 1018h:01",
             "  to repeat what was sent:",
-            "    cansend can0 605#4018100100000000",
+            "    conformance replay *",
             "FAILED test_mine.py::test_mine - expected our vendor-ID; got another",
         ]
     )

@@ -21,7 +21,7 @@ def test_a_run(pytester: pytest.Pytester) -> None:
     """All but cases with remote frames, which python-can cannot send there."""
     named = ("--sdo-object=2004=unsigned32", "--sdo-object=2010=visible_string")
     with socketcand() as bus, hosted_on(bus, build_node(None, NODE_ID)):
-        result = run(pytester, f"--node-id={NODE_ID}", *bus, *named, "-k", CHOSEN)
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *named, "-v", "-k", CHOSEN)
     assert result.ret == pytest.ExitCode.OK
     assert result.parseoutcomes()["passed"] > 400
     result.stdout.fnmatch_lines(["not testable (3 cases): needs remote frames, *socketcand*"])

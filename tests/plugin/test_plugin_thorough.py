@@ -28,4 +28,4 @@ def test_another_number_of_examples(pytester: pytest.Pytester) -> None:
 
 def test_otherwise_a_search_ends_in_time(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, *RANDOM)
-    result.stdout.fnmatch_lines(["random.interrupted: 0 of 20 examples in *"])
+    result.stdout.fnmatch_lines(["info: random.interrupted: 0 of 20 examples in *"])

@@ -46,7 +46,7 @@ def properties(pytester: pytest.Pytester) -> dict[str, str]:
 
 def rows(result: pytest.RunResult) -> list[str]:
     """Return the rows of the devices and the lines below them."""
-    return [line for line in result.outlines if re.match(r"node \d+: |\d+ pass", line)]
+    return [line for line in result.outlines if re.match(r"( \d\. )?node \d+: |\d+ pass", line)]
 
 
 def log_lines(pytester: pytest.Pytester) -> list[str]:

@@ -6,7 +6,12 @@ from reporting_results import result
 from conformance.device.device import Device
 from conformance.device.eds_listing import Listing
 from conformance.device.services import Services
-from conformance.reporting.summary import device_properties, found_lines, summary_lines
+from conformance.reporting.summary import (
+    MOST_REASONS,
+    device_properties,
+    found_lines,
+    summary_lines,
+)
 from conformance.run.verdict import Verdict
 from conformance.sdo.layout import Multiplexer
 
@@ -24,17 +29,38 @@ def test_verdicts_are_counted_and_remarks_told() -> None:
         result(waited=0.5),
         result(waited=0.75),
     ]
-    assert summary_lines(results) == [
+    counts, filler, order, lacks, waited = [
         "4 pass, 1 non-strict, 1 info, 2 not testable, 1 fail",
         "non-strict: upload.filler: FF in bytes without data",
         "info: upload.order: first this; then that",
         f"not testable (2 cases): {lack}",
         "waited 1.2 s in total for answers that did not come",
     ]
+    assert summary_lines(results, whole=False) == [counts, filler, order, lacks, waited]
 
 
 def test_nothing_is_said_of_what_did_not_happen() -> None:
-    assert summary_lines([result()]) == ["1 pass"]
+    unhurried = result(progress="20 of 20 examples", waited=0.01)
+    assert summary_lines([result(), unhurried], whole=False) == ["2 pass"]
+
+
+def test_how_far_a_search_came_is_told_where_all_is() -> None:
+    results = [result(case_id="random.all", progress="20 of 20 examples in 1 s")]
+    assert summary_lines(results, whole=False) == ["1 pass"]
+    assert summary_lines(results, whole=True)[1] == "random.all: 20 of 20 examples in 1 s"
+
+
+def test_many_lines_of_a_kind_are_not_all_shown() -> None:
+    lacks = [f"needs {number}" for number in range(12)]
+    results = [result(Verdict.NOT_TESTABLE, actual=lack) for lack in [lacks[7], *lacks]]
+    _, *shown, rest = summary_lines(results, whole=False)
+    assert shown[0] == "not testable (2 cases): needs 7"
+    assert len(shown) == MOST_REASONS
+    assert (
+        rest
+        == f"{12 - MOST_REASONS} more reasons why cases are not testable: see the reports, or -v"
+    )
+    assert len(summary_lines(results, whole=True)) == 1 + 12
 
 
 @pytest.mark.parametrize(

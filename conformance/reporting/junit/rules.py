@@ -17,7 +17,7 @@ from conformance.reporting.summary import counted
 from conformance.reporting.text import xml_text
 from conformance.run.evidence import evidence_text
 from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
-from conformance.sdo.rules import CHAPTERS, RULES, RULES_BY_ID, Rule
+from conformance.sdo.rules import CHAPTERS, RULES, RULES_BY_ID, Rule, cited
 
 # The suite of failures that name no rule: errors of the bench, tests of the user's own.
 WITHOUT_RULE = "failures that name no rule"
@@ -80,7 +80,7 @@ def _element(rule: Rule, output: str = "") -> TestCase:
 def _broken(rule: Rule, causes: Sequence[CauseCount], *, alone: bool) -> TestCase:
     """Return a rule that was broken: each cause, then the evidence of its first case."""
     told = cause_lines(causes, alone=alone)
-    lines = [f"{rule.level}, CiA 301 clause {rule.clause}: {rule.sentence}", *told]
+    lines = [f"{rule.level}, {cited(rule.clause)}: {rule.sentence}", *told]
     for count in causes:
         lines += ["", evidence_text(count.failed[0])]
     case = _element(rule)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
 
-from conformance.reporting.cause_counts import CauseCount, counted_causes
+from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.page.diagram import Diagram, diagram
 from conformance.reporting.page.traffic import Times, Traffic
@@ -86,9 +86,7 @@ class CauseShown:
     @property
     def counts(self) -> str:
         """How many cases it has."""
-        told = [f"{counted(len(self.count.failed))} failed"] if self.count.failed else []
-        told += [f"{len(self.count.kept_away)} not testable"] if self.count.kept_away else []
-        return ", ".join(told)
+        return self.count.told
 
 
 def cause_shown(count: CauseCount, cases: list[Case]) -> CauseShown:
@@ -166,9 +164,8 @@ class PageContent:
         """The causes, most cases first."""
         by_result = {id(case.result): case for case in self.cases}
         shown = []
-        for count in counted_causes(self.run.results, strict=self.about["strict"]):
-            results = [*count.failed, *count.kept_away]
-            shown.append(cause_shown(count, [by_result[id(result)] for result in results]))
+        for count in causes_of(self.run):
+            shown.append(cause_shown(count, [by_result[id(result)] for result in count.cases]))
         return shown
 
     @property

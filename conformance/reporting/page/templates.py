@@ -7,6 +7,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from conformance.reporting.page.diagram import LIFELINES, MIDDLE, WIDTH
 from conformance.reporting.recorded import TEXT_NAMES
 from conformance.sdo.inert import inert
+from conformance.sdo.rules import cited
 
 
 def template(name: str) -> Template:
@@ -29,6 +30,7 @@ def _environment() -> Environment:
         "lifelines": LIFELINES,
         "middle": MIDDLE,
         "texts": TEXT_NAMES,
+        "cited": cited,
     }
     return environment
 

@@ -20,7 +20,7 @@ from conformance.sdo.rules.chapters import (
 )
 from conformance.sdo.rules.freedoms import RESTART
 from conformance.sdo.rules.idle import MISSING_REFUSED, NOT_REFUSED
-from conformance.sdo.rules.model import Level, Rule, Violation
+from conformance.sdo.rules.model import Level, Rule, Violation, cited
 from conformance.sdo.rules.responses import (
     ABORT_CODE,
     ANSWERED,
@@ -74,5 +74,6 @@ __all__ = [
     "Rule",
     "UnknownRule",
     "Violation",
+    "cited",
     "rule_of",
 ]

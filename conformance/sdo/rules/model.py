@@ -41,6 +41,11 @@ class Rule:
     untestable: str = ""
 
 
+def cited(clause: str) -> str:
+    """Return the clause of a rule with the name of its specification."""
+    return clause if clause.startswith("CiA") else f"CiA 301 clause {clause}"
+
+
 class Violation(Exception):
     """A response, or its absence, that a rule does not allow.
 
