@@ -4,11 +4,10 @@ A case may read what another has left; at the end of the run the object was rest
 """
 
 from collections.abc import Sequence
-from itertools import count
 from pathlib import Path
 
 from conformance.device.safety import written_by
-from conformance.reporting.logged import Logged, logged_line
+from conformance.reporting.logged import Logged, log_lines, logged_line
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
@@ -69,15 +68,14 @@ def _earlier_downloads(path: Path, wanted: Sequence[Begin]) -> dict[Begin, Downl
     followed = {ids: _Followed(ids) for _, ids in wanted}
     waiting = sorted(set(wanted), key=lambda each: each[0], reverse=True)
     found: dict[Begin, Downloads] = {}
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for number, line in zip(count(1), file, strict=False):
-            while waiting and waiting[-1][0] <= number:
-                each = waiting.pop()
-                found[each] = dict(followed[each[1]].completed)
-            logged = logged_line(number, line)
-            if logged is not None:
-                for channel in followed.values():
-                    channel.take(logged)
+    for number, line in log_lines(path):
+        while waiting and waiting[-1][0] <= number:
+            each = waiting.pop()
+            found[each] = dict(followed[each[1]].completed)
+        logged = logged_line(number, line)
+        if logged is not None:
+            for channel in followed.values():
+                channel.take(logged)
     return {
         begin: {
             mux: frames

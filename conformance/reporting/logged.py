@@ -1,14 +1,16 @@
-"""The frames of bus.log, read again case by case."""
+"""The frames of bus.log, read again case by case; it may have been packed by gzip since."""
 
+import gzip
 import heapq
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 from conformance.reporting.bus_log import Place
 
 SENT = "T"
+PACKED = ".gz"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +41,28 @@ class Logged:
             return None
 
 
+def log_in(folder: Path, name: str) -> Path:
+    """Return where a log of a run lies, as it was written or packed; it need not be there."""
+    path = folder / name
+    packed = folder / (name + PACKED)
+    return packed if packed.is_file() and not path.is_file() else path
+
+
+def log_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a log with their numbers, as far as they go; raises OSError."""
+    if path.suffix != PACKED:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            yield from enumerate(file, start=1)
+        return
+    with gzip.open(path, "rt", encoding="utf-8", errors="replace") as packed:
+        try:
+            yield from enumerate(packed, start=1)
+        except (EOFError, zlib.error, gzip.BadGzipFile):
+            return  # it was cut off
+
+
 def frames_by_case(
-    path: Path, log: str, places: Sequence[Place | None]
+    folder: Path, log: str, places: Sequence[Place | None]
 ) -> Iterator[tuple[int, list[Logged]]]:
     """Yield the number of each case that has a place in this log, and its lines; raises OSError.
 
@@ -55,18 +77,17 @@ def frames_by_case(
         reverse=True,
     )
     open_cases: list[tuple[int, int, list[Logged]]] = []
-    with path.open(encoding="utf-8", errors="replace") as file:
-        for line_number, line in zip(count(1), file, strict=False):
-            while waiting and waiting[-1][0] <= line_number:
-                _, last, number = waiting.pop()
-                heapq.heappush(open_cases, (last, number, []))
-            logged = logged_line(line_number, line)
-            for _, _, lines in open_cases:
-                if logged is not None:
-                    lines.append(logged)
-            while open_cases and open_cases[0][0] <= line_number:
-                _, number, lines = heapq.heappop(open_cases)
-                yield number, lines
+    for line_number, line in log_lines(log_in(folder, log)):
+        while waiting and waiting[-1][0] <= line_number:
+            _, last, number = waiting.pop()
+            heapq.heappush(open_cases, (last, number, []))
+        logged = logged_line(line_number, line)
+        for _, _, lines in open_cases:
+            if logged is not None:
+                lines.append(logged)
+        while open_cases and open_cases[0][0] <= line_number:
+            _, number, lines = heapq.heappop(open_cases)
+            yield number, lines
     while open_cases:  # the log was cut off
         _, number, lines = heapq.heappop(open_cases)
         yield number, lines

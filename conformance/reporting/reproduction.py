@@ -15,7 +15,7 @@ from pathlib import Path
 from conformance.reporting.bus_log import Place, in_a_log
 from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.earlier_values import values_of_before
-from conformance.reporting.logged import SENT, Logged, frames_by_case
+from conformance.reporting.logged import SENT, Logged, frames_by_case, log_in
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.trace import Traced, traced
 from conformance.run.evidence import CANSEND_KNOWS
@@ -83,9 +83,13 @@ def reproductions(folder: Path, number: int, count: CauseCount) -> list[Path]:
 def write_reproductions(folder: Path, run: RecordedRun) -> Path | None:
     """Write the files for each cause into the report folder; return where they are, if there are.
 
-    A cause whose frames bus.log does not have has none. Raises OSError.
+    A cause whose frames bus.log does not have has none. Without a log, those that are there stay.
+    Raises OSError.
     """
     target = folder / FOLDER
+    logs = {place.log for place in run.places if place is not None}
+    if logs and not any(log_in(folder, log).is_file() for log in logs):
+        return target if target.is_dir() else None
     if target.is_dir():
         for end in (SCRIPT, LOG):
             for old in target.glob(f"[0-9]*-*{end}"):
@@ -117,10 +121,11 @@ def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
     own = {cob_id.can_id for ids in channels.values() for cob_id in (ids.request, ids.response)}
     found = []
     for log in sorted({place.log for place in wanted if place is not None}):
-        if not (folder / log).is_file():
+        path = log_in(folder, log)
+        if not path.is_file():
             continue
         lines: dict[int, list[Logged]] = {}
-        for number, logged in frames_by_case(folder / log, log, wanted):
+        for number, logged in frames_by_case(folder, log, wanted):
             ids = channels[run.results[number].node_id]
             others = own - {ids.request.can_id, ids.response.can_id}
             lines[number] = _lines(run.results[number], logged, others)
@@ -129,7 +134,7 @@ def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
             for number, each in lines.items()
             if each
         }
-        earlier = values_of_before(folder / log, list(cases.values()))
+        earlier = values_of_before(path, list(cases.values()))
         for (number, (each, ids)), before in zip(cases.items(), earlier, strict=True):
             result = run.results[number]
             count = firsts[id(result)]

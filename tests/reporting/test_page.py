@@ -1,5 +1,6 @@
 """report.html: what it says of a run, from its record and its log."""
 
+import gzip
 import re
 from collections.abc import Sequence
 from html.parser import HTMLParser
@@ -15,6 +16,7 @@ from conformance.commands.status import DONE
 from conformance.reporting.bus_log import Place
 from conformance.reporting.page.writing import PAGE, write_page
 from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.reproduction import FOLDER
 from conformance.reporting.results import RESULTS, ResultsFile
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -157,6 +159,36 @@ def test_a_log_that_is_cut_off_or_gone(tmp_path: Path) -> None:
     run = RecordedRun(ABOUT, [DEVICE], [result()], [PLACES[0]], 1, None)
     text = write_page(tmp_path, run).read_text(encoding="utf-8")
     assert "There is no log of frames beside this report." in text
+
+
+def packed(folder: Path) -> Path:
+    """Pack the log of a run, as someone does who is to mail it."""
+    log = folder / "bus.log"
+    (folder / "bus.log.gz").write_bytes(gzip.compress(log.read_bytes()))
+    log.unlink()
+    return folder / "bus.log.gz"
+
+
+def test_a_packed_log_is_read_as_it_was(tmp_path: Path) -> None:
+    run = RecordedRun(ABOUT, [DEVICE], [result(trace=[]), FAILED], [*PLACES], 2, None)
+    (tmp_path / "bus.log").write_text(LOG, encoding="utf-8")
+    unpacked = write_page(tmp_path, run).read_text(encoding="utf-8")
+    assert "upload initiate response 1000h:00" in unpacked
+    path = packed(tmp_path)
+    assert write_page(tmp_path, run).read_text(encoding="utf-8") == unpacked
+    path.write_bytes(path.read_bytes()[:-20])  # as a full disk leaves it
+    assert "<h2>Causes</h2>" in write_page(tmp_path, run).read_text(encoding="utf-8")
+
+
+def test_a_cause_leads_to_what_reproduces_it(tmp_path: Path) -> None:
+    (tmp_path / FOLDER).mkdir()
+    links = [f"{FOLDER}/01-response.specifier{end}" for end in (".sh", ".log")]
+    for link in links:
+        (tmp_path / link).touch()
+    page = page_of(tmp_path, [result(), FAILED])
+    hrefs = [each["href"] for tag, each in page.tags if tag == "a"]
+    assert [href for href in hrefs if href and not href.startswith("#")] == links
+    assert f"a log, for conformance replay {links[1]} , which judges the answers" in page.text
 
 
 def test_it_needs_nothing_beside_it(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """reproduce/: scripts and logs that send again what led to a failure."""
 
+import gzip
 import os
 import subprocess
 import tempfile
@@ -97,6 +98,23 @@ def test_a_script_says_what_it_is_about(tmp_path: Path) -> None:
         "# Now candump shows the answer; in the run: 585#8001200002000106 abort 2001h:00, "
         "06010002h (write of a read-only object)\n"
     )
+
+
+def test_a_packed_log_will_do_and_without_any_the_files_stay(tmp_path: Path) -> None:
+    files = reproduced(tmp_path)
+    log = tmp_path / "bus.log"
+    (tmp_path / "bus.log.gz").write_bytes(gzip.compress(log.read_bytes()))
+    log.unlink()
+    run = RecordedRun(ABOUT, [DEVICE], [FAILED], [PLACE], 1, END)
+
+    def written() -> dict[str, str]:
+        assert write_reproductions(tmp_path, run) == tmp_path / FOLDER
+        return {path.name: path.read_text("utf-8") for path in (tmp_path / FOLDER).iterdir()}
+
+    (tmp_path / FOLDER / f"{NAME}.sh").unlink()
+    assert written() == files
+    (tmp_path / "bus.log.gz").unlink()
+    assert written() == files
 
 
 def test_a_silence_is_looked_for_behind_the_last_request(tmp_path: Path) -> None:

@@ -3,16 +3,18 @@
 import math
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
+from pathlib import Path
 
 from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.page.diagram import Diagram, diagram
 from conformance.reporting.page.traffic import Times, Traffic
 from conformance.reporting.recorded import RecordedRun
+from conformance.reporting.reproduction import reproductions
 from conformance.reporting.summary import QUICK, counted
 from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import RULES_BY_ID, Rule
@@ -70,13 +72,17 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class CauseShown:
-    """A cause with its rule, the picture of its first failure, and the cases behind it."""
+    """A cause with its rule, the picture of its first failure, and the cases behind it.
+
+    ``files`` lie beside the page and send the frames again.
+    """
 
     count: CauseCount
     rule: Rule | None
     first: Case
     diagram: Diagram | None
     cases: list[Case]
+    files: list[str]
 
     @property
     def kind(self) -> str:
@@ -89,10 +95,10 @@ class CauseShown:
         return self.count.told
 
 
-def cause_shown(count: CauseCount, cases: list[Case]) -> CauseShown:
-    """Return a cause with these cases, the first of which shows it."""
+def cause_shown(count: CauseCount, cases: list[Case], files: Sequence[str] = ()) -> CauseShown:
+    """Return a cause with these cases, the first of which shows it, and files beside the page."""
     rule = RULES_BY_ID.get(rule_of_cause(count.cause))
-    return CauseShown(count, rule, cases[0], diagram(cases[0].result.trace), cases)
+    return CauseShown(count, rule, cases[0], diagram(cases[0].result.trace), cases, list(files))
 
 
 @dataclass(slots=True)
@@ -145,8 +151,11 @@ class Distribution:
 class PageContent:
     """Everything on the page of a run; ``profile`` are lines on what the devices chose."""
 
-    def __init__(self, run: RecordedRun, traffic: Traffic, profile: dict[int, list[str]]) -> None:
-        """Take the run, and what its log has."""
+    def __init__(
+        self, folder: Path, run: RecordedRun, traffic: Traffic, profile: dict[int, list[str]]
+    ) -> None:
+        """Take the run, the folder of its reports, and what its log has."""
+        self._folder = folder
         self.run = run
         self.traffic = traffic
         self.profile = profile
@@ -164,8 +173,11 @@ class PageContent:
         """The causes, most cases first."""
         by_result = {id(case.result): case for case in self.cases}
         shown = []
-        for count in causes_of(self.run):
-            shown.append(cause_shown(count, [by_result[id(result)] for result in count.cases]))
+        for number, count in enumerate(causes_of(self.run), start=1):
+            cases = [by_result[id(result)] for result in count.cases]
+            paths = reproductions(self._folder, number, count)
+            files = [path.relative_to(self._folder).as_posix() for path in paths]
+            shown.append(cause_shown(count, cases, files))
         return shown
 
     @property

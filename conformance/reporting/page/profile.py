@@ -5,6 +5,7 @@ from pathlib import Path
 
 from conformance.logs.judging import LogJudge
 from conformance.logs.reading import RecordedLog
+from conformance.reporting.logged import log_in
 from conformance.reporting.recorded import RecordedRun
 
 # To judge takes time; the choices show in the first frames of each kind of case.
@@ -46,7 +47,7 @@ def profiles(folder: Path, run: RecordedRun, cases: Collection[str]) -> dict[int
         own = (place for place in places if place.log == name)
         chosen = {line for place in own for line in range(place.first, place.last + 1)}
         judge = LogJudge()
-        for seen in RecordedLog(str(folder / name)):
+        for seen in RecordedLog(str(log_in(folder, name))):
             if seen.number in chosen:
                 for _ in judge.take(seen):
                     pass

@@ -80,7 +80,7 @@ def read_traffic(
     """
     traffic = Traffic()
     for log in sorted({place.log for place in places if place is not None}):
-        for number, lines in frames_by_case(folder / log, log, places):
+        for number, lines in frames_by_case(folder, log, places):
             _Case(traffic, number, channels, node_ids[number]).take(lines)
     return traffic
 

@@ -13,7 +13,7 @@ PAGE = "report.html"
 def write_page(folder: Path, run: RecordedRun) -> Path:
     """Write the page of a run into its report folder; raises OSError."""
     seen = observed(folder, run)
-    content = PageContent(run, seen.traffic, seen.profile)
+    content = PageContent(folder, run, seen.traffic, seen.profile)
     path = folder / PAGE
     path.write_text(template("report").render(page=content, marks=MARKS), encoding="utf-8")
     return path
