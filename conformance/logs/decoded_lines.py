@@ -4,12 +4,17 @@ from collections.abc import Iterator
 from operator import itemgetter
 
 from conformance.logs.judging import PATIENCE, Finding, LogJudge, NotFollowed
+from conformance.logs.other_frames import describe_other
 from conformance.logs.reading import Log, Seen
+from conformance.logs.transfers import Transfers
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.nmt import ALL_NODES, NMT_ID, describe_nmt
 
+# Stands in place of the frame where a line sums up those before.
+ENDED = f"{'=':<20}"
 NOT_FOLLOWED = (
     "not judged from here until the channel is quiet for "
     f"{PATIENCE * 1000:.0f} ms: the client does not wait for its answers, so the responses are "
@@ -21,39 +26,63 @@ def decoded(log: Log, only: int | None) -> Iterator[str]:
     """Yield the messages of a log in words, of all nodes or of ``only`` one."""
     words = Words(only)
     for seen in log:
-        if line := words.line(seen):
-            yield line
+        yield from words.lines(seen)
+
+
+class _Channel:
+    """One SDO channel: what its frames are, and the transfers that they make."""
+
+    __slots__ = ("decoder", "transfers")
+
+    def __init__(self) -> None:
+        self.decoder = Decoder()
+        self.transfers = Transfers()
 
 
 class Words:
-    """Puts SDO messages and network management into words, frame by frame."""
+    """Puts frames into words, and transfers as they end."""
 
     def __init__(self, only: int | None = None) -> None:
         """Take all nodes, or ``only`` one."""
         self._only = only
-        self._decoders: dict[tuple[str, int], Decoder] = {}
+        self._channels: dict[tuple[str, int], _Channel] = {}
 
-    def line(self, seen: Seen) -> str:
-        """Return a line for a frame; empty for one that is something else, or of another node."""
-        words = self._words(seen)
-        return f"{seen.time * 1000:10.1f} ms {seen.bus} {seen.frame!s:<20} {words}" if words else ""
+    def lines(self, seen: Seen) -> Iterator[str]:
+        """Yield a line for a frame, and one for what it ends.
 
-    def _words(self, seen: Seen) -> str:
+        There is none for a frame that is nothing of CANopen, or of another node.
+        """
         frame = seen.frame
         node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
         if frame.can_id == NMT_ID and frame.data[1:]:
             node_id = frame.data[1] or self._only or ALL_NODES
         if self._only not in (None, node_id):
-            return ""
+            return
         if not node_id or function not in (REQUEST_BASE, RESPONSE_BASE):
-            return describe_nmt(frame)
+            if words := describe_nmt(frame) or describe_other(frame):
+                yield _line(seen, f"{frame!s:<20}", words)
+            return
         if frame.remote or frame.extended or frame.dlc != FRAME_LENGTH:
-            return f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
-        decoder = self._decoders.get((seen.bus, node_id))
-        if decoder is None:
-            decoder = self._decoders[seen.bus, node_id] = Decoder()
-        follow = decoder.request if function == REQUEST_BASE else decoder.response
-        return f"node {node_id}: {describe(follow(frame.data))}"
+            words = f"node {node_id}: not a data frame of 8 bytes with an 11-bit identifier"
+            yield _line(seen, f"{frame!s:<20}", words)
+            return
+        channel = self._channels.get((seen.bus, node_id))
+        if channel is None:
+            channel = self._channels[seen.bus, node_id] = _Channel()
+        message: Request | Response
+        if function == REQUEST_BASE:
+            message = channel.decoder.request(frame.data)
+            ended = channel.transfers.request(message, seen.time)
+        else:
+            message = channel.decoder.response(frame.data)
+            ended = channel.transfers.response(message, seen.time)
+        yield _line(seen, f"{frame!s:<20}", f"node {node_id}: {describe(message)}")
+        if ended:
+            yield _line(seen, ENDED, f"node {node_id}: {ended}")
+
+
+def _line(seen: Seen, frame: str, words: str) -> str:
+    return f"{seen.time * 1000:10.1f} ms {seen.bus} {frame} {words}"
 
 
 def judged(log: Log, judgement: "Judgement") -> Iterator[str]:

@@ -28,7 +28,7 @@ class Replayed:
         number = as_then = 0
         for exchange in self._replay.exchanges():
             for seen in (*exchange.early, exchange.sent, *exchange.received):
-                yield words.line(seen)
+                yield from words.lines(seen)
                 yield from judgement.take(seen)
             number += 1
             as_then += exchange.is_as_then

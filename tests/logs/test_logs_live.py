@@ -66,7 +66,7 @@ def test_frames_are_shown_until_a_signal(
     by: signal.Signals, running: Callable[..., int], capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
-    assert running((*RIGHT, "185#00"), by=by) == DONE
+    assert running((*RIGHT, "6E5#00"), by=by) == DONE
     assert [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)] == before
     told = capsys.readouterr()
     assert told.err == "listening on socketcan can7 until Ctrl-C\n"

@@ -259,7 +259,7 @@ def test_what_is_no_log_is_a_sentence(
 def test_network_management_is_shown_in_words(
     only: tuple[str, ...], shown: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    frames = ["000#8205", "000#0100", "705#00", "706#05", "085#1081010000000000", "185#00", ASKED]
+    frames = ["000#8205", "000#0100", "705#00", "706#05", "085#1081010000000000", "6E5#00", ASKED]
     path = written(tmp_path, "".join(f"(1.0) can0 {frame}\n" for frame in frames))
     assert main(["decode", str(path), *only]) == DONE
     lines = capsys.readouterr().out.splitlines()
