@@ -11,7 +11,17 @@ import can
 
 from conformance import __version__
 from conformance.bus.errors import BenchError
-from conformance.commands import compare, decode, faults, replay, report, restore, rules, serve
+from conformance.commands import (
+    compare,
+    decode,
+    faults,
+    overview,
+    replay,
+    report,
+    restore,
+    rules,
+    serve,
+)
 from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, WRONG_USE
 from conformance.faults.catalogue import UnknownServer
 from conformance.sdo.inert import inert
@@ -40,6 +50,7 @@ COMMANDS: dict[str, Command] = {
     "replay": replay,
     "report": report,
     "compare": compare,
+    "overview": overview,
     "restore": restore,
 }
 
