@@ -12,6 +12,7 @@ import pytest
 from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.known_objects import ObjectNameError, parse_object
 from conformance.device.protected_objects import PermissionNameError, parse_permission
+from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.worth import QUICK
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
@@ -155,8 +156,7 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--sdo-report-dir",
         metavar="DIR",
-        default="reports",
-        help="where each run leaves a folder with its reports (%(default)s)",
+        help=f"where each run leaves a folder with its reports ({DEFAULT_REPORT_DIR})",
     )
     group.addoption(
         "--sdo-no-page",

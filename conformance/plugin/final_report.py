@@ -21,6 +21,7 @@ from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.recorder import Recorder, as_place
 from conformance.plugin.selection import FOLDER
+from conformance.plugin.settings import ASKED
 from conformance.plugin.state import RunState, uses_device
 from conformance.plugin.terminal import SummaryTerminal
 from conformance.plugin.terminal_summary import TerminalSummary
@@ -199,6 +200,8 @@ class FinalReport:
         Where the user names test files of his own, and these talk to it, he asked for no more.
         """
         if self._suite_cases or session.config.option.collectonly:
+            return False
+        if not session.config.stash[ASKED]:
             return False
         paths = (Path(argument.partition("::")[0]) for argument in session.config.args)
         folder = session.config.invocation_params.dir

@@ -20,6 +20,7 @@ from conformance.plugin.options import read_options
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, read_arguments
+from conformance.plugin.settings import ASKED, add_settings, put_before
 from conformance.plugin.state import STATE, RunState
 from conformance.plugin.stopping import Stopping
 from conformance.plugin.terminal import fitted
@@ -31,18 +32,20 @@ from conformance.run.case_files import CASES
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the options."""
+    """Declare the options, and what may be set otherwise."""
     add_options(parser)
+    add_settings(parser)
 
 
 def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
-    """Look at the names of our options before pytest reads them."""
+    """Look at the names of our options before pytest reads them, and add what is set otherwise."""
     declared = vars(early_config.known_args_namespace)
     check_names(args, (f"--{name.replace('_', '-')}" for name in declared))
+    put_before(early_config, args)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Read the options; without a path, run the suite's own cases."""
+    """Read the options; without a path, run the suite's own cases on the device asked for."""
     config.pluginmanager.register(CaseFixtures(), "conformance-case-fixtures")
     config.pluginmanager.register(Fixtures(), "conformance-fixtures")
     config.addinivalue_line("markers", f"{SLOW}: waits for a time that the device declares")
@@ -82,7 +85,8 @@ def pytest_configure(config: pytest.Config) -> None:
     # The last one is the innermost: what it raises is met by those before.
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
     if config.args_source is not pytest.Config.ArgsSource.ARGS:
-        config.args = [str(CASES)]
+        if config.stash[ASKED]:
+            config.args = [str(CASES)]
     else:
         config.args, config.stash[NAMED] = read_arguments(config.args, config.invocation_params.dir)
 

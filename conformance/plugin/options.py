@@ -22,6 +22,7 @@ from conformance.device.protected_objects import PERMISSIONS
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
 from conformance.generated.conversations.search import SEARCH_SECONDS
 from conformance.plugin.arguments import DEFAULT_EXAMPLES, THOROUGH_EXAMPLES
+from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.workers import Share, share_of
 from conformance.reference.built_in_eds import listing_of, permits_for
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, RunSettings, private_channel
@@ -106,7 +107,7 @@ def read_options(config: pytest.Config) -> Options | None:
         run=run,
         self_test=self_test,
         server=server,
-        report_dir=config.invocation_params.dir / config.getoption("sdo_report_dir"),
+        report_dir=_report_dir(config),
         strict=_strict(config),
         simulated=simulated,
         node_ids=node_ids,
@@ -275,6 +276,10 @@ def _examples(config: pytest.Config) -> int:
 def _path(config: pytest.Config, option: str) -> Path | None:
     name = config.getoption(option)
     return None if name is None else config.invocation_params.dir / str(name)
+
+
+def _report_dir(config: pytest.Config) -> Path:
+    return config.invocation_params.dir / (config.getoption("sdo_report_dir") or DEFAULT_REPORT_DIR)
 
 
 def _deviations(config: pytest.Config, description: Description) -> tuple[KnownDeviation, ...]:
