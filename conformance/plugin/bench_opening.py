@@ -14,10 +14,12 @@ from conformance.plugin.about import about_device
 from conformance.plugin.options import Options
 from conformance.plugin.state import RunState
 from conformance.plugin.time_left import DiscoveryProgress
+from conformance.plugin.traffic import logging_too
 from conformance.plugin.unrestored import Values
 from conformance.plugin.workers import belongs_here
 from conformance.reporting.bus_log import BusLog
 from conformance.run.bench import Bench
+from conformance.sdo.cob_id import ChannelIds
 
 
 def open_bench(config: pytest.Config, state: RunState) -> None:
@@ -40,7 +42,7 @@ def open_bench(config: pytest.Config, state: RunState) -> None:
     state.bench = Bench(
         options.run,
         hosts,
-        _listener(state, log),
+        logging_too(_listener(state, log), _channels(options)),
         state.report_dir,
         opener=opener,
         stop=state.stop,
@@ -57,6 +59,12 @@ def open_bench(config: pytest.Config, state: RunState) -> None:
         about = about_device(session.device, session.channel.ids, alone=len(options.node_ids) == 1)
         state.findings.properties |= about["properties"]
         state.discovered.append(about)
+
+
+def _channels(options: Options) -> list[ChannelIds]:
+    if options.run.sdo_channel is not None:
+        return [options.run.sdo_channel]
+    return [ChannelIds.default(node_id) for node_id in options.run.node_ids]
 
 
 def _listener(state: RunState, log: BusLog) -> Callable[[Captured], None]:

@@ -14,6 +14,7 @@ from conformance.plugin.items import (
     ordered,
     parametrize,
 )
+from conformance.plugin.marks import mark
 from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.selection import NAMED, is_beside
 from conformance.plugin.state import STATE, is_left_to
@@ -48,11 +49,12 @@ class Collecting:
     ) -> list[CaseFunction] | None:
         """Turn marked functions into cases."""
         state = collector.config.stash.get(STATE, None)
-        if state is None:
-            return make_items(collector, obj, {0: Listing()})
-        options = state.options
-        alone = len(options.node_ids) == 1
-        return make_items(collector, obj, options.run.all_listings, alone=alone)
+        listings = {0: Listing()} if state is None else state.options.run.all_listings
+        alone = state is None or len(state.options.node_ids) == 1
+        items = make_items(collector, obj, listings, alone=alone)
+        for item in items or ():
+            mark(item)
+        return items
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:

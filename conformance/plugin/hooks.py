@@ -15,7 +15,7 @@ from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.collecting import Collecting, set_aside
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
-from conformance.plugin.items import SLOW
+from conformance.plugin.marks import MARKS
 from conformance.plugin.options import read_options
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.running import Running
@@ -48,7 +48,8 @@ def pytest_configure(config: pytest.Config) -> None:
     """Read the options; without a path, run the suite's own cases on the device asked for."""
     config.pluginmanager.register(CaseFixtures(), "conformance-case-fixtures")
     config.pluginmanager.register(Fixtures(), "conformance-fixtures")
-    config.addinivalue_line("markers", f"{SLOW}: waits for a time that the device declares")
+    for name, what in MARKS.items():
+        config.addinivalue_line("markers", f"{name}: a case that {what}")
     options = read_options(config)
     if options is None:
         return

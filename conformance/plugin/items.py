@@ -21,7 +21,6 @@ WHOLE_RUN = f"{OWN}whole_run"
 DEVICE_SESSION = f"{OWN}device_session"
 # The parameter that the variation of a case is to pytest and to the reports of its plugins.
 VARIATION = "sdo_variation"
-SLOW = "sdo_slow"
 
 
 # The ids and arguments of a case by the labels in the ids; without an argument, by None.
@@ -46,6 +45,11 @@ class Variation(partial[object]):
     def __name__(self) -> str:
         """The name of the function, which pytest and its plugins ask for."""
         return self.func.__name__
+
+    @property
+    def pytestmark(self) -> list[pytest.Mark]:
+        """The marks of the function."""
+        return list(getattr(self.func, "pytestmark", ()))
 
     @property
     def __signature__(self) -> Signature:
@@ -160,8 +164,6 @@ def _items(
             )
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
-            if info.slow:
-                item.add_marker(SLOW)
             yield item
 
 

@@ -171,5 +171,23 @@ def test_time_outs_are_waited_for_only_where_declared(pytester: pytest.Pytester)
 def test_the_built_in_server_keeps_a_declared_time_out(pytester: pytest.Pytester) -> None:
     declared = ["--sdo-server-timeout=0.3", "-k", "server-timeout.once and segmented"]
     assert self_test(pytester, *declared).parseoutcomes()["passed"] == 1
-    left_out = self_test(pytester, *declared, "-m", "not sdo_slow")
+    left_out = self_test(pytester, *declared, "-m", "not slow")
     assert left_out.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+
+
+def test_frames_are_logged_for_those_who_want_them(pytester: pytest.Pytester) -> None:
+    live = ("-o", "log_cli=true", "-o", "log_cli_level=DEBUG")
+    result = self_test(pytester, "-k", "upload.device-type", *live)
+    result.stdout.fnmatch_lines(
+        [
+            "*DEBUG *conformance.frames:* > 605#4000100000000000 upload initiate 1000h:00",
+            "*DEBUG *conformance.frames:* < 585#4300100091010F00 upload initiate response 1000h*",
+        ]
+    )
+    assert "conformance.frames" not in self_test(pytester, "-k", "upload.device-type").stdout.str()
+
+
+def test_a_failure_has_the_frames_that_pytest_was_told_to_log(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_mine="def test_mine(sdo):\n    sdo.fence()\n    assert False")
+    result = self_test(pytester, "test_mine.py", "--log-level=DEBUG")
+    result.stdout.fnmatch_lines(["*- Captured log call -*", "DEBUG *> 605#4000100000000000 *"])

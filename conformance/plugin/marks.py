@@ -1,0 +1,76 @@
+"""The marks of a case, for ``-m``: its level, its service, and what it does to a device."""
+
+import re
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+
+import pytest
+
+from conformance.plugin.items import OWN, CaseFunction
+from conformance.run.risks import Kind
+
+MARKS = {
+    "must": "fails the device if it is broken",
+    "should": "fails the device only with --strict",
+    "may": "is about what CiA 301 leaves open",
+    "expedited": "is about expedited transfers",
+    "segmented": "is about segmented transfers",
+    "block": "is about block transfers",
+    "upload": "is about uploads",
+    "download": "is about downloads",
+    "matrix": "sends one frame in one state of the server",
+    "random": "generates conversations",
+    "od": "compares the device with its EDS, object by object",
+    "writes": "may send a download; others only read",
+    "nmt": "sends NMT commands to the device: resets and stops it",
+    "risky": "sends what servers have stopped at: odd frames, and lost segments",
+    "slow": "waits for a time that the device declares",
+}
+SERVICES = ("segmented", "block", "upload", "download")
+GROUPS = ("matrix", "random", "od")
+# The cases that send no download, whatever the device has and whatever is permitted.
+READS = (
+    *("upload.*", "segmented-upload.read-only-text", "segmented-upload.without-initiate"),
+    *("segmented-download.without-initiate", "sequence.uploads"),
+    *(f"block-upload.{point}" for point in ("constant", "*-missing", "write-only")),
+    *(f"abort.{point}" for point in ("frame", "many", "not-answered", "repeated")),
+    *("abort.own-multiplexer", "abort.reserved-bits"),
+    *(f"channel.{point}" for point in ("count", "default-count", "default-parameter")),
+    *("channel.missing-refused", "channel.records"),
+    *(f"communication.{point}" for point in ("error-register", "reserved-entry", "stor*")),
+    "communication.vendor-id",
+    *(f"frame.{point}" for point in ("*-identifier", "extended-ignored", "mirror")),
+    *(f"frame.{point}" for point in ("one-answer", "other-node", "remote", "remote-ignored")),
+    "frame.short",
+    *(f"od.{point}" for point in ("block-of-write-only", "block-read", "default", "error-list")),
+    *(f"od.{point}" for point in ("gap", "highest-sub-index", "identity", "length", "read")),
+    *(f"od.{point}" for point in ("structure", "sub-index-beyond", "unlisted", "within-limits")),
+    "od.write-only",
+    *("run.*", "specifier.block-upload*", "specifier.out-of-block"),
+    *("specifier.sub-command", "specifier.unknown*"),
+)
+_DECORATORS = {name: getattr(pytest.mark, name) for name in MARKS}
+
+
+def mark(item: CaseFunction) -> None:
+    """Give a case its marks."""
+    for name in _names(item):
+        item.add_marker(_DECORATORS[name])
+
+
+def _names(item: CaseFunction) -> Iterator[str]:
+    family = item.case.rule.id
+    words = set(re.split(r"[^a-z]+", item.case_id))
+    yield item.case.rule.level.value.lower()
+    yield from (name for name in SERVICES if name in words)
+    if "expedited" in item.service:
+        yield "expedited"
+    yield from (name for name in GROUPS if family.startswith(f"{name}."))
+    if not any(fnmatchcase(family, pattern) for pattern in READS):
+        yield "writes"
+    if f"{OWN}network" in item.fixturenames or f"{OWN}storage" in item.fixturenames:
+        yield "nmt"
+    if item.risk is not None and item.risk.kind is not Kind.ORDINARY:
+        yield "risky"
+    if item.case.slow:
+        yield "slow"
