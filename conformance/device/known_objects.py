@@ -30,7 +30,8 @@ class KnownObject:
     The rest is what an EDS says of it: limits, both included; the value after the defaults were
     loaded, and the one that a DCF configures; the ObjFlags. An entry ``floats`` when the device
     itself changes it (access rwr). ``filled`` is the number of bytes up to which the device was
-    seen to fill shorter values with 00h.
+    seen to fill shorter values with 00h. An entry that ``keeps_tails`` was seen to leave the end
+    of a longer value behind a shorter one.
     """
 
     mux: Multiplexer
@@ -45,6 +46,7 @@ class KnownObject:
     flags: int = 0
     floats: bool = False
     filled: int = 0
+    keeps_tails: bool = False
 
     @property
     def length(self) -> int | None:

@@ -12,7 +12,13 @@ from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import kind_of_answer
 from conformance.dialogue.delivered import is_written_through
 from conformance.dialogue.transfers import Target, Transfers, mux_of
-from conformance.dialogue.values import filled_up, same_value, segments_of, shown
+from conformance.dialogue.values import (
+    not_as_written,
+    same_value,
+    segments_of,
+    shown,
+    tail_kept,
+)
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
@@ -284,7 +290,7 @@ class Dialogue(Transfers):
         if not same_value(known, found, due):
             raise self.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
         if not same_data(known.data_type, found, due):
-            self.note(filled_up(known, due, found))
+            self.note(not_as_written(known, due, found))
 
     def expect_empty(self, known: KnownObject, found: bytes, before: int) -> None:
         """Expect an empty value to read as nothing or as one byte 00h.
@@ -292,6 +298,9 @@ class Dialogue(Transfers):
         A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
         read last.
         """
+        if known.keeps_tails and found:
+            self.note(tail_kept(known, b""))
+            return
         fills = known.data_type is DataType.VISIBLE_STRING or known.filled > 0
         filled = fills and len(found) >= before
         if found.strip(b"\0") or (len(found) > 1 and not filled):

@@ -283,15 +283,17 @@ class Room:
         return size
 
     def prepare(self, known: KnownObject, wanted: int, least: int = 1) -> bytes:
-        """Store a value of ``wanted`` bytes, or of as many as ``fit`` says, and return it."""
+        """Store a value of ``wanted`` bytes, or of as many as ``fit`` says, and return it.
+
+        What the device leaves behind it of a longer one is a part of it then.
+        """
         data = self._sdo.payload(wanted)
-        if self._device.lengths[known.mux].fit(wanted) is None and self._try(known, data):
-            return data
-        size = self.fit(known, wanted, least)
-        if size != wanted:
-            data = self._sdo.payload(size)
-        self.store(known, data)
-        return data
+        if not (self._device.lengths[known.mux].fit(wanted) is None and self._try(known, data)):
+            size = self.fit(known, wanted, least)
+            if size != wanted:
+                data = self._sdo.payload(size)
+            self.store(known, data)
+        return self._sdo.upload(known) if known.keeps_tails else data
 
     def _try(self, known: KnownObject, data: bytes) -> bool:
         """Write a value; where it is refused for its length, find out which lengths are not."""

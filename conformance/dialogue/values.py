@@ -10,9 +10,29 @@ from conformance.sdo.rules.sizes import VARIABLE_LENGTH
 def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
     """Compare values: the 00h that ends a string is optional.
 
-    So is that with which the device is known to fill up values: it is told so elsewhere.
+    So is that with which the device is known to fill up values, and so is what it is known to leave
+    of longer ones: it is told so elsewhere.
     """
+    return same_data(known.data_type, found, due, known.filled, keeps_tails=known.keeps_tails)
+
+
+def restored_value(known: KnownObject, found: bytes, due: bytes) -> bool:
+    """Compare what was put back: what is left of another value is not as it was."""
     return same_data(known.data_type, found, due, known.filled)
+
+
+def not_as_written(known: KnownObject, due: bytes, found: bytes) -> Violation:
+    """Build the breach that a value was filled up, or has the end of a longer one behind it."""
+    return tail_kept(known, due) if known.keeps_tails else filled_up(known, due, found)
+
+
+def tail_kept(known: KnownObject, due: bytes) -> Violation:
+    """Build the breach that the end of a longer value is left behind a shorter one."""
+    return Violation(
+        VARIABLE_LENGTH,
+        expected=f"{known} to read the {len(due)} bytes that were written to it",
+        actual="the end of a longer value is left behind a shorter one",
+    )
 
 
 def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:

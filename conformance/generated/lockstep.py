@@ -56,6 +56,7 @@ def knowledge_of(
                 steady=known.is_steady and mux in device.values,
                 capacity=capacity.get(mux),
                 filled=known.filled,
+                keeps_tails=known.keeps_tails,
             )
             for mux in (device.known if about is None else about)
             if (known := device.known.get(mux)) is not None

@@ -14,7 +14,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import filled_up
+from conformance.dialogue.values import filled_up, tail_kept
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -39,7 +39,7 @@ SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is as
 GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEEN = "the beginning of the run"
 # Two lengths in bytes, of which a wrong count cannot turn one into the other.
-SHORT_VALUES = (7, 15)
+SHORT, LONGER = 7, 15
 
 
 def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
@@ -67,7 +67,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             raise lost_early(sdo, asked) from error
     for known in {one.mux: one for one in _used(sdo.device)}.values():
         try:
-            _find_filled(sdo, known)
+            _find_remains(sdo, known)
         except (Violation, ServerAborted, NotTestable) as error:
             asked = sdo.wire.last_sent
             if not sdo.silence.recover():
@@ -172,22 +172,35 @@ def _used(device: Device) -> list[KnownObject]:
     return [Roles(device).variable(), Roles(device).text()] if Roles(device).varying() else []
 
 
-def _find_filled(sdo: Dialogue, known: KnownObject) -> None:
-    """Find out whether a device has one length for an object and fills up what is shorter.
+def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
+    """Find out what a device leaves behind a value that is shorter than the one before."""
+    before = sdo.device.values[known.mux]
+    if not before[SHORT:].strip(b"\0"):
+        before = sdo.payload(LONGER)
+        sdo.download(known, before)
+    due = sdo.payload(SHORT)
+    sdo.download(known, due)
+    found = sdo.upload(known)
+    if found.startswith(due + before[SHORT:]):
+        sdo.device.known[known.mux] = replace(known, keeps_tails=True)
+        sdo.note(tail_kept(known, due))
+    elif len(found) > LONGER and found == due.ljust(len(found), b"\0"):
+        _find_filled(sdo, known, len(found))
+
+
+def _find_filled(sdo: Dialogue, known: KnownObject, length: int) -> None:
+    """Find out whether a device has one ``length`` for an object and fills up what is shorter.
 
     Two short values that read alike long tell that from a wrong count of their bytes. A string may
     be filled up with 00h; what a case stores there is as long as the object all the same.
     """
-    length = 0
-    for size in SHORT_VALUES:
-        due = sdo.payload(size)
-        sdo.download(known, due)
-        value = sdo.upload(known)
-        length = length or len(value)
-        if length <= max(SHORT_VALUES) or value != due.ljust(length, b"\0"):
-            return
+    due = sdo.payload(LONGER)
+    sdo.download(known, due)
+    found = sdo.upload(known)
+    if found != due.ljust(length, b"\0"):
+        return
     sdo.device.known[known.mux] = replace(known, filled=length)
     sdo.device.lengths[known.mux].filled = length
-    sdo.device.lengths[known.mux].taken |= {*SHORT_VALUES, length}
+    sdo.device.lengths[known.mux].taken |= {SHORT, LONGER, length}
     if known.data_type is not DataType.VISIBLE_STRING:
-        sdo.note(filled_up(known, due, value))
+        sdo.note(filled_up(known, due, found))

@@ -11,7 +11,7 @@ from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storage import write_signature
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import restored_value, shown
 from conformance.run.afterwards import take_the_rest
 from conformance.run.long_values import LongValues
 from conformance.run.mappings import in_order, is_count, needed_for
@@ -83,7 +83,7 @@ class Restorer:
         staying = {mux for mux in self._due(written) if self.device.may_be_left(mux)}
         for mux, value in self._due(staying).items():
             found = sdo.wire.seen.get(mux)
-            if found is not None and same_value(self._known(mux), found, value):
+            if found is not None and restored_value(self._known(mux), found, value):
                 self._is_back(mux, value)
             else:
                 self.device.keeping.left.add(mux)
@@ -235,7 +235,7 @@ class Restorer:
         far less, need not be read to its end to know that.
         """
         if known.mux in sdo.wire.seen:
-            return same_value(known, sdo.wire.seen[known.mux], due)
+            return restored_value(known, sdo.wire.seen[known.mux], due)
         for _ in range(MOST_TRIES):
             try:
                 response = sdo.initiate_upload(known)
@@ -263,4 +263,4 @@ class Restorer:
             if blocks.read_alike() and blocks.reads(known, due):
                 return True
             response = sdo.initiate_upload(known)
-        return same_value(known, sdo.finish_upload(known, response), due)
+        return restored_value(known, sdo.finish_upload(known, response), due)

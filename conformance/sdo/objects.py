@@ -64,16 +64,26 @@ _LENGTHS = {
 TEXT_TYPES = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
 
 
-def same_data(data_type: DataType | None, found: bytes, due: bytes, filled: int = 0) -> bool:
+def same_data(
+    data_type: DataType | None,
+    found: bytes,
+    due: bytes,
+    filled: int = 0,
+    *,
+    keeps_tails: bool = False,
+) -> bool:
     """Compare values; the 00h that ends a string is optional. None is a type that is not known.
 
-    ``filled`` is the number of bytes up to which an entry fills shorter values up with 00h.
+    ``filled`` is the number of bytes up to which an entry fills shorter values up with 00h. One
+    that ``keeps_tails`` leaves the end of a longer value behind a shorter one.
 
     >>> same_data(DataType.VISIBLE_STRING, b"name", b"name" + bytes(1))
     True
     """
     if data_type is DataType.VISIBLE_STRING:
-        return found.rstrip(b"\0") == due.rstrip(b"\0")
+        found, due = found.rstrip(b"\0"), due.rstrip(b"\0")
+    if keeps_tails:
+        return found.startswith(due)
     return found in (due, due.ljust(filled, b"\0"))
 
 

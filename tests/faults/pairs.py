@@ -37,6 +37,7 @@ PERVASIVE = (
     "unsized-downloads-refused",
     "blocks-refused-without-multiplexer",
     "strings-padded",
+    "shorter-value-over-longer-one-in-buffer",
     "abort-in-transfer-unnamed",
     "answer-as-long-as-request",
     "deaf-after-remote-frame",

@@ -28,7 +28,7 @@ from conformance.run.case_run import begin_case
 from conformance.run.habits import FIRST_SEEN, survey
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
-from conformance.sdo.objects import DataType, Entry
+from conformance.sdo.objects import DataType, Entry, same_data
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Level, Rule, Violation, rule_of
 
 ANSWERED = "abort.not-answered: an answer"
@@ -148,6 +148,26 @@ def test_values_that_are_filled_up_are_known_from_then_on(known: KnownObject) ->
     assert found == [
         "data.variable-length: shorter values are filled up with …, … bytes in all"
     ] * any(one.data_type is DataType.DOMAIN for one in bench.device.known.values())
+
+
+@pytest.mark.parametrize(
+    "fault", ["shorter-value-keeps-tail", "shorter-value-over-longer-one-in-buffer"]
+)
+def test_what_is_left_of_longer_values_is_known_from_then_on(fault: str) -> None:
+    """It is told once, and is a part of what later cases prepare."""
+    with discovered(build_node(fault, NODE_ID).server) as bench:
+        session = bench.session()
+        session.survey()
+        found = [str(cause) for cause, _ in session.causes.aside()]
+        run = begin_case(session, "a.case", "a service", STORED)
+        known = bench.device.known[DOMAIN.mux]
+        run.tools.room.store(known, b"a longer value of many bytes")
+        stored = run.tools.room.prepare(known, 9)
+        assert stored[9:].startswith(b"value of many bytes"), "read as it is"
+        run.sdo.expect_value(known, stored[:9])
+        assert not same_data(known.data_type, stored[:10], stored[:9]), "of itself it is other data"
+        assert run.conclude(None).verdict is Verdict.PASS
+    assert found == ["data.variable-length: the end of a longer value is left behind a shorter one"]
 
 
 def test_a_device_that_keeps_lengths_fills_nothing_up() -> None:

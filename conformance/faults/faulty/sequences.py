@@ -95,7 +95,7 @@ class SizeKeptAfterTransfer(Server):
         super().finish_download(transfer)
 
 
-@fault("shorter-value-keeps-tail", Defect.LEAK, "sequence.downloads[sized-20-then-expedited-4]")
+@fault("shorter-value-keeps-tail", Defect.LEAK, "download.text")
 class ShorterKeepsTail(Server):
     """Leaves the end of a longer string behind a shorter one."""
 
@@ -103,6 +103,19 @@ class ShorterKeepsTail(Server):
         tail = entry.value[len(data) :] if entry.data_type.length is None else b""
         super().store(entry, data)
         entry.value = data + tail
+
+
+@fault("shorter-value-over-longer-one-in-buffer", Defect.LEAK, "download.text")
+class WrittenOver(Server):
+    """Writes strings and domains over what is in their buffers, and reads the whole buffers."""
+
+    BUFFER = 300
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        before = entry.value
+        super().store(entry, data)
+        if entry.data_type.length is None:
+            entry.value = (data + before[len(data) :]).ljust(self.BUFFER, b"\0")
 
 
 @fault("unread-download-lost", Defect.LEAK, "sequence.downloads-unread")

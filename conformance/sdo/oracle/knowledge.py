@@ -25,7 +25,8 @@ class Facts:
     ``steady`` says that the value stays until a client writes it; without that, values are not
     compared. ``low`` and ``high`` are limits of a number, both included; ``any_value`` says that
     every value within them is taken. A string or domain surely has room for ``capacity`` bytes,
-    and may be known to fill up what is shorter than ``filled`` bytes with 00h.
+    and may be known to fill up what is shorter than ``filled`` bytes with 00h, or to leave the end
+    of a longer value behind a shorter one (``keeps_tails``).
     """
 
     presence: Presence = Presence.OPEN
@@ -38,6 +39,7 @@ class Facts:
     any_value: bool = False
     capacity: int | None = None
     filled: int = 0
+    keeps_tails: bool = False
 
     @property
     def length(self) -> int | None:
@@ -56,7 +58,7 @@ class Facts:
 
     def same(self, found: bytes, due: bytes) -> bool:
         """Compare values: the 00h that ends a string is optional."""
-        return same_data(self.data_type, found, due, self.filled)
+        return same_data(self.data_type, found, due, self.filled, keeps_tails=self.keeps_tails)
 
     def begins(self, found: bytes, due: bytes) -> bool:
         """Say whether ``found`` may be the first bytes of ``due``."""
