@@ -17,6 +17,7 @@ from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
+    BlockEndResponse,
     BlockUploadInitiate,
     DownloadInitiate,
     Request,
@@ -57,6 +58,7 @@ GENERAL = {
 # Within a sub-block a frame is a segment, but for an abort: a server that overlooks that is gone.
 DEAF = (IDLE_AFTERWARDS.id, "deaf behind a block download that was aborted")
 ANSWERS_TWICE = (UNSOLICITED.id, "every answer comes twice")
+BEHIND_BLOCK_UPLOAD = " to block end response"
 TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
@@ -235,6 +237,11 @@ class Causes:
             return cause
         if cause == STRUCTURE and SERVED in self._standing:
             return SERVED  # FFh is but one of those that are served
+        if isinstance(request, BlockEndResponse):
+            for known in self._standing:
+                answer, behind, _ = known.answer.partition(BEHIND_BLOCK_UPLOAD)
+                if known.rule_id == UNSOLICITED.id and behind and cause.answer.startswith(answer):
+                    return known  # it answers that, wherever it is sent
         refused = Cause(NOT_REFUSED.id, f"{cause.answer} to {kind_of_request(request)}")
         if cause.answer.startswith("abort ") and refused in self._standing:
             return refused

@@ -13,7 +13,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import hex_bytes, in_words
 from conformance.sdo.emergency import ERROR_REGISTER
-from conformance.sdo.frames import Abort, BlockSegment, Response, UploadInitiate
+from conformance.sdo.frames import Abort, BlockEndResponse, BlockSegment, Response, UploadInitiate
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
 
@@ -65,7 +65,8 @@ class Silence:
         # What comes right behind an abort would be answered second. (81h to 9Fh may be a segment.)
         aborted = self._wire.data[:1] == ABORTS and self._wire.has_aborted
         behind_abort = aborted and data[:1] != ABORTS and self._causes.aborts_are_answered
-        if (begins or behind_abort) and self.calms_down:
+        behind_end = isinstance(self._wire.last_sent, BlockEndResponse)
+        if (begins or behind_abort or behind_end) and self.calms_down:
             self.calm()
 
     # The fence

@@ -106,9 +106,11 @@ class Wire:
 
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
+        running = self.tracker.open
         self.transmit(data)
         self.data = data
-        self.owed = not self.has_aborted
+        confirmed = isinstance(self.last_sent, BlockEndResponse) and self.tracker.open is None
+        self.owed = not (self.has_aborted or (running is not None and confirmed))
 
     def transmit(self, data: bytes) -> None:
         """Send a request of the case or of a fence."""

@@ -6,13 +6,15 @@ is and the cases can step round it. What is written is put back.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import filled_up, tail_kept
 from conformance.run.verdict import INCIDENTAL
@@ -122,7 +124,7 @@ def _aborts_of_transfers(device: Device) -> list[Probe]:
     probes = [_beginning(request) for request in begun]
     if long is not None and len(device.values[long]) > SEGMENT_LENGTH:
         probes.append(_sub_block_of_one(long))
-    return probes
+    return [*probes, _block_upload_to_its_end(device)]
 
 
 def _sub_block_of_one(mux: Multiplexer) -> Probe:
@@ -135,6 +137,17 @@ def _sub_block_of_one(mux: Multiplexer) -> Probe:
             sdo.receive()
 
     return begin
+
+
+def _block_upload_to_its_end(device: Device) -> Probe:
+    """Read the shortest value in a block: what comes behind the end is met then."""
+    short = min(device.steady(), key=lambda mux: len(device.values[mux]), default=DEVICE_TYPE)
+
+    def upload(sdo: Dialogue) -> None:
+        with suppress(NotTestable, Unimplemented):
+            Blocks(sdo).upload(short)
+
+    return upload
 
 
 def _beginning(request: Message) -> Probe:

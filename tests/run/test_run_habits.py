@@ -155,7 +155,7 @@ def test_values_that_are_filled_up_are_known_from_then_on(known: KnownObject) ->
 )
 def test_what_is_left_of_longer_values_is_known_from_then_on(fault: str) -> None:
     """It is told once, and is a part of what later cases prepare."""
-    with discovered(build_node(fault, NODE_ID).server) as bench:
+    with discovered(build_node(fault, NODE_ID)) as bench:
         session = bench.session()
         session.survey()
         found = [str(cause) for cause, _ in session.causes.aside()]

@@ -8,6 +8,7 @@ from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
+    Abort,
     BlockDownloadInitiate,
     BlockEnd,
     BlockEndResponse,
@@ -230,6 +231,15 @@ class EndResponseAnswered(Server):
 
     def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
         return [*super().on_block_end_response(request), BlockEndResponse()]
+
+
+@fault("block-upload-end-response-refused", Defect.STATE, "block-upload.next-request")
+class EndResponseRefused(Server):
+    """Is idle when the end of a block upload is confirmed, and refuses that."""
+
+    def on_block_end_response(self, request: BlockEndResponse) -> list[Response]:
+        refusal = Abort(Multiplexer(0), AbortCode.COMMAND_NOT_VALID)
+        return [*super().on_block_end_response(request), refusal]
 
 
 @fault("block-upload-next-request-lost", Defect.BACK_TO_BACK, "block-upload.next-request")
