@@ -124,7 +124,7 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
 @may(
     "frame.short-download",
     risk=lambda lengths: of_length(lengths[1]),
-    lengths={"4-of-4": (4, 7), "1-of-2": (2, 5)},
+    lengths={"4-of-4": (4, 7), "1-of-2": (2, 5), "none-of-4": (4, 4)},
 )
 def test_short_download(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -> None:
     """A download whose data is cut off must not change the object."""

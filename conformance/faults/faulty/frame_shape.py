@@ -5,8 +5,11 @@ from conformance.reference.node import Node
 from conformance.reference.segmented_server import Upload
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import DownloadInitiate, DownloadInitiateResponse
 from conformance.sdo.layout import FRAME_LENGTH
-from conformance.sdo.limits import SEGMENT_LENGTH
+from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
+from conformance.sdo.objects import Entry
 
 
 @fault("response-copied-to-other-id", Defect.FRAME_SHAPE, "frame.one-identifier")
@@ -107,6 +110,25 @@ class ShortDownloadCut(Node):
             cut = frame.data[:-1].ljust(FRAME_LENGTH, b"\0")
             return super().receive(CanFrame(frame.can_id, cut))
         return super().receive(frame)
+
+
+@fault("short-download-stores-nothing", Defect.FRAME_SHAPE, "frame.short-download")
+class ShortDownloadOfNothing(Server):
+    """Takes an initiate without its data for a download of none; has no data to read then."""
+
+    def on_wrong_length(self, frame: bytes) -> list[bytes]:
+        request = decode_request(frame.ljust(FRAME_LENGTH, b"\0"))
+        empty = len(frame) == FRAME_LENGTH - EXPEDITED_LENGTH
+        if not (empty and isinstance(request, DownloadInitiate) and request.expedited):
+            return super().on_wrong_length(frame)
+        entry = self.objects.writable(request.mux)
+        entry.value = b""
+        entry.has_data = False
+        return [DownloadInitiateResponse(request.mux).encode()]
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        entry.has_data = True
+        super().store(entry, data)
 
 
 @fault("answers-all-nodes", Defect.FRAME_SHAPE, "frame.other-node")
