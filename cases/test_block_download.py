@@ -254,3 +254,4 @@ def test_empty(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> 
     abort = blocks.try_download(text, b"")
     if abort is None:
         sdo.info(f"{text} becomes empty")
+        room.restore_own(text)  # what is empty may be refused to the next case

@@ -188,6 +188,8 @@ def test_empty(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     before = room.prepare(text, 9)
     if sdo.try_download(text, b"", segmented=True) is not None:
         sdo.expect_kept(text, before)
+    else:
+        room.restore_own(text)  # what is empty may be refused to the next case
 
 
 @must(

@@ -310,6 +310,7 @@ def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     answer = sdo.receive()
     if isinstance(answer, Abort):
         sdo.checks.abort(answer, variable.mux)
-        return
-    response = sdo.checks.upload_initiate(answer, variable.mux)
-    sdo.expect_empty(variable, sdo.finish_upload(variable, response), before)
+    else:
+        response = sdo.checks.upload_initiate(answer, variable.mux)
+        sdo.expect_empty(variable, sdo.finish_upload(variable, response), before)
+    room.restore_own(variable)  # what is empty may be refused to the next case

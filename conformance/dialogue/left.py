@@ -1,6 +1,7 @@
 """Strings and domains that hold what a case has left, where another needs what they held before."""
 
 from conformance.dialogue.transfers import Transfers
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer
 
 # Bytes: to read more costs as much as to write it.
@@ -16,11 +17,19 @@ def write_as_before(sdo: Transfers, mux: Multiplexer) -> None:
     if mux not in sdo.device.keeping.left:
         return
     value = sdo.device.values[mux]
-    if len(value) > MOST_READ or sdo.upload(mux) != value:
+    if len(value) > MOST_READ or not _reads(sdo, mux, value):
         way = sdo.record.causes.way_to_store
         if way is None or sdo.abort_of(way(sdo.client, mux, value)) is not None:
             sdo.download(mux, value)
     sdo.device.keeping.left.discard(mux)
+
+
+def _reads(sdo: Transfers, mux: Multiplexer, value: bytes) -> bool:
+    """Say whether an object reads so; a device may refuse to read what was left empty."""
+    try:
+        return sdo.read(mux) == value
+    except ServerAborted:
+        return False
 
 
 def write_all_as_before(sdo: Transfers) -> None:

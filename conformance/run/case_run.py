@@ -280,7 +280,12 @@ class CaseRun:
             self.result.output = session.revival.process.tail() if session.revival else []
         else:
             # A reset brings back what is stored: that is verified, for the next reset to find it.
-            leaves_values = self._leaves_values and not self.tools.network.expected_boot_ups
+            # What a device has made of a request that it got wrong is for no other case to read.
+            leaves_values = (
+                self._leaves_values
+                and not self.tools.network.expected_boot_ups
+                and self.result.verdict not in FAILED
+            )
             session.restorer.restore(self.sdo, leaves_values=leaves_values)
             session.keep_late(self.result.case_id)
             if session.restorer.gone:

@@ -79,10 +79,18 @@ class Restorer:
         self._take_stock()
 
     def _leave(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
-        """Note which of some objects stay as a case has left them, and return these."""
-        staying = {mux for mux in self._due(written) if self.device.may_be_left(mux)}
+        """Note which of some objects stay as a case has left them, and return these.
+
+        What is empty does not: a device may refuse to read it.
+        """
+        seen = sdo.wire.seen
+        staying = {
+            mux
+            for mux in self._due(written)
+            if self.device.may_be_left(mux) and (mux not in seen or seen[mux])
+        }
         for mux, value in self._due(staying).items():
-            found = sdo.wire.seen.get(mux)
+            found = seen.get(mux)
             if found is not None and restored_value(self._known(mux), found, value):
                 self._is_back(mux, value)
             else:
