@@ -14,6 +14,11 @@ from conformance.device.known_objects import ObjectNameError, parse_object
 from conformance.device.protected_objects import PermissionNameError, parse_permission
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.worth import QUICK
+from conformance.reporting.requirements import (
+    Requirement,
+    RequirementError,
+    parse_requirement,
+)
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 
@@ -183,6 +188,16 @@ def add_options(parser: pytest.Parser) -> None:
         help=f"random conversations that each case random.* tries ({DEFAULT_EXAMPLES}); 0 for none",
     )
     group.addoption(
+        "--sdo-require",
+        metavar="WHAT",
+        type=_requirement,
+        action="append",
+        default=[],
+        help="what the run has to have tested to be green: a share of its cases (90%%), a service "
+        "(block, segmented upload), a rule (block.crc) or an official step ('SDO 09'); else the "
+        "run says what to add, and its exit status is 14; may be repeated",
+    )
+    group.addoption(
         "--sdo-budget",
         metavar="TIME",
         type=duration,
@@ -268,6 +283,13 @@ def _permission(text: str) -> str:
     try:
         return parse_permission(text)
     except PermissionNameError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def _requirement(text: str) -> Requirement:
+    try:
+        return parse_requirement(text)
+    except RequirementError as error:
         raise ArgumentTypeError(str(error)) from None
 
 

@@ -4,9 +4,10 @@ from enum import IntEnum
 
 
 class ExitCode(IntEnum):
-    """What pytest's own exit codes do not tell: it is the bench that is broken."""
+    """What pytest's own exit codes do not tell: the bench is broken, or too little was tested."""
 
     SILENT_NODE = 10
     BENCH_ERROR = 11
     DEVICE_LOST = 12
     SUITE_ERROR = 13
+    NOT_TESTED = 14

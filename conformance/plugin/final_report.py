@@ -27,6 +27,7 @@ from conformance.plugin.terminal import SummaryTerminal
 from conformance.plugin.terminal_summary import TerminalSummary
 from conformance.plugin.workers import Controller
 from conformance.reporting.cause_counts import causes_of
+from conformance.reporting.requirements import untested
 from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
 from conformance.run.verdict import CaseResult, Verdict
@@ -60,6 +61,7 @@ class FinalReport:
         self._told: set[tuple[int, str]] = set()
         self._repeated: set[str] = set()
         self._stale: list[KnownDeviation] = []
+        self._untested: list[str] = []
         self._suite_cases = 0
         self._suite_left_out = False
         self._recorder: Recorder | None = None
@@ -157,6 +159,12 @@ class FinalReport:
                 partly=findings.partly,
                 beside=findings.broken_beside,
             )
+            if self._suite_cases or session.config.stash[ASKED]:
+                self._untested = untested(
+                    session.config.getoption("sdo_require"),
+                    recorder.run.by_device,
+                    state.options.node_ids,
+                )
             if state.options.draft is not None:
                 self._draft(state.options.draft, recorder.run.by_device)
         if trouble := recorder.trouble:
@@ -193,6 +201,8 @@ class FinalReport:
         elif session.exitstatus == pytest.ExitCode.OK and self._leaves_out_the_suite(session):
             self._suite_left_out = True
             session.exitstatus = pytest.ExitCode.NO_TESTS_COLLECTED
+        elif session.exitstatus == pytest.ExitCode.OK and self._untested:
+            session.exitstatus = ExitCode.NOT_TESTED
 
     def _leaves_out_the_suite(self, session: pytest.Session) -> bool:
         """Say whether a green run would tell of a device that was not tested.
@@ -230,6 +240,8 @@ class FinalReport:
             properties["bench-notes"] = "; ".join(dict.fromkeys(findings.notes))
         if self._stale:
             properties["stale-deviations"] = "; ".join(map(str, self._stale))
+        if self._untested:
+            properties["required-but-not-tested"] = "; ".join(self._untested)
         troubles = [error for error in findings.bench_errors if not isinstance(error, DeviceLost)]
         return {
             "how": self._how(session),
@@ -261,7 +273,8 @@ class FinalReport:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
         whole = self._shows_all or self._state.options.thorough
         summary = TerminalSummary(terminalreporter, self._state, whole=whole)
-        summary.write(self._failures.causes, self._stale, left_out=self._suite_left_out)
+        left_out = self._suite_left_out
+        summary.write(self._failures.causes, self._stale, self._untested, left_out=left_out)
 
 
 def _show_dots_alone(session: pytest.Session) -> None:

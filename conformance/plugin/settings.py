@@ -63,6 +63,7 @@ SETTINGS = (
     Setting("sdo_recover"),
     Setting("sdo_deviations", Kind.PATH),
     Setting("sdo_report_dir", Kind.PATH),
+    Setting("sdo_require", Kind.LIST),
     Setting("sdo_examples"),
     Setting("sdo_budget"),
 )

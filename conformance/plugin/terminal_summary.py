@@ -31,9 +31,17 @@ class TerminalSummary:
         self._whole = whole
 
     def write(
-        self, causes: Sequence[CauseCount], stale: Sequence[KnownDeviation], *, left_out: bool
+        self,
+        causes: Sequence[CauseCount],
+        stale: Sequence[KnownDeviation],
+        untested: Sequence[str],
+        *,
+        left_out: bool,
     ) -> None:
-        """Print what was found; ``left_out``: none of the suite's cases was run."""
+        """Print what was found, and what was required but is ``untested``.
+
+        ``left_out``: none of the suite's cases was run.
+        """
         state, findings = self._state, self._state.findings
         folder = shown(state.report_dir)
         self._terminal.ensure_newline()
@@ -54,6 +62,8 @@ class TerminalSummary:
                 "its entry from the known deviations",
                 red=True,
             )
+        for sentence in untested:
+            self._line(f"required, but not tested: {sentence}", red=True)
         for restored in findings.restored:
             self._line(restored)
         for unrestored in findings.unrestored:
