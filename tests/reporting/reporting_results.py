@@ -29,6 +29,7 @@ PASSED = CaseResult(
 
 # The lines of a record beside those of its cases.
 ABOUT: dict[str, Any] = {
+    "all_rw": False,
     "begun": "2026-05-06T09:08:09.000+02:00",
     "begun_utc": "2026-05-06T07:08:09",
     "channel": "can0",

@@ -139,6 +139,13 @@ def test_rules_and_steps(tmp_path: Path) -> None:
     assert re.search(r"response\.specifier [^✓✗]* 0 1 0 1 ✗", page.text)
 
 
+def test_what_to_fix_first_stands_at_the_beginning(tmp_path: Path) -> None:
+    page = page_of(tmp_path, [result(), FAILED])
+    first = "Fix this first: response.specifier: abort to download initiate the only failure MUST, "
+    assert page.text.index(first) < page.text.index("Bench")
+    assert "Fix this first" not in page_of(tmp_path, [result()]).text
+
+
 def test_a_quick_run_says_what_it_leaves_out(tmp_path: Path) -> None:
     about = {**ABOUT, "properties": {**ABOUT["properties"], "node-5.quick": "2 of 9 cases"}}
     run = RecordedRun(about, [DEVICE], [result()], [None], 1, None)

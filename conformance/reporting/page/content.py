@@ -10,6 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 from conformance.reporting.cause_counts import CauseCount, causes_of
+from conformance.reporting.first_fix import FirstFix, first_fix
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.page.diagram import Diagram, diagram
 from conformance.reporting.page.traffic import Times, Traffic
@@ -181,6 +182,12 @@ class PageContent:
         return shown
 
     @property
+    def first_fix(self) -> FirstFix | None:
+        """The cause to begin with; None where there is none."""
+        causes = [shown.count for shown in self.causes]
+        return first_fix(causes, self._folder) if causes else None
+
+    @property
     def failed(self) -> list[Case]:
         """The cases that failed."""
         failing = (*FAILED, *((Verdict.NON_STRICT,) if self.about["strict"] else ()))
@@ -214,13 +221,17 @@ class PageContent:
         return [verdict for verdict in Verdict if verdict in given]
 
     def table(self, key: Callable[[CaseResult], str]) -> list[tuple[str, list[int], int]]:
-        """Return rows of a name, the number of cases for each verdict, and their sum."""
+        """Return rows of a name, the number of cases for each verdict, and their sum.
+
+        Those with most failures come first.
+        """
         counts: dict[str, Counter[Verdict]] = defaultdict(Counter)
         for case in self.cases:
             counts[key(case.result)][case.result.verdict] += 1
+        most_failures = sorted(counts, key=lambda name: -sum(counts[name][each] for each in FAILED))
         return [
-            (name, [row[verdict] for verdict in self.verdicts], row.total())
-            for name, row in counts.items()
+            (name, [counts[name][verdict] for verdict in self.verdicts], counts[name].total())
+            for name in most_failures
         ]
 
     @property
