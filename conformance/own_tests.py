@@ -1,0 +1,56 @@
+"""What tests of the user's own need, as ``from conformance import Multiplexer`` gives it.
+
+These names stay where they are. Whatever else there is may move between two versions.
+"""
+
+from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject
+from conformance.device.roles import Roles
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.channels import Channels
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
+from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.room import Room
+from conformance.dialogue.storage import Storage
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    DownloadSegment,
+    UploadInitiate,
+    UploadSegment,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import DataType
+from conformance.sdo.rules import Level, Rule, Violation
+
+__all__ = [
+    "Abort",
+    "AbortCode",
+    "BlockDownloadInitiate",
+    "BlockUploadInitiate",
+    "Blocks",
+    "Channels",
+    "DataType",
+    "Device",
+    "Dialogue",
+    "DownloadInitiate",
+    "DownloadSegment",
+    "KnownObject",
+    "Level",
+    "Multiplexer",
+    "Network",
+    "Parameters",
+    "Roles",
+    "Room",
+    "Rule",
+    "ServerAborted",
+    "Storage",
+    "UploadInitiate",
+    "UploadSegment",
+    "Violation",
+]
