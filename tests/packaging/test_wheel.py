@@ -123,10 +123,10 @@ def test_what_the_wheel_says_of_itself(wheel: Path, names: list[str]) -> None:
 def test_the_self_test_of_the_installed_wheel(installed: Path, empty: Path) -> None:
     """From an empty folder, and with the cases that came with the wheel."""
     files = "test_abort or test_segmented_upload or test_specifiers"
-    chosen = ("--sdo-fault=no-block-transfer", "-k", files, "-rs", "-p", "no:cacheprovider")
+    chosen = ("--sdo-fault=no-block-transfer", "-k", files, "-v", "-rs", "-p", "no:cacheprovider")
     printed = call((installed / "python", "-m", "pytest", "--self-test", *chosen), empty)
-    assert "cases/test_abort.py ...." in printed
-    assert "cases/test_segmented_upload.py ...." in printed
+    assert "cases/test_abort.py::abort.frame PASSED" in printed
+    assert "cases/test_segmented_upload.py::segmented-upload.toggle-first PASSED" in printed
     assert str(ROOT) not in printed.replace(str(empty), "")
     skipped = [line for line in printed.splitlines() if line.startswith("SKIPPED")]
     assert skipped
@@ -159,4 +159,5 @@ def test_own_tests_with_the_installed_wheel(installed: Path, empty: Path) -> Non
     (empty / "test_abort.py").write_text(own, encoding="utf-8")
     command = (installed / "python", "-m", "pytest", "--self-test", "-p", "no:cacheprovider")
     assert "1 passed" in call((*command, "test_abort.py"), empty)
-    assert "cases/test_abort.py ...." in call((*command, "-k", "test_abort"), empty)
+    printed = call((*command, "-v", "-k", "test_abort"), empty)
+    assert "cases/test_abort.py::abort.frame PASSED" in printed
