@@ -27,10 +27,17 @@ def run_properties(settings: RunSettings) -> dict[str, str]:
         "bit-rate": str(settings.bus.bitrate or "as the interface is set"),
         "response-timeout-ms": f"{settings.response_timeout * 1000:g}",
         "seed": str(settings.seed),
-        "writable-objects": ", ".join(
-            str(known) for known in settings.permits.named if known.access.writable
+        "writable-objects": written_objects(
+            [str(known) for known in settings.permits.named if known.access.writable],
+            all_rw=settings.permits.all_rw,
         ),
     }
+
+
+def written_objects(named: Sequence[str], *, all_rw: bool) -> str:
+    """Say what may be written: objects by name, or ``all_rw``; empty for nothing."""
+    every = ["all from 2000h on that the EDS says can be written"] if all_rw else []
+    return ", ".join([*every, *named])
 
 
 def device_properties(device: Device, *, alone: bool) -> dict[str, str]:

@@ -30,6 +30,7 @@ LOG = """\
 (101.010000) can0 605#2B01200034120000 T
 (101.018000) can0 585#6001200000000000 R
 """
+ORDER = (("segmented-upload-last", "40h"), ("idle", "21h"))
 PLACES = [Place("bus.log", 1, 3), Place("bus.log", 4, 8)]
 FAILED = result(
     Verdict.FAIL,
@@ -130,6 +131,12 @@ def test_times_and_audit(tmp_path: Path) -> None:
 def test_the_map(tmp_path: Path) -> None:
     page = page_of(tmp_path, [result(), FAILED])
     assert "idle 40h ✗" in page.text
+
+
+def test_the_map_has_the_order_of_a_transfer_whatever_ran_first(tmp_path: Path) -> None:
+    ids = [f"matrix.{state}[{stimulus}]" for state, stimulus in ORDER]
+    page = page_of(tmp_path, [result(case_id=case_id) for case_id in ids][:2])
+    assert "idle segmented-upload-last 21h ✓ 40h ✓" in page.text
 
 
 def test_rules_and_steps(tmp_path: Path) -> None:

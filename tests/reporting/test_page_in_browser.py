@@ -6,6 +6,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from reporting_results import result
 from test_page import FAILED, page_of
 
 from conformance.reporting.page.writing import PAGE
@@ -34,8 +35,17 @@ def test_the_filter_is_there(tmp_path: Path) -> None:
     page_of(tmp_path, [FAILED])
     dom = opened(tmp_path / PAGE)
     assert re.search(r"<output [^>]*>1 of 1 cases</output>", dom)
-    assert '<form id="filter">' in dom
+    assert '<form id="filter" aria-label="Which cases are shown">' in dom
     assert "open" not in case(dom, 0)
+
+
+def test_the_map_is_one_stop_of_the_tab_key(tmp_path: Path) -> None:
+    cases = [result(case_id=f"matrix.{state}[40h]") for state in ("idle", "block-upload-end")]
+    page_of(tmp_path, cases)
+    table = re.search(r'<table class="map">.*?</table>', opened(tmp_path / PAGE), re.DOTALL)
+    assert table is not None
+    links = re.findall(r"<a [^>]*>", table[0])
+    assert [re.findall(r'tabindex="([^"]+)"', link) for link in links] == [["0"], ["-1"]]
 
 
 def test_a_link_opens_its_case(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 
+from conformance.generated.server_states import STATES
 from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.first_fix import FirstFix, first_fix
 from conformance.reporting.official_steps import OFFICIAL_STEPS
@@ -16,7 +17,7 @@ from conformance.reporting.page.diagram import Diagram, diagram
 from conformance.reporting.page.traffic import Times, Traffic
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import reproductions
-from conformance.reporting.summary import QUICK, counted
+from conformance.reporting.summary import QUICK, counted, written_objects
 from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import RULES_BY_ID, Rule
 
@@ -255,6 +256,11 @@ class PageContent:
         return reasons.most_common()
 
     @property
+    def writable(self) -> str:
+        """What may be written, in words."""
+        return written_objects(self.about["writable"], all_rw=self.about["all_rw"])
+
+    @property
     def quick(self) -> list[str]:
         """What a quick run left out, of each device."""
         properties = self.run.properties
@@ -277,8 +283,8 @@ class PageContent:
         for case in self.cases:
             if found := MATRIX.fullmatch(case.result.case_id):
                 fields.setdefault((found[1], found[2]), case)
-        states = list(dict.fromkeys(state for state, _ in fields))
-        stimuli = dict.fromkeys(stimulus for _, stimulus in fields)
+        states = sorted({state for state, _ in fields}, key=_in_a_transfer)
+        stimuli = sorted({stimulus for _, stimulus in fields})
         rows = [(each, [fields.get((state, each)) for state in states]) for each in stimuli]
         return Map(states, rows) if fields else None
 
@@ -351,6 +357,12 @@ class PageContent:
             shown = "; ".join(values) + (f"; {more} more" if more else "")
             first, last = map(_time_of_day, (each.first, each.last))
             yield name, each.begun, first, last, shown
+
+
+def _in_a_transfer(state: str) -> tuple[int, str]:
+    """Return a key that puts states into the order in which transfers pass through them."""
+    known = list(STATES)
+    return (known.index(state) if state in known else len(known), state)
 
 
 def _time_of_day(seconds: float) -> str:
