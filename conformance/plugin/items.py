@@ -37,9 +37,8 @@ class Variation(partial[object]):
     The ``labels`` of its variations are for the collection alone.
     """
 
-    # A case is one by its decorator, whatever a project calls its tests (``python_functions``).
-    __test__ = True
     labels: Sequence[str] = ()
+    __test__: bool
 
     @property
     def __name__(self) -> str:
@@ -189,6 +188,8 @@ def _made_by_pytest(
         return []
     _, arguments = next(iter(variations.values()))
     varied = variation(function, **arguments)
+    # A case is one by its decorator, whatever a project calls its tests (``python_functions``).
+    varied.__test__ = True
     varied.labels = [label for label in variations if label is not None]
     made = collector.ihook.pytest_pycollect_makeitem(
         collector=collector, name=function.__name__, obj=varied
