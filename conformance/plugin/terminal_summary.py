@@ -17,6 +17,9 @@ from conformance.reporting.summary import (
 )
 from conformance.run.verdict import FAILED, Verdict
 
+# A table may be as wide where there is no terminal; between its columns are so many spaces at most.
+WIDE, WIDEST_GAP = 100, 2
+
 
 class TerminalSummary:
     """Prints the end of a run; of one in which all is well, a few lines.
@@ -115,21 +118,23 @@ class TerminalSummary:
         self._terminal.section("by service", "-")
         verdicts = [each for each in Verdict if any(row.counts[each] for row in rows)]
         first = max(len(row.name) for row in rows)
-        if first + sum(len(verdict) + 2 for verdict in verdicts) > (columns() or 100):
+        room = (columns() or WIDE) - first - sum(map(len, verdicts))
+        if room < len(verdicts):
             for row in rows:
                 given = (f"{row.counts[each]} {each}" for each in verdicts if row.counts[each])
                 self._line(f"{row.name}: {', '.join(given)}")
             return
-        heads = "".join(f"  {verdict}" for verdict in verdicts)
+        gap = min(room // len(verdicts), WIDEST_GAP)
+        heads = "".join(f"{verdict:>{len(verdict) + gap}}" for verdict in verdicts)
         self._terminal.write_line(f"{'':{first}}{heads}", bold=True)
         for row in rows:
-            self._row(row, first, verdicts)
+            self._row(row, first, verdicts, gap)
 
-    def _row(self, row: Row, first: int, verdicts: Sequence[Verdict]) -> None:
+    def _row(self, row: Row, first: int, verdicts: Sequence[Verdict], gap: int) -> None:
         self._terminal.write(f"{row.name:{first}}")
         for verdict in verdicts:
             number = row.counts[verdict]
-            cell = f"{number or '':>{len(verdict) + 2}}"
+            cell = f"{number or '':>{len(verdict) + gap}}"
             self._terminal.write(cell, red=bool(number) and verdict in FAILED)
         self._terminal.write_line("")
 
