@@ -237,14 +237,15 @@ class Lockstep:
         """Say whether the node that a frame is for may be sent requests."""
         return self._sdo.wire.may_ask(frame)
 
-    def settle(self, mux: Multiplexer) -> None:
+    def settle(self, mux: Multiplexer, *, abort: bool = False) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes.
 
-        Each request may have been answered: as many answers may come before that of the fence.
+        ``abort``: also where nothing can be open. Each request may have been answered: as many
+        answers may come before that of the fence.
         """
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
             self._look_for_abort()
-        if not self.oracle.is_without_transfer:
+        if abort or not self.oracle.is_without_transfer:
             self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         try:
             self._sdo.silence.fence(most=MOST_STRAY + self.oracle.owed)

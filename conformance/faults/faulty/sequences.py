@@ -2,10 +2,11 @@
 
 from conformance.faults.registry import Defect, fault
 from conformance.reference.segmented_server import Download, Upload
-from conformance.reference.server import Server
+from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
+    BlockUploadInitiate,
     DownloadInitiate,
     DownloadSegment,
     Request,
@@ -116,6 +117,29 @@ class WrittenOver(Server):
         super().store(entry, data)
         if entry.data_type.length is None:
             entry.value = (data + before[len(data) :]).ljust(self.BUFFER, b"\0")
+
+
+@fault("stray-segment-stored-behind-abort", Defect.LEAK, "matrix.block-upload-end")
+class StraySegmentStored(Server):
+    """Keeps a download segment that comes in a block upload; the next abort appends it."""
+
+    stray = b""
+    stored_by: type[Request] = Abort
+
+    def react(self, request: Request) -> list[Response]:
+        if isinstance(request, DownloadSegment) and isinstance(self.transfer, BlockUpload):
+            self.stray, self.entry = request.payload, self.objects.find(self.transfer.mux)
+        elif isinstance(request, self.stored_by) and self.stray:
+            self.entry.value += self.stray
+            self.stray = b""
+        return super().react(request)
+
+
+@fault("stray-segment-stored-by-next-block-upload", Defect.LEAK, "matrix.block-upload")
+class StraySegmentStoredLater(StraySegmentStored):
+    """Keeps a download segment that comes in a block upload; the next block upload appends it."""
+
+    stored_by = BlockUploadInitiate
 
 
 @fault("unread-download-lost", Defect.LEAK, "sequence.downloads-unread")

@@ -1,5 +1,8 @@
 """One field of the matrix: lead the server into a state, send one frame, judge what follows."""
 
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
 from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
@@ -7,18 +10,20 @@ from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.generated.lockstep import Lockstep, knowledge_of
 from conformance.generated.matrix.stimuli import Stimulus, Targets
 from conformance.generated.server_states import BLOCK_DOWNLOAD_BETWEEN, LONGEST, SIZE, State
-from conformance.sdo.frames import Request
+from conformance.sdo.frames import DownloadSegment, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import IDLE_AFTERWARDS, Violation
 from conformance.sdo.rules.short_requests import SHORT_REQUEST_RULES
 
 AnyState = State[Request | None]
 # So many bytes are read in one segment.
 SHORT = 7
+CHANGED_UNASKED = (IDLE_AFTERWARDS.id, "a value changes behind what is no download")
 CUT_SHORT = frozenset(rule.id for rule in SHORT_REQUEST_RULES)
 
 
@@ -40,21 +45,21 @@ def perform(
         missing_entry = Multiplexer(missing.index, 1)
     known, size = _suited(sdo, known, state)
     targets = Targets(device.node_id, known.mux, missing, missing_entry)
-    surely = device.lengths[known.mux].surely
-    capacity = {} if surely is None else {known.mux: surely}
-    knowledge = knowledge_of(device, capacity, targets.there)
-    oracle = Oracle(knowledge, device.node_id)
-    lockstep = Lockstep(sdo, oracle)
-    with lockstep.following():
-        if not _suits(device.holds(known.mux), known, state, size):
-            wanted = min(size, SHORT) if state.downloads else size
-            Room(sdo).store(known, sdo.payload(wanted), segmented=True)
-        state.reach(sdo, known, size)
-        lockstep.check()
+    with ExitStack() as following:
+        try:
+            lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
+        except Violation as breach:
+            if not _has_changed_unasked(sdo, known, breach):
+                raise
+            Room(sdo).restore_own(known)
+            device.keeping.left.discard(known.mux)
+            lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
         lockstep.send(stimulus(targets), point=True)
+        # What a server keeps of data that are not due it may store when it is aborted.
+        stray = isinstance(sdo.wire.last_sent, DownloadSegment) and not state.downloads
         # A server may mind only an abort of the object of its latest transfer.
         try:
-            lockstep.settle(sdo.tracker.open or known.mux)
+            lockstep.settle(sdo.tracker.open or known.mux, abort=stray)
         except Violation as behind:
             sdo.record.own.add(behind)  # the frame was answered; what follows comes of it
             raise
@@ -63,6 +68,46 @@ def perform(
         elif known.mux not in sdo.wire.seen:
             sdo.upload(known)
             lockstep.check()
+
+
+@contextmanager
+def _led_into(
+    state: AnyState, sdo: Dialogue, known: KnownObject, size: int, targets: Targets
+) -> Iterator[Lockstep]:
+    """Lead the server into a state by an object, which is written before if it has to be."""
+    surely = sdo.device.lengths[known.mux].surely
+    capacity = {} if surely is None else {known.mux: surely}
+    knowledge = knowledge_of(sdo.device, capacity, targets.there)
+    lockstep = Lockstep(sdo, Oracle(knowledge, sdo.device.node_id))
+    with lockstep.following():
+        if not _suits(sdo.device.holds(known.mux), known, state, size):
+            wanted = min(size, SHORT) if state.downloads else size
+            Room(sdo).store(known, sdo.payload(wanted), segmented=True)
+        state.reach(sdo, known, size)
+        lockstep.check()
+        yield lockstep
+
+
+def _has_changed_unasked(sdo: Dialogue, known: KnownObject, breach: Violation) -> bool:
+    """Say whether an object holds another value than it was left with, and note that.
+
+    What a case has sent that is no download may have changed it when that was over.
+    """
+    believed = sdo.device.holds(known.mux)
+    if believed is None or known.mux in sdo.record.written or not sdo.silence.recover():
+        return False
+    found = sdo.upload(known)
+    if same_value(known, found, believed):
+        return False
+    sdo.record.written.add(known.mux)
+    changed = Violation(
+        IDLE_AFTERWARDS,
+        expected=f"{known} to read as it was left: {shown(believed)}",
+        actual=f"{shown(found)}; met as: {breach}",
+    )
+    changed.habit = CHANGED_UNASKED
+    sdo.note(changed)
+    return True
 
 
 def _suits(value: bytes | None, known: KnownObject, state: AnyState, size: int) -> bool:
