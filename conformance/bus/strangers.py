@@ -13,7 +13,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
 from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.frames import Abort, Request
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
 from conformance.sdo.pairing import is_answer, names_object
 
 _CODES = frozenset(AbortCode)
@@ -42,7 +42,7 @@ class Strangers:
         """Take what was sent to the device, in whatever format."""
         if frame.can_id != self._ids.request.can_id:
             return
-        request = decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")[:FRAME_LENGTH])
+        request = decode_request(whole_frame(frame.data))
         self._asked.append(request)
         self._oddly = not self._ids.request.matches(frame)
         self._objects.append(getattr(request, "mux", self._objects[-1]))
@@ -51,7 +51,7 @@ class Strangers:
         """Say whether a frame of another format holds an answer to what was asked last."""
         if frame.remote or not frame.data or not self._asked:
             return False
-        response = decode_response(frame.data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0"))
+        response = decode_response(whole_frame(frame.data))
         request = self._asked[-1]
         if isinstance(response, Abort):
             return response.code in _CODES

@@ -63,6 +63,16 @@ TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
 OTHER_DATA = "other data"
+# Behind that a wrong value says no more.
+NOT_STORED = (NOT_REFUSED.id, "a download that is confirmed and not stored")
+CONFIRMED = ("download initiate response", "download segment response")
+# The application refuses, whatever is asked.
+OF_STATE = tuple(
+    f"abort {code:08X}h"
+    for code in (AbortCode.NOT_TRANSFERABLE, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
+)
+DOWNLOAD = "download initiate"
+DOWNLOADS = (DownloadInitiate, BlockDownloadInitiate)
 # Rules about time-outs themselves.
 OF_TIME = "time-out."
 MOST_WORDS = 60
@@ -235,22 +245,54 @@ class Causes:
         """
         if cause in self._standing:
             return cause
+        return (
+            self._of_a_stub(cause)
+            or self._answer_to_the_end(cause, request)
+            or self._refusal(cause, request)
+            or (self._in_one_state(cause, point) if generated else None)
+            or cause
+        )
+
+    def _of_a_stub(self, cause: Cause) -> Cause | None:
+        """Return by what a device that serves or confirms everything is told."""
         if cause == STRUCTURE and SERVED in self._standing:
             return SERVED  # FFh is but one of those that are served
+        if self.nothing_is_stored and cause.answer in CONFIRMED:
+            return Cause(*NOT_STORED)
+        return None
+
+    def _answer_to_the_end(self, cause: Cause, request: Request) -> Cause | None:
+        """Return by what an answer to the end of a block upload is told, wherever that is sent."""
         if isinstance(request, BlockEndResponse):
             for known in self._standing:
                 answer, behind, _ = known.answer.partition(BEHIND_BLOCK_UPLOAD)
                 if known.rule_id == UNSOLICITED.id and behind and cause.answer.startswith(answer):
-                    return known  # it answers that, wherever it is sent
-        refused = Cause(NOT_REFUSED.id, f"{cause.answer} to {kind_of_request(request)}")
-        if cause.answer.startswith("abort ") and refused in self._standing:
-            return refused
-        if generated and cause.rule_id in GENERAL:
+                    return known
+        return None
+
+    def _refusal(self, cause: Cause, request: Request) -> Cause | None:
+        """Return by what a refusal is told that is known from another place.
+
+        That a device writes nothing in its state it may say to downloads of each kind.
+        """
+        general = cause.rule_id in GENERAL
+        answer = _without_request(cause) if general else cause.answer
+        if answer in OF_STATE and isinstance(request, DOWNLOADS):
+            for known in self._standing:
+                refused, _, asked = known.answer.partition(" to ")
+                if (known.rule_id, refused) == (NOT_REFUSED.id, answer) and DOWNLOAD in asked:
+                    return known
+        known = Cause(NOT_REFUSED.id, f"{cause.answer} to {kind_of_request(request)}")
+        return known if cause.answer.startswith("abort ") and known in self._standing else None
+
+    def _in_one_state(self, cause: Cause, point: str) -> Cause | None:
+        """Return by what an answer of this kind is told that another field of a state has met."""
+        if cause.rule_id in GENERAL:
             for known, standing in self:
                 alike = known.rule_id == cause.rule_id and point in standing.shown_by
                 if alike and _without_request(known) == _without_request(cause):
                     return known
-        return cause
+        return None
 
     def add(self, cause: Cause, case_id: str, violation: Violation, *, aside: bool) -> Standing:
         """Take note that a cause was met: ``aside`` of all cases, or by one that fails for it."""
@@ -267,6 +309,11 @@ class Causes:
     def aborts_are_answered(self) -> bool:
         """Whether the device was seen to answer an abort of its client."""
         return any(cause.rule_id == ABORT_NOT_ANSWERED.id for cause in self._standing)
+
+    @property
+    def nothing_is_stored(self) -> bool:
+        """Whether the device was seen to confirm a download and to keep what it held."""
+        return Cause(*NOT_STORED) in self._standing
 
     @property
     def sub_blocks_are_exceeded(self) -> bool:

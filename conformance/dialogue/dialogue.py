@@ -14,6 +14,7 @@ from conformance.dialogue.delivered import is_written_through
 from conformance.dialogue.transfers import Target, Transfers, mux_of
 from conformance.dialogue.values import (
     not_as_written,
+    not_stored,
     same_value,
     segments_of,
     shown,
@@ -288,6 +289,8 @@ class Dialogue(Transfers):
         """Expect an object to read as ``due``; a string may end in 00h."""
         found = self.upload(known)
         if not same_value(known, found, due):
+            if self.record.causes.nothing_is_stored:
+                raise not_stored(known, due)
             raise self.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
         if not same_data(known.data_type, found, due):
             self.note(not_as_written(known, due, found))

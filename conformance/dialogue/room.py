@@ -12,6 +12,7 @@ from conformance.dialogue.left import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
+from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
@@ -69,6 +70,8 @@ class Room:
             self._store_by_any_way(known, data, broken)
             return
         if abort is None:
+            if not exactly and self._sdo.record.causes.nothing_is_stored:
+                raise not_stored(known, data)
             return
         if abort.code not in NO_ROOM or self._takes_otherwise(known, data):
             refused = Violation(

@@ -1,9 +1,10 @@
 """Values of objects: how they are compared, shown, and cut into segments."""
 
 from conformance.device.known_objects import KnownObject
+from conformance.dialogue.causes import NOT_STORED
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.objects import same_data
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import NOT_REFUSED, Violation
 from conformance.sdo.rules.sizes import VARIABLE_LENGTH
 
 
@@ -33,6 +34,17 @@ def tail_kept(known: KnownObject, due: bytes) -> Violation:
         expected=f"{known} to read the {len(due)} bytes that were written to it",
         actual="the end of a longer value is left behind a shorter one",
     )
+
+
+def not_stored(known: KnownObject, due: bytes) -> Violation:
+    """Build the breach that a download was confirmed and has changed nothing."""
+    violation = Violation(
+        NOT_REFUSED,
+        expected=f"{known} to hold {shown(due)} once the download of that was confirmed",
+        actual="it holds what it held before",
+    )
+    violation.habit = NOT_STORED
+    return violation
 
 
 def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:

@@ -41,7 +41,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.layout import FRAME_LENGTH, whole_frame
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
 from conformance.sdo.storage_commands import COMMANDS
 
@@ -120,7 +120,7 @@ class Wire:
         self.delivered.request(decoded)
         if len(data) < FRAME_LENGTH:
             # What a careless device may take it for decides on what it may write.
-            decoded = decode_request(data.ljust(FRAME_LENGTH, b"\0"))
+            decoded = decode_request(whole_frame(data))
         self._about_to_send(decoded)
         self.channel.send(data)
         self.pauses.sent(within=within)
@@ -136,7 +136,7 @@ class Wire:
                 "needs permission to send SDO requests to other nodes, which may end a transfer "
                 f"that another client has open there: add --sdo-allow={OTHER_NODES}"
             )
-        self._about_to_send(decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")))
+        self._about_to_send(decode_request(whole_frame(frame.data)))
         self.channel.send_frame(frame)
         self.pauses.sent(within=self.tracker.open is not None)
 
@@ -297,7 +297,7 @@ class Wire:
                 raise
             self.note(odd)
             self.misshapen = odd
-            data = data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+            data = whole_frame(data)
         refused = self.owed and isinstance(self.last_sent, INITIATES)
         running = self.tracker.open
         response = self.tracker.response(data)

@@ -6,7 +6,7 @@ from itertools import takewhile
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
-from conformance.dialogue.causes import OTHER_DATA, kind_of_answer
+from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
 from conformance.dialogue.silence import MOST_STRAY
@@ -16,7 +16,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, Request, Response
-from conformance.sdo.layout import Multiplexer
+from conformance.sdo.layout import Multiplexer, whole_frame
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.rules import Level, Violation
@@ -112,7 +112,9 @@ class Lockstep:
             for captured in held
             if captured.direction is Direction.RECEIVED and self._is_response(captured)
         ]
-        stray = list(takewhile(lambda captured: captured.frame.data not in due, received))
+        stray = list(
+            takewhile(lambda captured: whole_frame(captured.frame.data) not in due, received)
+        )
         for captured in stray:
             self._show(captured)
         for captured in held:
@@ -144,7 +146,8 @@ class Lockstep:
             if self._aborted and found.rule.id in WITHOUT_TRANSFER:
                 found.habit = GOES_ON
             if READS_WRONG in found.expected:
-                found.habit = (found.rule.id, OTHER_DATA)
+                nothing_is_stored = self._sdo.record.causes.nothing_is_stored
+                found.habit = NOT_STORED if nothing_is_stored else (found.rule.id, OTHER_DATA)
             settling = isinstance(found.request, Abort) and self._point != found.request
             if (
                 self._point is not None

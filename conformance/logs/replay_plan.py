@@ -12,7 +12,7 @@ from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.frames import Request
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
 from conformance.sdo.nmt import (
     ALL_NODES,
     ERROR_CONTROL_BASE,
@@ -130,7 +130,7 @@ def read_request(frame: CanFrame, decoder: Decoder) -> Request | None:
     if frame.remote or not frame.data:
         return None
     if frame.extended or len(frame.data) != FRAME_LENGTH:
-        return decode_request(frame.data.ljust(FRAME_LENGTH, b"\0")[:FRAME_LENGTH])
+        return decode_request(whole_frame(frame.data))
     return decoder.request(frame.data)
 
 

@@ -29,7 +29,7 @@ from conformance.sdo.frames import (
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.layout import Message, Multiplexer, whole_frame
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.rules import (
@@ -230,7 +230,7 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
         if isinstance(decode_response(frame.data), Abort):
             # Either the device has no 1000h, or it has answered the abort that went before.
             frame = channel.receive() or frame
-        device.baseline.append((sent, frame.data))
+        device.baseline.append((sent, whole_frame(frame.data)))
         match decode_response(frame.data):
             case UploadInitiateResponse(expedited=False) | UploadSegmentResponse(last=False):
                 request = UploadSegment(toggle=position % 2)

@@ -16,7 +16,7 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import filled_up, tail_kept
+from conformance.dialogue.values import filled_up, not_stored, tail_kept
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -197,6 +197,8 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
     if found.startswith(due + before[SHORT:]):
         sdo.device.known[known.mux] = replace(known, keeps_tails=True)
         sdo.note(tail_kept(known, due))
+    elif found == sdo.device.values[known.mux] != due:
+        sdo.note(not_stored(known, due))
     elif len(found) > LONGER and found == due.ljust(len(found), b"\0"):
         _find_filled(sdo, known, len(found))
 

@@ -11,7 +11,7 @@ from conformance.run.habits import FIRST_SEEN
 from conformance.run.revival import Revival
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.layout import whole_frame
 from conformance.sdo.nmt import NmtState, error_control
 from conformance.sdo.rules import NO_REBOOT, Violation
 
@@ -48,7 +48,7 @@ class Watch:
 
     def _boot(self) -> Violation:
         sent = [each.frame for each in self._last if each.direction is Direction.SENT]
-        request = decode_request(sent[-1].data.ljust(FRAME_LENGTH, b"\0"))
+        request = decode_request(whole_frame(sent[-1].data))
         last = ", ".join(str(each.frame) for each in self._last)
         booted = Violation(
             NO_REBOOT,

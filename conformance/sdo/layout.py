@@ -15,6 +15,11 @@ from typing import Any, ClassVar, Self
 FRAME_LENGTH = 8
 
 
+def whole_frame(data: bytes) -> bytes:
+    """Return what a frame of another length would be with 8 bytes: cut off, or filled with 00h."""
+    return data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+
+
 @dataclass(frozen=True, slots=True, order=True)
 class Multiplexer:
     """Index and sub-index: which entry of the object dictionary a transfer is about."""

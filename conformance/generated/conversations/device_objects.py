@@ -22,7 +22,7 @@ from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import in_words
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import Multiplexer, whole_frame
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.oracle import Knowledge
 from conformance.sdo.rules import NOT_REFUSED, Violation
@@ -109,7 +109,7 @@ class DeviceObjects:
 
 def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
     """Put ``own`` where a download initiate would name an object that must not be written."""
-    target = written_by(decode_request(data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")))
+    target = written_by(decode_request(whole_frame(data)))
     if target is None or device.lacks(target) or device.policy.permits(target):
         return data
     return data[:1] + mux_bytes(own) + data[4:]

@@ -17,7 +17,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import violation
 from conformance.sdo.oracle.block_download import SubBlock
@@ -278,7 +278,7 @@ class Oracle:
             wrong.append("a remote frame")
         if frame.dlc != FRAME_LENGTH:
             wrong.append(f"DLC {frame.dlc}")
-        data = frame.data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
+        data = whole_frame(frame.data)
         if not wrong:
             return data, []
         actual = f"{frame} ({', '.join(wrong)})"

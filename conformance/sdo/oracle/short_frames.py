@@ -14,7 +14,7 @@ from conformance.sdo.frames import (
     Request,
     UploadInitiate,
 )
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.layout import FRAME_LENGTH, whole_frame
 from conformance.sdo.oracle.knowledge import Memory
 
 WITH_MULTIPLEXER = 4
@@ -25,7 +25,7 @@ def completed(decode: Callable[[bytes], Request], frame: bytes, memory: Memory) 
     if not frame:
         return None
     count = len(frame)
-    request = decode(frame[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0"))
+    request = decode(whole_frame(frame))
     if isinstance(request, DownloadSegment):
         return replace(request, unused=max(request.unused, FRAME_LENGTH - count, 0))
     return request if count >= _needed(request, memory) else None
