@@ -211,7 +211,9 @@ def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) 
     """No download is begun at all, and no other node is asked anything."""
     server = server_like(None)
     right = Overhearing(server)
-    result = run(pytester, server, right, "-k", f"({ONCE} or test_random) and not beyond", named=())
+    result = run(
+        pytester, server, right, "-v", "-k", f"({ONCE} or test_random) and not beyond", named=()
+    )
     assert result.ret == pytest.ExitCode.OK
     lacking = ["*add --sdo-allow=read-only-probes*", "*add --sdo-allow=other-nodes*"]
     result.stdout.fnmatch_lines_random(lacking)
