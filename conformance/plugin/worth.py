@@ -17,8 +17,6 @@ from conformance.run.risks import Kind
 QUICK = 2500
 # A case of more requests is in it only for the faults that it catches.
 FEW = 100
-# This part of all requests is sent by the cases that come early.
-EARLY = 0.1
 # What may happen to any client; frames of other kinds than these servers may not have met before.
 FAMILIAR = (Kind.ORDINARY, Kind.LOST_SEGMENT)
 _PATH = Path(__file__).with_suffix(".json")
@@ -26,16 +24,18 @@ _PATH = Path(__file__).with_suffix(".json")
 
 @dataclass(frozen=True, slots=True)
 class Worth:
-    """What a case catches, by the names of faults, and how many frames it sends.
+    """What a case catches, by the names of faults, and how many frames it sends, first of its kind.
 
     ``place`` is where in the order it stands; ``early`` are the first of them. One that ``writes``
-    needs an object that may be written.
+    needs an object that may be written. ``quick`` are those that catch most together within the
+    requests of a quick run.
     """
 
     place: int
     early: bool
     requests: int
     writes: bool
+    quick: bool
     faults: frozenset[str]
 
 
@@ -43,8 +43,8 @@ class Worth:
 def _read() -> dict[str, Any]:
     """Return what is kept.
 
-    ``beside`` are the requests of a quick run that belong to no single case: those of the discovery
-    for one, and of what a case does for all that follow.
+    ``beside`` are the requests of a quick run that belong to no case, such as those of the
+    discovery.
     """
     found: dict[str, Any] = json.loads(_PATH.read_text(encoding="utf-8"))
     return found
@@ -60,12 +60,12 @@ def forget() -> None:
 def table() -> dict[str, Worth]:
     """Return the cases by their ids, in their order."""
     found = _read()
-    names, left = found["faults"], EARLY * found["requests"]
+    names = found["faults"]
     cases = {}
-    for place, (case, (requests, writes, faults)) in enumerate(found["cases"].items()):
-        left -= requests
+    for place, (case, row) in enumerate(found["cases"].items()):
+        requests, writes, quick, early, faults = row
         caught = frozenset(names[number] for number in faults)
-        cases[case] = Worth(place, left >= 0, requests, bool(writes), caught)
+        cases[case] = Worth(place, bool(early), requests, bool(writes), bool(quick), caught)
     return cases
 
 
@@ -94,12 +94,14 @@ def quick_choice(services: dict[str, str], *, writes: bool) -> set[str]:
     taken: set[str] = set()
     caught: set[str] = set()
     left = QUICK - _read()["beside"]
-    for case, worth in usable.items():
-        if worth.requests <= left and not worth.faults <= caught:
+    for case, worth in sorted(usable.items(), key=lambda item: not item[1].quick):
+        if worth.requests <= left and (worth.quick or not worth.faults <= caught):
             taken.add(case)
             caught |= worth.faults
             left -= worth.requests
     present = {services[case] for case in taken}
-    few = [case for case, worth in usable.items() if worth.requests <= FEW]
-    first = {services[case]: case for case in reversed(few)}
-    return taken | {case for service, case in first.items() if service not in present}
+    cheapest: dict[str, str] = {}
+    for case in sorted(usable, key=lambda case: usable[case].requests):
+        if usable[case].requests <= FEW and services[case] not in present:
+            cheapest.setdefault(services[case], case)
+    return taken | set(cheapest.values())

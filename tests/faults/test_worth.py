@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worth import OWN, by_worth, candidates
+from worth import candidates
 
 from conformance.faults.catalogue import build_node, faults
 from conformance.faults.registry import About, Defect
 from conformance.plugin import worth
-from conformance.plugin.worth import EARLY, FAMILIAR, FEW, QUICK, place_in_run, quick_choice, table
+from conformance.plugin.worth import FAMILIAR, FEW, place_in_run, quick_choice, table
 from conformance.reference.built_in_eds import listing_of
 from conformance.reporting.rule_listing import scripted_cases
 from conformance.run.risks import Kind
 
 # Of the faults that cases show where the server declares no time-out; one shows before the first.
-MOST, MOST_OF_QUICK = 0.95, 0.9
+MOST, MOST_OF_QUICK = 0.95, 0.93
 BEFORE_CASES = "dies-at-once"
 SHOWN = {fault.name: fault for fault in faults() if not fault.timed and fault.name != BEFORE_CASES}
 
@@ -62,21 +62,19 @@ def test_each_case_and_each_fault_stands_there_once() -> None:
     assert max(Counter(kept()["faults"]).values()) == 1
 
 
-def test_each_fault_is_one_that_there_is() -> None:
-    assert set(kept()["faults"]) <= {fault.name for fault in faults()}
+def test_each_fault_is_in_it() -> None:
+    """Run ``tests/faults/worth.py`` when there is a new one."""
+    assert set(kept()["faults"]) == {fault.name for fault in faults()}
 
 
-def test_a_tenth_of_a_run_shows_nearly_all_faults() -> None:
-    """By what the table says each case catches and sends, in the order of a run."""
-    left, found = kept()["requests"] * EARLY, set()
-    for case_id in sorted(
-        table().keys() & services().keys(),
-        key=lambda case_id: place_in_run(case_id, risks()[case_id]),
-    ):
-        left -= table()[case_id].requests
-        if left < 0:
-            break
-        found |= caught_by({case_id})
+def test_the_first_tenth_of_a_run_shows_nearly_all_faults() -> None:
+    """By what the table says each case catches."""
+    early = {
+        case
+        for case in table().keys() & services().keys()
+        if not place_in_run(case, risks()[case])[0]
+    }
+    found = caught_by(early)
     assert len(found) >= MOST * len(SHOWN), len(found) / len(SHOWN)
 
 
@@ -90,10 +88,10 @@ def test_nothing_that_no_client_sends_comes_early() -> None:
 
 
 def test_a_quick_run_shows_nearly_all_faults() -> None:
+    """How many requests it sends is counted in ``tests/plugin/test_plugin_quick.py``."""
     chosen = quick_choice(services(), writes=True)
     found = caught_by(chosen)
     assert len(found) >= MOST_OF_QUICK * len(SHOWN), len(found) / len(SHOWN)
-    assert sum(table()[case].requests for case in chosen) <= QUICK
 
 
 def test_a_quick_run_shows_each_kind_of_fault() -> None:
@@ -125,7 +123,7 @@ def test_a_device_without_the_first_choice_gets_the_next() -> None:
     wanted = table()[lacking].faults & caught_by(others)
     assert wanted
     found = wanted & caught_by(quick_choice(rest, writes=True))
-    assert len(found) >= MOST_OF_QUICK * len(wanted)
+    assert len(found) >= 0.9 * len(wanted)
 
 
 def test_nothing_to_choose_from() -> None:
@@ -133,20 +131,6 @@ def test_nothing_to_choose_from() -> None:
 
 
 # How the table is made
-
-
-def test_the_best_comes_first() -> None:
-    catches = {"a": {"dear": 1.0, "cheap": 1.0}, "b": {"dear": 1.0}, "c": {"other": 1.0}}
-    assert by_worth(catches, {"dear": 10, "cheap": 2, "other": 5}) == ["cheap", "other", "dear"]
-
-
-def test_of_equals_the_one_whose_own_rule_is_broken_comes_first() -> None:
-    assert by_worth({"a": {"one": 1.0, "two": OWN}}, {"one": 3, "two": 3}) == ["two", "one"]
-
-
-def test_a_second_case_for_each_fault_comes_behind_the_first() -> None:
-    catches = {name: {"all": 1.0, name: 1.0} for name in "abc"}
-    assert by_worth(catches, {"all": 6, "a": 4, "b": 4, "c": 4})[0] == "all"
 
 
 def test_few_variations_are_measured() -> None:

@@ -1,12 +1,16 @@
 """Measures which case catches which fault at how many requests, and orders the cases by that.
 
     python tests/faults/worth.py catches [--workers N] [NAME ...]   # half an hour
-    python tests/faults/worth.py order                              # a minute
+    python tests/faults/worth.py order                              # two minutes
+    python tests/faults/worth.py quick [--workers N] [NAME ...]     # a quarter of an hour
 
 ``catches`` adds the faults to ``catches.json`` that are not in it yet, one after another; it may be
 ended and begun again. NAMEs are measured anew. It takes scripts of few requests; a fault that they
 do not catch meets the cases that it names. ``order`` counts the requests of each case, and writes
 ``conformance/plugin/worth.json``, by which a run orders its cases and ``--sdo-quick`` chooses them.
+``quick`` runs that choice against all faults that show without a declared time-out. What it does
+not catch there, though one of its cases has caught it in another order, is taken out of
+``catches.json``, for the next ``order``.
 """
 
 import argparse
@@ -14,7 +18,7 @@ import json
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
+from collections.abc import Collection, Generator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -22,8 +26,10 @@ from random import Random
 
 import pytest
 from case_runs import AT_THE_END, FAILED, run_cases
+from cover import CATCHERS, Choice, Costs, by_worth
 from detection import (
     EXAMPLES_OF_FAULTS,
+    HUGE,
     TIMEOUT_OF_FAULTS,
     files_of,
     kind_of,
@@ -34,7 +40,9 @@ from pairs import spread
 
 from conformance.faults.catalogue import faults, find_deviation
 from conformance.faults.registry import About
+from conformance.generated.server_states import STATES
 from conformance.plugin import worth
+from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import CaseFunction, ordered
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -44,10 +52,15 @@ TABLE = Path(worth.__file__).with_suffix(".json")
 CHEAP = 40
 # Nor do more variations of a case than this.
 MOST_VARIATIONS = 3
-# So many cases for each fault are in the table: a device may lack what the first of them needs.
-CATCHERS = 4
 # So much more counts a case that fails by a rule that it tests itself.
 OWN = 1.25
+# Whichever of these states comes first asks for much room, with all requests that this takes.
+MUCH = 260
+ROOMY = tuple(f"matrix.{state.name}[" for state in STATES.values() if not state.short)
+# This part of all requests is sent by the cases that come early.
+EARLY = 0.1
+# How often a quick run is made and counted: then its cases cost what they were thought to.
+ROUNDS = 12
 # A device of which nothing may be written.
 READ_ONLY = "--sdo-object=1000=unsigned32,ro"
 
@@ -172,12 +185,38 @@ def measure(names: Sequence[str], workers: int) -> None:
             print(f"{number}/{len(wanted)} {awaited[each]}: {len(each.result())}", flush=True)
 
 
+def caught_by_quick(name: str) -> bool:
+    """Say whether a quick run fails a fault, or ends with it."""
+    deviation = find_deviation(name)
+    assert deviation is not None
+    run = run_cases(name, "--sdo-quick", f"--sdo-response-timeout={TIMEOUT_OF_FAULTS}")
+    return bool(run.failed(strict=deviation.soft)) or run.exit_code == ExitCode.DEVICE_LOST
+
+
+def prove_quick(names: Sequence[str], workers: int) -> None:
+    """Run a quick run against faults, and take out of what was measured what it disproves."""
+    shown = [each.name for each in faults() if not each.timed and (each.name in names or not names)]
+    chosen = {case for case, known in worth.table().items() if known.quick}
+    missed = []
+    with ProcessPoolExecutor(workers) as pool:
+        for name, caught in zip(shown, pool.map(caught_by_quick, shown), strict=True):
+            if caught:
+                continue
+            missed.append(name)
+            print(f"{name} is not caught", flush=True)
+            catches = read_catches()
+            catches[name] = {case: catches[name][case] for case in catches[name].keys() - chosen}
+            write_catches(catches)
+    print(f"a quick run catches {1 - len(missed) / len(shown):.1%} of {len(shown)} faults")
+
+
 class Counter:
     """A pytest plugin that counts the frames that each case sends, by the log of the bus."""
 
     def __init__(self) -> None:
         """Nothing has been run yet."""
         self.verdicts: dict[str, Verdict] = {}
+        self.services: dict[str, str] = {}
         self._places: dict[str, tuple[int, int]] = {}
         self._sent = [0]
 
@@ -187,6 +226,7 @@ class Counter:
         place = getattr(report, "conformance_frames", None)
         if values is not None and place is not None:
             self.verdicts[values["case_id"]] = Verdict(values["verdict"])
+            self.services[values["case_id"]] = values["service"]
             self._places[values["case_id"]] = (place["first"], place["last"])
 
     @pytest.hookimpl(trylast=True)
@@ -233,95 +273,127 @@ def count(*arguments: str, plugins: Sequence[object] = ()) -> Counter:
     return counter
 
 
-def cover(catches: Catches, costs: Mapping[str, int], left_out: Collection[str]) -> Iterable[str]:
-    """Yield cases that catch all faults together: next, what catches most per request."""
-    caught_by: defaultdict[str, dict[str, float]] = defaultdict(dict)
+def needs(catches: Catches, costs: Costs, services: Mapping[str, str]) -> dict[str, set[str]]:
+    """Return what each case catches; a quick run has each service and each class of defect too."""
+    about = {fault.name: f"class {fault.defect}" for fault in faults()}
+    needed: defaultdict[str, set[str]] = defaultdict(set)
     for name, found in catches.items():
-        for case, weight in found.items():
-            if case in costs and case not in left_out and not case.startswith(AT_THE_END):
-                caught_by[case][name] = weight
-    while caught_by:
-        best = max(caught_by, key=lambda case: sum(caught_by[case].values()) / max(costs[case], 1))
-        gone = set(caught_by.pop(best))
-        yield best
-        for case in list(caught_by):
-            for name in gone & caught_by[case].keys():
-                del caught_by[case][name]
-            if not caught_by[case]:
-                del caught_by[case]
+        for case in found.keys() & costs.each.keys():
+            if not case.startswith((AT_THE_END, *ROOMY)):
+                needed[case] |= {name, about[name], f"service {services[case]}"}
+    return dict(needed)
 
 
-def by_worth(catches: Catches, costs: Mapping[str, int]) -> list[str]:
-    """Return the cases that are worth an early place, the best first."""
-    places: dict[str, None] = {}
-    for _ in range(CATCHERS):
-        places.update(dict.fromkeys(cover(catches, costs, places)))
-    return list(places)
+def own_catchers(found: Mapping[str, float], costs: Costs) -> dict[str, float]:
+    """Return the catchers of a fault that have requests of their own."""
+    own = found.keys() & costs.each.keys()
+    return {case: found[case] for case in own if not case.startswith(AT_THE_END)}
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """What ``conformance/plugin/worth.json`` is made of, but for the requests of a quick run."""
+
+    total: int
+    catches: Catches
+    costs: Costs
+    order: Sequence[str]
+    needs_write: Collection[str]
+
+    def write(self, quick: Mapping[str, int], beside: int) -> None:
+        """Write it with the cases of a quick run, what each sends there, and what is ``beside``."""
+        usual = {name: own_catchers(found, self.costs) for name, found in self.catches.items()}
+        order = list(dict.fromkeys([*self.order, *quick]))
+        shared, left, early = self.costs.shared(), EARLY * self.total, set()
+        for case in order:
+            left -= shared[case]
+            if left >= 0:
+                early.add(case)
+        places = {case: place for place, case in enumerate(order)}
+        caught: defaultdict[str, list[int]] = defaultdict(list)
+        names = sorted(self.catches)
+        for number, name in enumerate(names):
+            catchers = sorted(usual[name].keys() & places.keys(), key=places.__getitem__)
+            for case in {*catchers[:CATCHERS], *(usual[name].keys() & set(quick))}:
+                caught[case].append(number)
+            for case in self.catches[name].keys() - usual[name].keys():
+                caught[case].append(number)
+        judging = [case for case in self.costs.each if case.startswith(AT_THE_END)]
+        rows: dict[str, list[object]] = {
+            case: [
+                quick.get(case) or self._alone(case),
+                int(case in self.needs_write),
+                int(case in quick),
+                int(case in early),
+                caught[case],
+            ]
+            for case in [*order, *judging]
+            if caught[case] or case in judging
+        }
+        listed = ",\n".join(
+            f"{json.dumps(case)}: {json.dumps(row, separators=(',', ':'))}"
+            for case, row in rows.items()
+        )
+        TABLE.write_text(
+            f'{{"requests": {self.total}, "beside": {beside},\n'
+            f'"faults": {json.dumps(names)},\n"cases": {{\n{listed}\n}}}}\n',
+            encoding="utf-8",
+        )
+        worth.forget()
+
+    def _alone(self, case: str) -> int:
+        """Return what a case sends that finds nothing prepared by others."""
+        return self.costs.of([case]) + MUCH * case.startswith(ROOMY)
 
 
 def make_table() -> None:
     """Count the requests, and write the table of the package."""
     with ProcessPoolExecutor() as pool:
-        usual = pool.submit(count)
+        whole = pool.submit(count)
         in_files = pool.submit(count, *scripts(), plugins=[ByFile()])
         without_writes = pool.submit(count, READ_ONLY, *scripts())
-        total, read_only = usual.result().total, without_writes.result().verdicts
-    # In whichever order it is more: the first of some cases does what all of them need.
-    by_file = in_files.result().requests
-    costs = {
-        case: max(requests, by_file.get(case, 0))
-        for case, requests in usual.result().requests.items()
-        if requests  # or it needs what the self-test does not declare
-    }
+        everything, read_only = whole.result(), without_writes.result().verdicts
+    # The first of some cases does what all of them need.
+    costs = Costs.by(everything.requests, in_files.result().requests)
+    # One of these writes for the others, whichever comes first.
+    costs.each |= {case: max(costs.each.values()) for case in costs.each if HUGE in case}
     catches = read_catches()
-    order = by_worth(catches, costs)
-    places = {case: place for place, case in enumerate(order)}
-    names = sorted(catches)
-    caught: defaultdict[str, list[int]] = defaultdict(list)
-    for number, name in enumerate(names):
-        catchers = sorted(places[case] for case in catches[name] if case in places)
-        for place in catchers[:CATCHERS]:
-            caught[order[place]].append(number)
     untestable = (Verdict.NOT_TESTABLE, None)
-    rows = [
-        f"{json.dumps(case)}: [{costs[case]}, {int(read_only.get(case) in untestable)}, "
-        f"{json.dumps(caught[case], separators=(',', ':'))}]"
-        for case in order
-        if caught[case]
-    ]
-    rows += [
-        f"{json.dumps(case)}: [{requests}, 0, {json.dumps(judged, separators=(',', ':'))}]"
-        for case, requests in costs.items()
-        if case.startswith(AT_THE_END)
-        for judged in [[number for number, name in enumerate(names) if case in catches[name]]]
-    ]
-    listed = ",\n".join(rows)
-    beside = 0
-    while True:
-        TABLE.write_text(
-            f'{{"requests": {total}, "beside": {beside},\n'
-            f'"faults": {json.dumps(names)},\n"cases": {{\n{listed}\n}}}}\n',
-            encoding="utf-8",
-        )
-        worth.forget()
-        sent = count("--sdo-quick").total
-        if beside > worth.QUICK:
-            raise SystemExit("what comes beside the cases of a quick run is more than it may send")
-        print(f"a quick run sends {sent} requests, {beside} of them beside the cases", flush=True)
-        if sent <= worth.QUICK:
-            return
-        beside += sent - worth.QUICK
+    needs_write = {case for case in costs.each if read_only.get(case) in untestable}
+    usual = {name: own_catchers(found, costs) for name, found in catches.items()}
+    order = by_worth(usual, costs.shared())
+    table = Table(everything.total, catches, costs, order, needs_write)
+    best: dict[str, int] = {}
+    most = 0
+    quick = [case for case, known in worth.table().items() if known.quick and case in costs.each]
+    needed = needs(catches, costs, everything.services)
+    for _ in range(ROUNDS):
+        table.write(dict.fromkeys(quick, 1), worth.QUICK - len(quick))  # and no others
+        sent = count("--sdo-quick")
+        beside = sent.total - sum(sent.requests.values())
+        found = len({name for case in quick for name in needed[case]})
+        print(f"{sent.total} requests, {beside} beside the cases: {found} faults", flush=True)
+        if sent.total <= worth.QUICK and found > most:
+            most, best = found, {case: sent.requests[case] for case in quick}
+        costs.correct(sent.requests)
+        budget = worth.QUICK - beside - (sent.total - beside - costs.of(quick))
+        quick = Choice(needed, costs, budget).best(best or quick)
+    if not best:
+        raise SystemExit("no choice of cases for a quick run keeps to its requests")
+    table.write(best, worth.QUICK - sum(best.values()))  # no room for others
 
 
 def main() -> int:
     """Do what the command line says."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("what", choices=("catches", "order"))
+    parser.add_argument("what", choices=("catches", "order", "quick"))
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("names", nargs="*", metavar="NAME")
     options = parser.parse_intermixed_args()
     if options.what == "catches":
         measure(options.names, options.workers)
+    elif options.what == "quick":
+        prove_quick(options.names, options.workers)
     else:
         make_table()
     return 0

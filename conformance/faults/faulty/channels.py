@@ -29,6 +29,7 @@ class _OtherDefault(AlteredNode):
 
     def alter(self) -> None:
         self.change(self.channels[0].record.entries)
+        self.defaults = self.power_on = self.present()
 
     def change(self, entries: dict[int, Entry]) -> None:
         """Change an entry."""
