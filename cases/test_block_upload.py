@@ -313,7 +313,7 @@ def test_empty(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject)
         sdo.info(f"{variable} is empty and refused: {in_words(uploaded)}")
     else:
         sdo.expect_empty(variable, uploaded.data, before)
-    room.restore_own(variable)  # what is empty may be refused to the next case
+    room.prepare(variable, PADDED)  # what is empty may be refused to the next case
 
 
 @must("block-upload.constant", "block-upload.first-sub-block", "block-upload.end")

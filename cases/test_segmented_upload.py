@@ -313,4 +313,4 @@ def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     else:
         response = sdo.checks.upload_initiate(answer, variable.mux)
         sdo.expect_empty(variable, sdo.finish_upload(variable, response), before)
-    room.restore_own(variable)  # what is empty may be refused to the next case
+    room.prepare(variable, PADDED)  # what is empty may be refused to the next case

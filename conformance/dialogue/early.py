@@ -57,12 +57,15 @@ class EarlyAborts:
     """Notes that the server has ended transfers early.
 
     ``met`` is the abort that has ended the latest one, until the next begins. ``transfers`` counts
-    the initiates that were sent.
+    the initiates that were sent. An abort of the server may have ``crossed`` with one of the
+    client: what that asked next may be served behind it.
     """
 
     def __init__(self) -> None:
         """No transfer has begun."""
         self.transfers = 0
+        self.crossed = False
+        self._given_up: Multiplexer | None = None
         self._met: Abort | None = None
         self._all: list[Abort] = []
 
@@ -77,6 +80,10 @@ class EarlyAborts:
             self._met = None
             self.transfers += 1
 
+    def aborted(self, running: Multiplexer | None) -> None:
+        """Take an abort of the client; ``running`` is the object of the transfer that it ends."""
+        self._given_up = running
+
     def note(self, abort: Abort) -> None:
         """Take an abort that has ended a transfer early."""
         self._met = abort
@@ -87,6 +94,10 @@ class EarlyAborts:
         """Take a response; ``running`` is the object of the transfer that is, if there is one."""
         if is_early(response, running):
             self.note(response)
+        elif is_early(response, self._given_up):
+            self.crossed = True
+            self.note(response)
+        self._given_up = None
 
     def forget(self) -> None:
         """Begin with something else."""

@@ -104,6 +104,7 @@ class Silence:
                 break
             if crossed and isinstance(response, Abort):
                 crossed -= 1
+                wire.let_pass.append(frame.data)
                 continue
             if wire.pauses.excuses(response):
                 continue

@@ -65,10 +65,11 @@ class Wire:
     ``last_sent`` and ``sent_before`` are what the case has sent, and not what a fence has; ``data``
     are the bytes of the former. ``owed``: that has not been answered. ``segments`` counts those of
     a block that were sent and not acknowledged, ``crossed`` those that an abort of the server may
-    have crossed. ``misshapen`` is the breach by the shape of an answer to what was sent last, and
-    ``server_aborted`` says that the last response was an abort. While it is ``fencing``, what comes
-    may have been asked for by what went before; ``after_fence`` is called then. It
-    ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. ``seen`` is that
+    have crossed, and ``let_pass`` are refusals of these. ``misshapen`` is the breach by the shape
+    of an answer to what was sent last, and ``server_aborted`` says that the last response was an
+    abort. While it is ``fencing``, what comes may have been asked for by what went before;
+    ``after_fence`` is called then. It ``looks_for_aborts`` before it sends, unless an oracle is
+    shown whatever comes. ``seen`` is that
     of ``Keeping``. ``is_proven``: a fence has proven the server idle, and nothing but ordinary
     uploads followed.
     """
@@ -89,6 +90,7 @@ class Wire:
         self.data = b""
         self.owed = False
         self.segments = self.crossed = 0
+        self.let_pass: list[bytes] = []
         self.misshapen: Violation | None = None
         self.server_aborted = False
         self.fencing = False
@@ -114,9 +116,12 @@ class Wire:
 
     def transmit(self, data: bytes) -> None:
         """Send a request of the case or of a fence."""
-        within = self.tracker.open is not None
+        running = self.tracker.open
+        within = running is not None
         self._sub_blocks.request(data)
         decoded = self.tracker.request(data)
+        if isinstance(decoded, Abort):
+            self.record.early.aborted(running)
         self.delivered.request(decoded)
         if len(data) < FRAME_LENGTH:
             # What a careless device may take it for decides on what it may write.
@@ -301,8 +306,7 @@ class Wire:
         refused = self.owed and isinstance(self.last_sent, INITIATES)
         running = self.tracker.open
         response = self.tracker.response(data)
-        if not refused and not self.fencing:
-            self.record.early.received(response, running)
+        self.record.early.received(response, None if refused or self.fencing else running)
         self.delivered.response(response)
         self.owed = False
         if not self.fencing:

@@ -105,7 +105,10 @@ class Lockstep:
 
     def _take_held(self) -> None:
         """Show the oracle a fence: what is no answer to its read came for what went before."""
-        held, self._held = self._held, []
+        let_pass = self._sdo.wire.let_pass
+        held = [captured for captured in self._held if captured.frame.data not in let_pass]
+        self._held = []
+        let_pass.clear()
         due = [answer for _, answer in self._sdo.device.baseline]
         received = [
             captured

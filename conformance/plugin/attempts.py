@@ -58,11 +58,13 @@ def try_again(
     ways: list[Way] = []
     while (way := run.way_left(error)) is not None:
         ways.append(way)
-        if len(ways) == MOST_TRIES:
-            return run, error if is_systematic(ways) else NotTestable(_in_words(ways))
+        if is_systematic(ways):
+            return run, error
         try:
             if not run.retreat(len(ways)):
                 return run, error
+            if len(ways) == MOST_TRIES:
+                return run, NotTestable(_in_words(ways))
             before, run = run, begin_again()
         except BenchError:
             return run, error  # it is met again when the case is concluded

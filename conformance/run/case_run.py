@@ -3,6 +3,7 @@
 import time
 
 from conformance.bus.errors import BenchError
+from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import Cause, Standing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import Way
@@ -18,6 +19,7 @@ from conformance.run.verdict import (
     CaseResult,
     Verdict,
 )
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import in_words
@@ -184,6 +186,9 @@ class CaseRun:
         session.restorer.expect(sdo)
         self._minor = list(sdo.record.minor)
         self.tools.network.end()
+        if sdo.record.early.crossed:
+            sdo.channel.abort(sdo.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+            sdo.drain()
         leaving = leave(sdo, failed=True)
         # What crossed with the abort has met an idle server, which may refuse it.
         refused = all(isinstance(as_answer(stray), Abort) for stray in leaving.stray)

@@ -212,7 +212,7 @@ def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) 
     server = server_like(None)
     right = Overhearing(server)
     result = run(
-        pytester, server, right, "-v", "-k", f"({ONCE} or test_random) and not beyond", named=()
+        pytester, server, right, "-vv", "-k", f"({ONCE} or test_random) and not beyond", named=()
     )
     assert result.ret == pytest.ExitCode.OK
     lacking = ["*add --sdo-allow=read-only-probes*", "*add --sdo-allow=other-nodes*"]

@@ -94,7 +94,9 @@ def _has_changed_unasked(sdo: Dialogue, known: KnownObject, breach: Violation) -
     What a case has sent that is no download may have changed it when that was over.
     """
     believed = sdo.device.holds(known.mux)
-    if believed is None or known.mux in sdo.record.written or not sdo.silence.recover():
+    if believed is None or known.mux in sdo.record.written or sdo.record.early.met is not None:
+        return False
+    if not sdo.silence.recover():
         return False
     found = sdo.upload(known)
     if same_value(known, found, believed):
