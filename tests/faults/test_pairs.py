@@ -116,7 +116,7 @@ def test_a_pervasive_fault_fails_few_cases_in_few_causes() -> None:
 
 
 def test_the_specific_faults_are_of_all_classes() -> None:
-    assert (len(set(PERVASIVE)), len(set(SPECIFIC))) == (16, 24)
+    assert (len(set(PERVASIVE)), len(set(SPECIFIC))) == (17, 24)
     assert {known(name).defect for name in SPECIFIC} == set(Defect)
     assert all(known(name).is_fault for name in PERVASIVE)
 
