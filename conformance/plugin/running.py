@@ -37,7 +37,7 @@ from conformance.run.accounting import Scope, account
 from conformance.run.case_run import CaseRun
 from conformance.run.losses import MOST_IN_A_ROW, Losses
 from conformance.run.session import DeviceSession
-from conformance.run.verdict import CaseResult, Verdict
+from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.rules import RULES
 
 # The case that judges what came too late; where it was not selected, the run itself does.
@@ -216,13 +216,18 @@ class Running:
     ) -> None:
         """Bring a lost device back; where nothing can, it is out of the run."""
         losses = self._losses[result.node_id]
+        wrongly = result.afterwards is Afterwards.ANSWERS_WRONGLY
+        wedged = losses.is_wedged(answers_wrongly=wrongly) and session.revival is not None
         if not session.lost:
             losses.survived(result.case_id)
+        if not session.lost and not wedged:
             if why := session.channel.pace.unsound:
                 self._give_up(result, why)
             return
         sent = [each.frame for each in session.frames if each.direction is Direction.SENT]
-        cause = losses.add(result.case_id, case_of(item).risk, sent)
+        cause = "it answered wrongly whatever it was asked"
+        if session.lost:
+            cause = losses.add(result.case_id, case_of(item).risk, sent)
         try:
             why = session.revive()
         except BenchError as error:

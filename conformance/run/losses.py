@@ -23,6 +23,7 @@ class Losses:
 
     total: int = 0
     _in_a_row: int = 0
+    _wrong_in_a_row: int = 0
     _by_cause: dict[str, list[str]] = field(default_factory=dict)
     # The same, without what the device has survived since.
     _open: dict[str, list[str]] = field(default_factory=dict)
@@ -42,6 +43,14 @@ class Losses:
         self._in_a_row = 0
         if len(self._open.get(_family(case_id), ())) < ENOUGH:
             self._open.pop(_family(case_id), None)
+
+    def is_wedged(self, *, answers_wrongly: bool) -> bool:
+        """Say whether to bring a device back that answers: not what it is asked, not even 1000h.
+
+        Two cases in a row have left it so. Where bringing it back did not help it is left alone.
+        """
+        self._wrong_in_a_row = self._wrong_in_a_row + 1 if answers_wrongly else 0
+        return self._wrong_in_a_row == ENOUGH
 
     @property
     def is_hopeless(self) -> bool:

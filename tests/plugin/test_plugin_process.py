@@ -14,6 +14,7 @@ from conformance.faults.catalogue import build_node
 from conformance.plugin.exit_code import ExitCode
 from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.frames import BlockAck
 
 pytest_plugins = ["pytester"]
 
@@ -207,6 +208,43 @@ def test_a_bench_device_is_recovered(pytester: pytest.Pytester) -> None:
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(failed=2, passed=1)
     result.stdout.no_fnmatch_line("not restored:*")
+
+
+class Wedges(Hangs):
+    """Acknowledges whatever it is sent when DEADh was written, until the power was cycled."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        answers = super().receive(frame)
+        if not self.hangs:
+            return answers
+        return [self.respond(BlockAck(0, 127).encode())] if self.is_addressed(frame) else []
+
+
+WEDGES = """
+    import pytest
+    from conformance.sdo.layout import Multiplexer
+
+    @pytest.mark.parametrize("number", range(5))
+    def test_any(sdo, number):
+        assert sdo.upload(Multiplexer(0x1000))
+        if number == 0:
+            sdo.download(Multiplexer(0x2002), bytes.fromhex("ADDE"))
+"""
+
+
+def test_a_device_that_answers_whatever_it_is_asked_alike_is_recovered(
+    pytester: pytest.Pytester,
+) -> None:
+    """The case that has wedged it and the next one fail; then it is brought back."""
+    pytester.makepyfile(test_mine=WEDGES)
+    node = Wedges(NODE_ID, build_node(None, NODE_ID).server)
+    node.power = pytester.path / "power"
+    with hosted(node) as bus:
+        options = (NODE, *bus, *WRITABLE, "--sdo-recover=touch power")
+        result = run(pytester, *options, "test_mine.py")
+    assert result.ret == pytest.ExitCode.TESTS_FAILED
+    result.assert_outcomes(failed=2, passed=3)
+    result.stdout.fnmatch_lines(["  note: *lost (it answered wrongly whatever it was asked)*"])
 
 
 def test_a_command_that_recovers_nothing(pytester: pytest.Pytester) -> None:

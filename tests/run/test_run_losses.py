@@ -70,6 +70,13 @@ def test_a_device_that_is_always_gone_is_given_up() -> None:
     assert losses.is_hopeless
 
 
+def test_a_device_that_answers_wrongly_is_brought_back_once() -> None:
+    losses = Losses()
+    wrong = [True, False, True, True, True, True, False, True, True]
+    told = [losses.is_wedged(answers_wrongly=each) for each in wrong]
+    assert told == [False, False, False, True, False, False, False, False, True]
+
+
 def test_what_is_unusual_may_stop_it_as_often_as_it_likes() -> None:
     losses = Losses()
     for number in range(MOST_IN_A_ROW * 2):
