@@ -23,7 +23,7 @@ DROPPED = 3
 ANSWERED = 12
 
 
-@fault("response-short-dlc", Defect.FRAME_SHAPE, "upload.", "upload.known-objects")
+@fault("response-short-dlc", Defect.FRAME_SHAPE, "frame.abort-identifier")
 class ShortResponses(Node):
     """Leaves away the bytes behind the last one that is not 0."""
 
