@@ -290,6 +290,7 @@ def test_next_request(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     """A request right behind the end of a block upload is served."""
     due = sdo.upload(VENDOR_ID)
     known, _ = room.long_object()
+    sdo.silence.calms_down = False  # what comes behind the end is the point
     for _ in range(5):
         blocks.upload(known)
         sdo.send(UploadInitiate(VENDOR_ID.mux))

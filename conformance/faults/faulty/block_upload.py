@@ -225,7 +225,7 @@ class FillerLeaks(Server):
         return super().block_data(transfer, start).ljust(SEGMENT_LENGTH, b"\xff")
 
 
-@fault("block-upload-end-response-answered", Defect.STATE, "matrix.block-upload-end[A1h]")
+@fault("block-upload-end-response-answered", Defect.STATE, "block-upload.next-request")
 class EndResponseAnswered(Server):
     """Answers the end of a block upload, which is no request."""
 
@@ -233,7 +233,7 @@ class EndResponseAnswered(Server):
         return [*super().on_block_end_response(request), BlockEndResponse()]
 
 
-@fault("block-upload-end-response-refused", Defect.STATE, "matrix.block-upload-end[A1h]")
+@fault("block-upload-end-response-refused", Defect.STATE, "block-upload.next-request")
 class EndResponseRefused(Server):
     """Is idle when the end of a block upload is confirmed, and refuses that."""
 

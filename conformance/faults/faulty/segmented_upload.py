@@ -141,7 +141,12 @@ class LastFlagEarly(_Segments):
         )
 
 
-@fault("upload-last-segment-n-off-by-one", Defect.UNUSED_COUNT, "segmented-upload.size[8]")
+@fault(
+    "upload-last-segment-n-off-by-one",
+    Defect.UNUSED_COUNT,
+    "segmented-upload.size[8]",
+    "upload.known-objects",
+)
 class UnusedOffByOne(_Segments):
     """States one byte too few as unused in a last segment that is not full."""
 
