@@ -8,6 +8,7 @@ import can
 from can.util import load_config, load_environment_config, load_file_config
 
 from conformance.bus.connection import Connection
+from conformance.bus.drivers import unknown_interface, what_it_needs
 from conformance.bus.errors import BusNotOpened, InterfaceLost, advice
 
 DEFAULT_INTERFACE = "socketcan"
@@ -16,27 +17,6 @@ DEFAULT_CHANNEL = "can0"
 # As often a bus with traffic is opened: most openings fall between two frames.
 SOCKETCAND_OPENINGS = 20
 FRAME_OF_SOCKETCAND = "< frame "
-
-# What has to be installed, or has to run, beside python-can.
-_SERIAL = "the Python package pyserial, and a serial port that this user may open"
-_NEEDED = {
-    "canalystii": "the Python package canalystii",
-    "gs_usb": "the Python package gs-usb, and access to the USB device",
-    "ixxat": "the VCI driver of the adapter's maker",
-    "kvaser": "Kvaser's CANlib (on Linux the package linuxcan or kvlibsdk)",
-    "neovi": "the Python package python-ics",
-    "nican": "the NI-CAN driver of National Instruments",
-    "nixnet": "the Python package nixnet and the NI-XNET driver",
-    "pcan": "the PCAN-Basic library of PEAK-System (on Linux libpcanbasic.so)",
-    "robotell": _SERIAL,
-    "seeedstudio": _SERIAL,
-    "serial": _SERIAL,
-    "slcan": _SERIAL,
-    "socketcand": "a socketcand daemon that runs at that host and port, and serves that channel",
-    "systec": "the USB-CANmodul driver of SYS TEC",
-    "usb2can": "the CAL library of 8devices",
-    "vector": "the XL Driver Library of Vector",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +51,7 @@ class BusSettings:
             found = dict(load_config(config=found))
             bitrate = None if found.get("bitrate") is None else int(found["bitrate"])
         except can.CanInterfaceNotImplementedError as error:
-            raise BusNotOpened(_unknown_interface(str(found["interface"]))) from error
+            raise BusNotOpened(unknown_interface(str(found["interface"]))) from error
         except (can.CanInitializationError, ConfigError, ValueError) as error:
             raise BusNotOpened(f"python-can's configuration cannot be read: {error}") from error
         channel = found.get("channel")
@@ -85,11 +65,6 @@ class BusSettings:
         options = "".join(f", {name}={value}" for name, value in self.options)
         name = f"{self.interface or DEFAULT_INTERFACE} {self.channel or ''}".rstrip()
         return name + rate + options
-
-
-def _unknown_interface(name: str) -> str:
-    known = ", ".join(sorted(can.VALID_INTERFACES))
-    return f"python-can has no interface called {name!r}. It knows: {known}."
 
 
 def connection_of(settings: BusSettings) -> Connection | None:
@@ -117,12 +92,12 @@ def open_bus(settings: BusSettings) -> can.BusABC:
     if settings.interface == "socketcan":
         # Echoes could not be told from frames that other processes send.
         arguments["receive_own_messages"] = False
+    needed = what_it_needs(settings.interface or DEFAULT_INTERFACE)
     try:
         return _bus(arguments)
     except can.CanInterfaceNotImplementedError as error:
         raise BusNotOpened(
-            f"The interface {settings.interface!r} cannot be used: {error}. "
-            f"Is the Python package of its driver installed?{_driver(settings)}"
+            f"The interface {settings.interface!r} cannot be used: {_sentence(error)}{needed}"
         ) from error
     except TypeError as error:
         raise BusNotOpened(
@@ -131,14 +106,14 @@ def open_bus(settings: BusSettings) -> can.BusABC:
         ) from error
     except (can.CanError, OSError) as error:
         raise BusNotOpened(
-            f"{settings} cannot be opened: {error}. {advice(error)}{_driver(settings)}"
+            f"{settings} cannot be opened: {_sentence(error)} {advice(error)}{needed}"
         ) from error
     # A driver is code of others, and raises what it comes to: kvaser a NameError without its
     # library, others AttributeError, KeyError or struct.error. No list of them would be whole.
     except Exception as error:
         raise BusNotOpened(
-            f"{settings} cannot be opened: {type(error).__name__}: {error}. {advice(error)}"
-            f"{_driver(settings)}"
+            f"{settings} cannot be opened: {type(error).__name__}: {_sentence(error)} "
+            f"{advice(error)}{needed}"
         ) from error
 
 
@@ -157,7 +132,5 @@ def _bus(arguments: dict[str, Any]) -> can.BusABC:
     return can.Bus(**arguments)
 
 
-def _driver(settings: BusSettings) -> str:
-    """Say what an interface needs, as far as that is known."""
-    needed = _NEEDED.get(settings.interface or DEFAULT_INTERFACE)
-    return f" It needs {needed}." if needed else ""
+def _sentence(error: Exception) -> str:
+    return f"{str(error).rstrip('. ')}."

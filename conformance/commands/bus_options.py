@@ -3,7 +3,7 @@
 import argparse
 
 from conformance.bus.opening import BusSettings
-from conformance.plugin.arguments import named_value
+from conformance.plugin.arguments import bit_rate, named_value
 
 
 def add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: str) -> None:
@@ -16,9 +16,10 @@ def add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: st
     )
     parser.add_argument(
         "--can-bitrate",
-        type=int,
+        type=bit_rate,
         metavar="BIT/S",
-        help="bit rate for interfaces that set it; SocketCAN's is set with 'ip link'",
+        help="bit rate for interfaces that set it, such as 500k or 1M; SocketCAN's is set with "
+        "'ip link'",
     )
     parser.add_argument(
         "--can-option",

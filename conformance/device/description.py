@@ -6,13 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from conformance.device.files import did_you_mean, shown
+from conformance.bus.bit_rate import EXAMPLE as BIT_RATE
+from conformance.bus.bit_rate import parse_bit_rate
+from conformance.device.files import shown
 from conformance.device.known_deviations import KnownDeviation, deviations_in
 from conformance.device.known_objects import KnownObject, ObjectNameError, parse_object
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nearest import did_you_mean
 
 ALL_RW = "all-rw"
 MOST = 1_000_000_000
@@ -66,7 +69,7 @@ def read_description(path: Path) -> Description:
         eds=top.read("eds", lambda name: folder / text_of(name), "write the name of a file", None),
         interface=can.read("interface", text_of, 'write a name, as in "socketcan"', None),
         channel=can.read("channel", text_of, 'write a name, as in "can0"', None),
-        bitrate=can.read("bitrate", _count, "write a number of bit/s, as in 500000", None),
+        bitrate=can.read("bitrate", _bit_rate, BIT_RATE, None),
         can_options=can.read("options", _settings, "write a table, as in {port = 29536}", ()),
         writable=objects.read("writable", _objects, _WRITABLE, ()),
         all_rw=objects.read("writable", _has_all_rw, "", False),
@@ -124,6 +127,10 @@ def _count(value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST:
         raise ValueError
     return value
+
+
+def _bit_rate(value: object) -> int:
+    return parse_bit_rate(str(_count(value) if isinstance(value, int) else text_of(value)))
 
 
 def _node_id(value: object) -> int:

@@ -19,11 +19,12 @@ from conformance.device.eds_text import (
     read_eds_text,
     sections_of,
 )
-from conformance.device.files import FileError, did_you_mean, shortened
+from conformance.device.files import FileError, shortened
 from conformance.device.known_objects import KnownObject
 from conformance.device.numbers import Number, decode_number, encode_number, is_number
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nearest import did_you_mean
 from conformance.sdo.objects import Access, DataType
 
 MOST_COMPACT = 0xFE

@@ -13,7 +13,8 @@ from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
-from conformance.device.files import FileError, nearest, read_text, shortened
+from conformance.device.files import FileError, read_text, shortened
+from conformance.sdo.nearest import nearest
 
 SUFFIXES = (".eds", ".dcf")
 LARGEST = 2 * 1024 * 1024

@@ -1,11 +1,6 @@
 """The files that describe a device: how they are read, and what is said of a bad one."""
 
-import difflib
-from collections.abc import Iterable
 from pathlib import Path
-
-# What is compared takes time that grows with the square of it.
-LONGEST_NAME = 80
 
 
 class FileError(ValueError):
@@ -50,20 +45,6 @@ def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
     line = content[:failed].count(b"\n") + 1
     names = " nor ".join(encoding.upper().removesuffix("-SIG") for encoding in encodings)
     raise FileError(path, line, f"the text is not in {names}: save it in UTF-8.")
-
-
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most like another one, if any is."""
-    by_lower = {one.lower(): one for one in known}
-    near = difflib.get_close_matches(name.lower()[:LONGEST_NAME], by_lower, n=1)
-    return by_lower[near[0]] if near else None
-
-
-def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return a sentence with the nearest known name, or with all of them."""
-    names = list(known)
-    near = nearest(name, names)
-    return f"Did you mean {near!r}?" if near else f"Known: {', '.join(names)}."
 
 
 def shown(value: object) -> str:

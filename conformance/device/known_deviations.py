@@ -24,8 +24,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from conformance.device.files import nearest
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
+from conformance.sdo.nearest import meant
 
 NO_REASON = "no reason given yet: write why it is accepted"
 TABLE = "deviations"
@@ -130,7 +130,7 @@ def unknown_case(
         if rule is not None and rule not in rules:
             return (
                 f"The known deviations name a rule that does not exist: {rule!r}."
-                f"{_hint(rule, rules)} conformance rules lists all rules."
+                f"{meant(rule, sorted(rules))} conformance rules lists all rules."
             )
         if case is None or case in cases or any(deviation.names(known) for known in cases):
             continue
@@ -139,14 +139,9 @@ def unknown_case(
         )
         return (
             f"The known deviations name {what}: {case!r}."
-            f"{_hint(_WILD.sub('', case), cases)} --collect-only lists all cases."
+            f"{meant(_WILD.sub('', case), sorted(cases))} --collect-only lists all cases."
         )
     return None
-
-
-def _hint(name: str, known: Iterable[str]) -> str:
-    near = nearest(name, sorted(known))
-    return f" Did you mean {near!r}?" if near else ""
 
 
 def write_deviations(path: Path, deviations: Iterable[KnownDeviation]) -> None:

@@ -3,14 +3,13 @@
 import re
 from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
-from typing import TypeVar
 
-from conformance.device.files import did_you_mean
 from conformance.device.numbers import Number
+from conformance.device.type_names import TypeNameError, parse_type
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nearest import did_you_mean
 from conformance.sdo.objects import Access, DataType
 
-Value = TypeVar("Value")
 _NAMED = re.compile(
     r"(?:0x)?(?P<index>[0-9a-f]{4})h?(?::(?:0x)?(?P<sub>[0-9a-f]{1,2})h?)?"
     r"(?:=(?P<type>[a-z_0-9]+)(?:,(?P<access>[a-z]+))?)?",
@@ -112,14 +111,14 @@ def parse_object(text: str) -> KnownObject:
             f"for example {EXAMPLE}."
         )
     mux = Multiplexer(int(match["index"], 16), int(match["sub"] or "0", 16))
-    types = {data_type.name.lower(): data_type for data_type in DataType}
-    data_type = _lookup(types, match["type"], f"type in {text!r}") if match["type"] else None
+    try:
+        data_type = parse_type(match["type"]) if match["type"] else None
+    except TypeNameError as error:
+        raise ObjectNameError(f"There is no type in {text!r} {error}") from None
     accesses = {access.value: access for access in Access}
-    access = _lookup(accesses, match["access"] or "rw", f"access in {text!r}")
-    return KnownObject(mux, data_type, access)
-
-
-def _lookup(known: dict[str, Value], name: str, what: str) -> Value:
-    if name.lower() in known:
-        return known[name.lower()]
-    raise ObjectNameError(f"There is no {what} called {name!r}. {did_you_mean(name, known)}")
+    name = match["access"] or "rw"
+    if name.lower() not in accesses:
+        raise ObjectNameError(
+            f"There is no access in {text!r} called {name!r}. {did_you_mean(name, accesses)}"
+        )
+    return KnownObject(mux, data_type, accesses[name.lower()])

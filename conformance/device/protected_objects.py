@@ -5,11 +5,11 @@ start others. Each group of them has a permission of its own, in ``[permissions]
 with ``--sdo-allow``.
 """
 
-import difflib
 from dataclasses import dataclass
 from functools import cache
 
 from conformance.sdo.emergency import ERROR_LIST
+from conformance.sdo.nearest import did_you_mean
 
 NMT = "nmt"
 SDO_PARAMETERS = "sdo-parameters"
@@ -62,8 +62,7 @@ def parse_permission(text: str) -> str:
     """
     if text in PERMISSIONS:
         return text
-    near = difflib.get_close_matches(text, PERMISSIONS, n=1)
-    hint = f"Did you mean {near[0]!r}?" if near else f"Known: {', '.join(sorted(PERMISSIONS))}."
+    hint = did_you_mean(text, sorted(PERMISSIONS))
     raise PermissionNameError(f"There is no permission called {text!r}. {hint}")
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from conformance.device.files import FileError, did_you_mean, read_text, shortened, shown
+from conformance.device.files import FileError, read_text, shortened, shown
 from conformance.device.known_objects import ObjectNameError
+from conformance.sdo.nearest import did_you_mean
 
 Read = TypeVar("Read")
 # A list of known deviations may name thousands of cases.

@@ -1,6 +1,5 @@
 """All faulty and unusual servers by name."""
 
-import difflib
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
@@ -15,6 +14,7 @@ from conformance.reference.described import described_device
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
 from conformance.reference.server import Server
+from conformance.sdo.nearest import meant
 
 
 class UnknownServer(LookupError):
@@ -63,11 +63,9 @@ def _known(name: str) -> Deviation:
     known = _by_name()
     if name in known:
         return known[name]
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
     raise UnknownServer(
-        f"There is no faulty or unusual server called {name!r}.{hint} "
-        "'python -m conformance faults' lists them."
+        f"There is no faulty or unusual server called {name!r}.{meant(name, known)} "
+        "'conformance faults' lists them."
     )
 
 

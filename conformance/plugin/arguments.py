@@ -5,10 +5,10 @@ import re
 import shlex
 from argparse import ArgumentTypeError
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 import pytest
 
+from conformance.bus.bit_rate import BitRateError, parse_bit_rate
 from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.known_objects import ObjectNameError, parse_object
 from conformance.device.protected_objects import PermissionNameError, parse_permission
@@ -21,9 +21,11 @@ from conformance.reporting.requirements import (
 )
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
+from conformance.sdo.nearest import nearest
 
 DEFAULT_EXAMPLES, THOROUGH_EXAMPLES = 20, 500
-PREFIX = "--sdo-"
+# How our options begin, and those that begin otherwise.
+PREFIXES, OTHERS = ("--sdo-", "--can-"), ("--node-id", "--self-test")
 _NUMBER = r"(\d+(?:\.\d+)?)"
 _DURATION = re.compile(f"(?:{_NUMBER}h)?(?:{_NUMBER}min)?(?:{_NUMBER}s?)?", re.ASCII)
 _UNITS = (3600, 60, 1)
@@ -60,8 +62,9 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--can-bitrate",
         metavar="BIT/S",
-        type=int,
-        help="bit rate for interfaces that set it; SocketCAN's is set with 'ip link'",
+        type=bit_rate,
+        help="bit rate for interfaces that set it, such as 500k or 1M; SocketCAN's is set with "
+        "'ip link'",
     )
     group.addoption(
         "--can-option",
@@ -216,17 +219,21 @@ def add_options(parser: pytest.Parser) -> None:
     )
 
 
-def check_names(args: Iterable[str], known: Iterable[str]) -> None:
-    """Raise pytest.UsageError for an option that has our prefix and is none of the ``known``.
+def check_names(unknown: Iterable[str], options: Iterable[str]) -> None:
+    """Raise pytest.UsageError for an ``unknown`` argument that is nearly one of our ``options``.
 
-    pytest itself would say that it does not know it, and not what is called nearly the same.
+    pytest itself would say that it does not know it, and not what is called nearly the same. Other
+    unknown arguments are left to pytest.
     """
-    names = sorted(known)
-    for name in (arg.partition("=")[0] for arg in args):
-        if name.startswith(PREFIX) and name not in names:
-            nearest = get_close_matches(name, names, n=1)
-            hint = f"Did you mean {nearest[0]}?" if nearest else "pytest --help lists them."
-            raise pytest.UsageError(f"There is no option {name}. {hint}")
+    names = [name for name in options if name.startswith(PREFIXES) or name in OTHERS]
+    for name in (argument.partition("=")[0] for argument in unknown):
+        if not name.startswith("--"):
+            continue
+        near = " or ".join(nearest(name, names))
+        if near:
+            raise pytest.UsageError(f"There is no option {name}. Did you mean {near}?")
+        if name.startswith(PREFIXES):
+            raise pytest.UsageError(f"There is no option {name}. pytest --help lists them.")
 
 
 def _count(text: str) -> int:
@@ -290,6 +297,14 @@ def _requirement(text: str) -> Requirement:
     try:
         return parse_requirement(text)
     except RequirementError as error:
+        raise ArgumentTypeError(str(error)) from None
+
+
+def bit_rate(text: str) -> int:
+    """Read bits per second; raises ArgumentTypeError."""
+    try:
+        return parse_bit_rate(text)
+    except BitRateError as error:
         raise ArgumentTypeError(str(error)) from None
 
 

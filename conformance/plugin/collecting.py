@@ -14,7 +14,7 @@ from conformance.plugin.items import (
     ordered,
     parametrize,
 )
-from conformance.plugin.marks import mark
+from conformance.plugin.marks import check_expression, mark
 from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.selection import NAMED, is_beside
 from conformance.plugin.state import STATE, is_left_to
@@ -69,6 +69,8 @@ class Collecting:
         A list of cases is read, and keeps each file together.
         """
         state = config.stash.get(STATE, None)
+        if state is not None:
+            check_expression(config, items)
         named = config.stash.get(NAMED, {})
         _deselect(config, items, [item for item in items if is_beside(item, named)])
         if state is not None and state.options.quick:

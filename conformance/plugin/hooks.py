@@ -4,6 +4,7 @@ What is collected is in ``collecting``, what happens in a run in ``running``.
 """
 
 import gc
+from collections.abc import Generator
 
 import pytest
 
@@ -37,11 +38,16 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     add_settings(parser)
 
 
-def pytest_load_initial_conftests(early_config: pytest.Config, args: list[str]) -> None:
-    """Look at the names of our options before pytest reads them, and add what is set otherwise."""
-    declared = vars(early_config.known_args_namespace)
-    check_names(args, (f"--{name.replace('_', '-')}" for name in declared))
+@pytest.hookimpl(wrapper=True)
+def pytest_load_initial_conftests(
+    early_config: pytest.Config, parser: pytest.Parser, args: list[str]
+) -> Generator[None, object, object]:
+    """Add what is set otherwise, and look at the options that nobody knows, not even a conftest."""
     put_before(early_config, args)
+    loaded = yield
+    known, unknown = parser.parse_known_and_unknown_args(args)
+    check_names(unknown, (f"--{name.replace('_', '-')}" for name in vars(known)))
+    return loaded
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -1,13 +1,14 @@
 """The marks of a case, for ``-m``: its level, its service, and what it does to a device."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
 
 import pytest
 
 from conformance.plugin.items import OWN, CaseFunction
 from conformance.run.risks import Kind
+from conformance.sdo.nearest import meant
 
 MARKS = {
     "must": "fails the device if it is broken",
@@ -49,6 +50,9 @@ READS = (
     *("run.*", "specifier.block-upload*", "specifier.out-of-block"),
     *("specifier.sub-command", "specifier.unknown*"),
 )
+# A name in an expression, which is neither a parameter of a mark nor in quotes.
+_NAME = re.compile(r"""["'][^"']*["']|[^\W\d]\w*\s*=[^=,)]*|([^\W\d]\w*)""")
+_WORDS = ("and", "or", "not", "True", "False", "None")
 _DECORATORS = {name: getattr(pytest.mark, name) for name in MARKS}
 
 
@@ -56,6 +60,21 @@ def mark(item: CaseFunction) -> None:
     """Give a case its marks."""
     for name in _names(item):
         item.add_marker(_DECORATORS[name])
+
+
+def check_expression(config: pytest.Config, items: Iterable[pytest.Item]) -> None:
+    """Raise pytest.UsageError for a name in ``-m`` that nothing bears and is nearly one of ours.
+
+    pytest would select no case by it, or all.
+    """
+    used = {name for name in _NAME.findall(config.option.markexpr) if name and name not in _WORDS}
+    registered = {re.split(r"\W", line.strip())[0] for line in config.getini("markers")}
+    unknown = used - registered
+    if not unknown:
+        return
+    for name in sorted(unknown - {mark.name for item in items for mark in item.iter_markers()}):
+        if hint := meant(name, MARKS):
+            raise pytest.UsageError(f"-m: there is no mark {name!r}.{hint}")
 
 
 def _names(item: CaseFunction) -> Iterator[str]:

@@ -3,13 +3,13 @@
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from math import floor
 
 from conformance.reporting.official_steps import OFFICIAL_STEPS, OfficialStep
 from conformance.reporting.summary import counted
 from conformance.run.case_files import case_files
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.nearest import meant
 from conformance.sdo.rules import RULES_BY_ID
 
 TESTED = frozenset(
@@ -89,11 +89,9 @@ def parse_requirement(text: str) -> Requirement:
     if found:
         return Requirement(name, parts={service: _by_service(service) for service in found})
     known = [*steps, *RULES_BY_ID, *sorted(services)]
-    nearest = get_close_matches(name, known, n=1)
-    hint = f" Did you mean {nearest[0]!r}?" if nearest else ""
     raise RequirementError(
         f"{text!r} is no share such as 90%, no service such as block, no rule and no official "
-        f"step such as 'SDO 09'.{hint}"
+        f"step such as 'SDO 09'.{meant(name, known)}"
     )
 
 

@@ -1,14 +1,20 @@
 """Opening a bus: whose word counts, and what is said when it cannot be done."""
 
 import errno
+import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
 import can
 import pytest
 
+from conformance.bus.bit_rate import BitRateError, parse_bit_rate
+from conformance.bus.drivers import DRIVERS
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings, open_bus
+
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(autouse=True)
@@ -111,7 +117,9 @@ def test_a_file_may_name_the_channel_alone(monkeypatch: pytest.MonkeyPatch, tmp_
 
 
 def test_an_unknown_interface_is_named_with_those_that_exist() -> None:
-    with pytest.raises(BusNotOpened, match=r"no interface called 'sockecan'.*socketcan.*virtual"):
+    with pytest.raises(
+        BusNotOpened, match=r"no interface called 'sockecan'. Did you mean 'socketcan'"
+    ):
         BusSettings("sockecan").resolve()
 
 
@@ -165,7 +173,6 @@ class Refusing:
         (ImportError("no module named uptime"), "Check the adapter"),
         (NameError("canGetNumberOfChannels"), "NameError.* Check the adapter"),
         (AttributeError("no attribute windll"), "AttributeError.* Check the adapter"),
-        (can.CanInterfaceNotImplementedError("msgpack not installed"), "driver installed"),
     ],
     ids=lambda value: type(value).__name__ if isinstance(value, Exception) else value,
 )
@@ -175,6 +182,89 @@ def test_what_to_do(monkeypatch: pytest.MonkeyPatch, error: Exception, advice: s
         open_bus(BusSettings("socketcan", "can7"))
     assert "socketcan" in str(caught.value)
     assert str(error) in str(caught.value)
+
+
+@pytest.mark.parametrize("interface", ["serial", "slcan", "robotell", "seeedstudio"])
+def test_a_package_that_is_missing(monkeypatch: pytest.MonkeyPatch, interface: str) -> None:
+    monkeypatch.setattr("conformance.bus.drivers.find_spec", lambda name: None)
+    error = can.CanInterfaceNotImplementedError("The serial module is not installed")
+    monkeypatch.setattr("can.Bus", Refusing(error))
+    with pytest.raises(BusNotOpened) as caught:
+        open_bus(BusSettings(interface, "/dev/ttyUSB0"))
+    assert str(caught.value) == (
+        f"The interface '{interface}' cannot be used: The serial module is not installed. Install "
+        "its Python package: 'python -m pip install pyserial' (or this suite with the extra "
+        "'serial'). Besides it needs a serial port that this user may open."
+    )
+
+
+def test_a_package_that_is_there_is_not_installed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("can.Bus", Refusing(can.CanInitializationError("no such group")))
+    with pytest.raises(BusNotOpened) as caught:
+        open_bus(BusSettings("udp_multicast", "can0"))
+    assert "pip install" not in str(caught.value)
+    assert "It needs a multicast address as its channel" in str(caught.value)
+
+
+def test_each_driver_is_one_of_python_can() -> None:
+    assert DRIVERS.keys() <= can.VALID_INTERFACES
+
+
+def test_each_package_has_its_extra() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    packages = {driver.extra: driver.package for driver in DRIVERS.values() if driver.extra}
+    assert packages
+    for extra, package in packages.items():
+        assert [re.split("[>=]", one)[0] for one in extras[extra]] == [package]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Socketcam", "Did you mean 'socketcan'?"),
+        ("gs-usb", "Did you mean 'gs_usb'?"),
+        ("udp", "Did you mean 'udp_multicast'?"),
+        ("PEAK", "Write 'pcan'."),
+        ("candle", "'python -m pip install python-can-candle'"),
+        ("can1", "That is a channel of socketcan: write --can-channel=can1."),
+        ("qqqq", "Known: canalystii, cantact, "),
+    ],
+)
+def test_what_an_unknown_interface_may_be(name: str, said: str) -> None:
+    with pytest.raises(BusNotOpened, match="no interface called") as caught:
+        BusSettings(name).resolve()
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "rate"),
+    [
+        ("500000", 500_000),
+        ("500k", 500_000),
+        ("500K", 500_000),
+        ("1M", 1_000_000),
+        ("0.8M", 800_000),
+        ("83.333k", 83_333),
+        (" 250 kbit/s ", 250_000),
+        ("125kbps", 125_000),
+        ("20kBaud", 20_000),
+    ],
+)
+def test_a_bit_rate(text: str, rate: int) -> None:
+    assert parse_bit_rate(text) == rate
+
+
+@pytest.mark.parametrize("text", ["", "fast", "k", "-500k", "500kk", "1e5", "0x100", "1.5", "1G"])
+def test_no_bit_rate(text: str) -> None:
+    with pytest.raises(BitRateError, match="is no bit rate: write bit/s, as in 500000, 500k or"):
+        parse_bit_rate(text)
+
+
+@pytest.mark.parametrize("text", ["10", "500", "1000"])
+def test_a_bit_rate_that_was_meant_in_thousands(text: str) -> None:
+    with pytest.raises(BitRateError, match=f"too slow for CAN: {text}k are kbit/s"):
+        parse_bit_rate(text)
 
 
 def test_what_an_interface_needs() -> None:

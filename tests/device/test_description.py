@@ -105,6 +105,10 @@ def test_all_that_the_eds_calls_rw(tmp_path: Path, how: str) -> None:
     assert len(said.writable) == how.count("2001")
 
 
+def test_a_bit_rate_in_words(tmp_path: Path) -> None:
+    assert read(tmp_path, "[can]\nbitrate = '500k'\n").bitrate == 500_000
+
+
 def test_permissions_as_a_table(tmp_path: Path) -> None:
     text = "[permissions]\nnmt = true\nsdo-parameters = true\npdo-parameters = false\n"
     assert read(tmp_path, text).permissions == {"nmt", "sdo-parameters"}
@@ -118,7 +122,8 @@ WRONG = {
     "eds = 5": "line 1: eds = '5': write the name of a file.",
     "[cam]\nchannel = 'can0'": "line 1: there is no key 'cam'. Did you mean 'can'?",
     "[can]\nchanel = 'can0'": "line 2: there is no key 'chanel' in [can]. Did you mean 'channel'?",
-    "[can]\nbitrate = '500k'": "line 2: bitrate = '500k': write a number of bit/s, as in 500000.",
+    "[can]\nbitrate = 'fast'": "line 2: bitrate = 'fast': write bit/s, as in 500000, 500k or 1M.",
+    "[can]\nbitrate = 500": "line 2: bitrate = '500': write bit/s, as in 500000, 500k or 1M.",
     "can = 1": "line 1: can has to be a table: write [can].",
     "can.channel = 7": "line 1: channel = '7': write a name, as in \"can0\".",
     "[objects]\n\nwritable = 2001": (

@@ -30,6 +30,32 @@ NAMED = [
     ("2022:00=domain,const", 0x2022, 0, DataType.DOMAIN, Access.CONST),
     ("2023=time_of_day", 0x2023, 0, DataType.TIME_OF_DAY, Access.RW),
 ]
+OTHER_NAMES = {
+    DataType.BOOLEAN: "bool BOOL 0001h",
+    DataType.INTEGER8: "int8 i8 s8 sint int8_t 0x02",
+    DataType.INTEGER16: "int16 i16 s16 INTEGER_16 0003",
+    DataType.INTEGER32: "int32 i32 dint sint32",
+    DataType.INTEGER64: "int64 i64 lint",
+    DataType.UNSIGNED8: "uint8 u8 usint byte uint8_t 0x5 5h 0005h 0005",
+    DataType.UNSIGNED16: "uint16 u16 UINT16_T Unsigned_16 0x0006",
+    DataType.UNSIGNED24: "uint24 u24",
+    DataType.UNSIGNED32: "uint32 u32 udint",
+    DataType.UNSIGNED64: "uint64 u64 ulint 0x1B 1bh",
+    DataType.REAL32: "float float32 f32 real_32",
+    DataType.REAL64: "double float64 f64 lreal",
+    DataType.VISIBLE_STRING: "string visiblestring VisibleString vstring 0009h",
+    DataType.OCTET_STRING: "octets octetstring",
+    DataType.UNICODE_STRING: "unicode UnicodeString",
+    DataType.DOMAIN: "DOMAIN 000Fh",
+}
+# Of several lengths.
+OTHER_LENGTHS = {
+    "int": "integer8, integer16",
+    "uint": "unsigned8, unsigned16",
+    "Word": "unsigned8, unsigned16",
+    "unsigned": "unsigned8, unsigned16",
+    "real": "real32 or real64",
+}
 MALFORMED = [
     *("", " ", "1", "200", "20010", "zzzz", "2001:", "2001:100", "2001:zz", ":01", "2001:01:02"),
     *(
@@ -46,12 +72,11 @@ MALFORMED = [
 TYPOS = [
     ("2001=unsinged16", "unsinged16", "unsigned16"),
     ("2001=usigned8", "usigned8", "unsigned8"),
-    ("2001=Unsigned_32", "Unsigned_32", "unsigned32"),
     ("2001=integr64", "integr64", "integer64"),
-    ("2001=visiblestring", "visiblestring", "visible_string"),
+    ("2001=visible", "visible", "visible_string"),
     ("2001=octet_sting", "octet_sting", "octet_string"),
     ("2001=boolan", "boolan", "boolean"),
-    ("2001=real_64", "real_64", "real64"),
+    ("2001=rael64", "rael64", "real64"),
     ("2001=domein", "domein", "domain"),
     ("2001=unsigned8,rww", "rww", "rw"),
     ("2001=unsigned8,konst", "konst", "const"),
@@ -69,6 +94,26 @@ def test_name(
 @pytest.mark.parametrize("data_type", DataType, ids=lambda data_type: data_type.name)
 def test_every_type_has_its_name(data_type: DataType) -> None:
     assert parse_object(f"2001={data_type.name.lower()}").data_type is data_type
+
+
+@pytest.mark.parametrize(
+    ("name", "data_type"),
+    [(name, data_type) for data_type, names in OTHER_NAMES.items() for name in names.split()],
+)
+def test_a_type_by_another_name(name: str, data_type: DataType) -> None:
+    assert parse_object(f"2001={name}").data_type is data_type
+
+
+@pytest.mark.parametrize(("name", "lengths"), OTHER_LENGTHS.items())
+def test_a_name_of_several_lengths(name: str, lengths: str) -> None:
+    with pytest.raises(ObjectNameError, match=f"called '{name}': its length .* Write {lengths}"):
+        parse_object(f"2001={name}")
+
+
+@pytest.mark.parametrize("code", ["0x0", "0000", "0x21", "0023h", "FFFFh"])
+def test_a_code_of_no_type(code: str) -> None:
+    with pytest.raises(ObjectNameError, match=f"called '{code}'. Known: boolean"):
+        parse_object(f"2001={code}")
 
 
 @pytest.mark.parametrize("text", MALFORMED)

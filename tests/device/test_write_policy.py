@@ -151,8 +151,9 @@ def test_permissions_have_names(permission: str) -> None:
     ("name", "hint"),
     [
         ("nmtt", "Did you mean 'nmt'?"),
-        ("sdo", "Known: clear-errors, configuration-date, "),
-        ("NMT", "Known"),
+        ("sdo", "Did you mean 'sdo-parameters'?"),
+        ("x", "Known: clear-errors, configuration-date, "),
+        ("NMT", "Did you mean 'nmt'?"),
     ],
 )
 def test_no_permission_of_that_name(name: str, hint: str) -> None:

@@ -76,6 +76,30 @@ SOME = {
 }
 
 
+@pytest.mark.parametrize(
+    ("expression", "hint"),
+    [
+        ("blok", "'blok'. Did you mean 'block'?"),
+        ("not (slow or wirtes)", "'wirtes'. Did you mean 'writes'?"),
+        ("MUST and segmented", "'MUST'. Did you mean 'must'?"),
+        ("down", "'down'. Did you mean 'download'?"),
+    ],
+)
+def test_a_mistyped_mark_is_an_error(pytester: pytest.Pytester, expression: str, hint: str) -> None:
+    """pytest would run nothing, or all."""
+    result = self_test(pytester, "--sdo-simulated", "-m", expression)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert f"-m: there is no mark {hint}" in result.stdout.str() + result.stderr.str()
+
+
+def test_marks_of_the_project_are_none_of_ours(pytester: pytest.Pytester) -> None:
+    """One that no test of this run bears may be used in other folders."""
+    pytester.makepyfile(test_mine="import pytest\n@pytest.mark.mus\ndef test_mine(sdo): pass")
+    for expression in ("mus", "not integration", "not hardware(port='must', unit=1)"):
+        result = self_test(pytester, "--sdo-simulated", "test_mine.py", "-m", expression)
+        assert result.parseoutcomes()["passed"] == 1
+
+
 def test_the_marks_of_the_cases(pytester: pytest.Pytester) -> None:
     found = marks(pytester)
     assert {case: found[case] for case in SOME} == SOME
