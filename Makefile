@@ -8,11 +8,8 @@ WORKERS ?= 2
 # One more where some servers are waited for by the clock.
 WAITING = $(shell expr $(WORKERS) + 1)
 
-OLDEST := .venv-oldest
-BESIDE := .venv-beside
-
-.PHONY: selftest test tests-on-virtual-buses socketcan check lint oldest beside detection fleet \
-    bench clean
+.PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist \
+    detection fleet bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -46,32 +43,20 @@ bench: $(VENV)/installed-for-tests
 	$(BIN)/python tests/benchmark_self_test.py
 	$(BIN)/python tests/benchmark_self_test.py --answer-delay=0.002
 
-# The lower ends of the version ranges in pyproject.toml.
-oldest: $(OLDEST)/installed
-	$(OLDEST)/bin/pip install --quiet --no-deps --force-reinstall .
-	cd $(OLDEST) && bin/pytest --self-test --rootdir=. --sdo-report-dir=reports
+# What is installed from the sdist, from an empty folder: with each Python that is found, with the
+# lower ends of the dependencies, and beside other plugins of pytest. TOX="-e newest" names others.
+installed: $(VENV)/installed-for-tests
+	$(BIN)/tox run $(TOX)
 
-$(OLDEST)/installed: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m venv $(OLDEST)
-	$(OLDEST)/bin/pip install --quiet pytest==7.4.0 python-can==4.3.0 canopen==2.3.0 junit-xml==1.9 \
-	    jinja2==3.1.0
-	$(OLDEST)/bin/pip install --quiet .
-	touch $@
-
-# Beside other plugins of pytest, in an environment of their own, as they change all runs.
-beside: $(BESIDE)/installed
-	$(BESIDE)/bin/pip install --quiet --no-deps --force-reinstall .
-	CONFORMANCE_BESIDE=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1 $(BESIDE)/bin/pytest tests/beside
-
-$(BESIDE)/installed: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m venv $(BESIDE)
-	$(BESIDE)/bin/pip install --quiet '.[beside]'
-	touch $@
+# The files for a package index.
+dist: $(VENV)/installed-for-tests
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/twine check --strict dist/*
 
 # What takes one processor runs beside what else there is.
 check: $(VENV)/installed-for-tests
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=line \
-	    tests-on-virtual-buses socketcan oldest beside lint
+	    tests-on-virtual-buses socketcan installed lint
 
 lint: $(VENV)/installed-for-tests
 	$(BIN)/ruff check .
@@ -94,4 +79,4 @@ $(VENV)/installed-for-tests: $(VENV)/bin/python pyproject.toml
 	touch $@ $(VENV)/installed
 
 clean:
-	rm -rf $(VENV) $(OLDEST) $(BESIDE) .fleet .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist
+	rm -rf $(VENV) .tox .fleet .mypy_cache .pytest_cache .ruff_cache .hypothesis build dist

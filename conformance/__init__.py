@@ -1,12 +1,13 @@
 """Conformance suite for CANopen SDO servers (CiA 301): a pytest plugin and what it stands on."""
 
 from importlib import import_module
+from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from conformance.own_tests import *  # noqa: F403
 
-__version__ = "0.1.0"
+__version__ = version("canopen-sdo-conformance")
 
 
 def __getattr__(name: str) -> object:

@@ -1,6 +1,10 @@
-"""The wheel: what is in it, and that it tests a device from any folder without the checkout."""
+"""The wheel: what is in it, and that it tests a device from any folder without the checkout.
+
+It is built from the sdist, as package indexes do, which shows that nothing is missing there.
+"""
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -38,8 +42,8 @@ def call(command: Sequence[str | Path], folder: Path) -> str:
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("wheel")
-    build = (sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder, ROOT)
-    call(build, folder)
+    call((sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, ROOT), folder)
+    assert len(list(folder.glob("*.tar.gz"))) == 1
     (built,) = folder.glob("*.whl")
     return built
 
@@ -103,21 +107,43 @@ def test_nothing_else_is_in_the_wheel(names: list[str]) -> None:
     ]
 
 
-def test_what_the_wheel_says_of_itself(wheel: Path, names: list[str]) -> None:
-    def read(name: str) -> str:
-        (path,) = (path for path in names if path.endswith(f".dist-info/{name}"))
-        with ZipFile(wheel) as archive:
-            return archive.read(path).decode("utf-8")
+def read(wheel: Path, name: str) -> str:
+    with ZipFile(wheel) as archive:
+        (path,) = (path for path in archive.namelist() if path.endswith(f".dist-info/{name}"))
+        return archive.read(path).decode("utf-8")
 
+
+def test_what_the_wheel_says_of_itself(wheel: Path) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    metadata = read("METADATA").splitlines()
+    metadata = read(wheel, "METADATA").splitlines()
     needed = [line.partition(": ")[2] for line in metadata if line.startswith("Requires-Dist")]
     assert sorted(line for line in needed if "extra ==" not in line) == sorted(
         project["dependencies"]
     )
     assert f"Requires-Python: {project['requires-python']}" in metadata
-    assert "conformance = conformance.plugin.hooks" in read("entry_points.txt")
-    assert read("licenses/LICENSE") == (ROOT / "LICENSE").read_text(encoding="utf-8")
+    assert "License-Expression: MIT" in metadata
+    assert "conformance = conformance.plugin.hooks" in read(wheel, "entry_points.txt")
+    assert read(wheel, "licenses/LICENSE") == (ROOT / "LICENSE").read_text(encoding="utf-8")
+
+
+def test_the_version_is_that_of_the_last_tag_or_comes_before_the_first(wheel: Path) -> None:
+    (line,) = (line for line in read(wheel, "METADATA").splitlines() if line.startswith("Version"))
+    assert re.fullmatch(r"Version: \d+\.\d+\.\d+(\.dev\d+)?", line)
+
+
+def test_no_link_of_the_description_leads_into_the_repository(wheel: Path) -> None:
+    """A package index shows it elsewhere, so only whole addresses and its own headings are good."""
+    description = read(wheel, "METADATA").partition("\n\n")[2]
+    assert description.startswith("# CANopen SDO conformance suite\n")
+    targets = re.findall(r"\]\(([^)]*)\)", description)
+    headings = re.findall(r"^#+ (.*)$", description, re.MULTILINE)
+    assert targets
+    for target in targets:
+        if target.startswith("#"):
+            assert target[1:] in {name.lower().replace(" ", "-") for name in headings}
+        else:
+            assert target.startswith("https://")
+    assert len(description) > 0.9 * len((ROOT / "README.md").read_text(encoding="utf-8"))
 
 
 def test_the_self_test_of_the_installed_wheel(installed: Path, empty: Path) -> None:
