@@ -1,6 +1,5 @@
 """Which cases a run has, and in which order."""
 
-import gc
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -83,10 +82,6 @@ class Collecting:
                 item for place, item in enumerate(items) if is_left_to(state.options, item, place)
             ]
 
-    def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """Spare the garbage collector the cases."""
-        set_aside(session.config)
-
 
 def _deselect(
     config: pytest.Config, items: list[pytest.Item], left_out: Sequence[pytest.Item]
@@ -95,14 +90,3 @@ def _deselect(
         config.hook.pytest_deselected(items=left_out)
         gone = set(left_out)
         items[:] = [item for item in items if item not in gone]
-
-
-def set_aside(config: pytest.Config) -> None:
-    """Let the garbage collector look at what is there now once more, and then never again.
-
-    It would look at thousands of items over and over: 22.3 s of processor time for a simulated
-    self-test, and 19.7 s without (means of three, 2026-11-22).
-    """
-    if STATE in config.stash:
-        gc.collect()
-        gc.freeze()

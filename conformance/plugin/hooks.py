@@ -3,7 +3,6 @@
 What is collected is in ``collecting``, what happens in a run in ``running``.
 """
 
-import gc
 from collections.abc import Generator
 
 import pytest
@@ -13,9 +12,10 @@ from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_fixtures import CaseFixtures
 from conformance.plugin.case_reports import CaseReports
-from conformance.plugin.collecting import Collecting, set_aside
+from conformance.plugin.collecting import Collecting
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
+from conformance.plugin.garbage import Garbage
 from conformance.plugin.marks import MARKS
 from conformance.plugin.options import read_options
 from conformance.plugin.printed_failures import PrintedFailures
@@ -59,7 +59,8 @@ def pytest_configure(config: pytest.Config) -> None:
     options = read_options(config)
     if options is None:
         return
-    gc.unfreeze()  # what an earlier run in this process has left
+    if (garbage := Garbage.begin()) is not None:
+        config.pluginmanager.register(garbage, "conformance-garbage")
     state = RunState(options)
     config.stash[STATE] = state
     controller = None
@@ -131,12 +132,6 @@ def _objects(run: RunSettings) -> str:
         return f"{named} named, no EDS (--sdo-eds=FILE adds cases for each object of the device)"
     writable = len(run.permits.allowed(known for known in listing.entries if known.access.writable))
     return f"{len(listing.entries)} entries in the EDS, {writable} of them may be written"
-
-
-@pytest.hookimpl(trylast=True)
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Spare it the results too: pytest has it look for leaks several times before it ends."""
-    set_aside(session.config)
 
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)

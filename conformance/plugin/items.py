@@ -5,6 +5,7 @@ from functools import partial
 from inspect import Signature, signature
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import pytest
 
@@ -22,6 +23,9 @@ DEVICE_SESSION = f"{OWN}device_session"
 # The parameter that the variation of a case is to pytest and to the reports of its plugins.
 VARIATION = "sdo_variation"
 
+
+# It keeps no function, which a run lets go of.
+_SIGNATURES: WeakKeyDictionary[object, dict[tuple[object, ...], Signature]] = WeakKeyDictionary()
 
 # The ids and arguments of a case by the labels in the ids; without an argument, by None.
 Variations = Mapping[str | None, tuple[str, Mapping[str, object]]]
@@ -52,6 +56,14 @@ class Variation(partial[object]):
 
     @property
     def __signature__(self) -> Signature:
+        """The same for all variations of a function, which pytest asks for it one by one."""
+        known = _SIGNATURES.setdefault(self.func, {})
+        key = type(self), *self.keywords
+        if key not in known:
+            known[key] = self._signature()
+        return known[key]
+
+    def _signature(self) -> Signature:
         found = signature(self.func)
         return found.replace(
             parameters=[
@@ -63,9 +75,8 @@ class Variation(partial[object]):
 class OwnVariation(Variation):
     """A case of the suite: whatever fixtures there are outside, it gets those of the suite."""
 
-    @property
-    def __signature__(self) -> Signature:
-        found = super().__signature__
+    def _signature(self) -> Signature:
+        found = super()._signature()
         return found.replace(
             parameters=[each.replace(name=OWN + name) for name, each in found.parameters.items()]
         )

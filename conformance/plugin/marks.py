@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator
 from fnmatch import fnmatchcase
+from functools import cache
 
 import pytest
 
@@ -85,7 +86,7 @@ def _names(item: CaseFunction) -> Iterator[str]:
     if "expedited" in item.service:
         yield "expedited"
     yield from (name for name in GROUPS if family.startswith(f"{name}."))
-    if not any(fnmatchcase(family, pattern) for pattern in READS):
+    if not _reads(family):
         yield "writes"
     if f"{OWN}network" in item.fixturenames or f"{OWN}storage" in item.fixturenames:
         yield "nmt"
@@ -93,3 +94,8 @@ def _names(item: CaseFunction) -> Iterator[str]:
         yield "risky"
     if item.case.slow:
         yield "slow"
+
+
+@cache
+def _reads(family: str) -> bool:
+    return any(fnmatchcase(family, pattern) for pattern in READS)

@@ -12,6 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node
@@ -34,6 +35,7 @@ def reports(pytester: pytest.Pytester) -> Path:
 
 def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     """Run pytest with these arguments in the empty folder of the test."""
+    spare_tests()
     folder = f"--sdo-report-dir={reports(pytester)}"
     return pytester.runpytest_inprocess(*QUICK, folder, *arguments, *other_files(arguments))
 

@@ -29,9 +29,10 @@ class Looking:
 
 @pytest.fixture(autouse=True)
 def nothing_is_spared() -> Iterator[None]:
+    """Nor do other tests in this process lose what they are spared."""
     gc.unfreeze()
     yield
-    gc.unfreeze()
+    gc.freeze()
 
 
 def look(pytester: pytest.Pytester, *arguments: str) -> Looking:
@@ -49,6 +50,23 @@ def test_each_run_gives_back_what_the_one_before_was_spared(pytester: pytest.Pyt
     assert (first.at_first, first.in_the_end > 0) == (0, True)
     second = look(pytester, "--self-test")
     assert (second.at_first, second.in_the_end > 0) == (0, True)
+
+
+def test_what_is_set_aside_by_others_stays_so(pytester: pytest.Pytester) -> None:
+    gc.freeze()
+    spared = gc.get_freeze_count()
+    assert 0 < look(pytester, "--self-test").in_the_end <= spared
+
+
+def test_the_collector_stays_as_it_was(pytester: pytest.Pytester) -> None:
+    look(pytester, "--self-test")
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        assert look(pytester, "--self-test").in_the_end == 0
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
 
 
 def test_a_run_without_devices_is_left_alone(pytester: pytest.Pytester) -> None:

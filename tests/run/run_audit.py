@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 from run_bench import NODE_ID, Recording
+from spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import LAST_DATA_TYPE
@@ -56,6 +57,7 @@ def run(
     named: Sequence[str] = NAMED,
 ) -> pytest.RunResult:
     """Run the suite on the device, with leave to write what is named; it may be interrupted."""
+    spare_tests()
     channel = private_channel()
     with NodeHost(open_bus(BusSettings("virtual", channel)), node):
         result = pytester.runpytest_inprocess(
