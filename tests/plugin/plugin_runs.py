@@ -6,19 +6,18 @@ Hypothesis's plugin would cost each of them a second; the cache of one must not 
 import os
 import re
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from functools import cache
 from pathlib import Path
 
 import pytest
+from selected_files import other_files
 from spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.run.bench import private_channel
-from conformance.run.case_files import case_files
 
 # pytest-xdist tells its workers how wide its terminal is; lines stay whole where there is none.
 os.environ.pop("COLUMNS", None)
@@ -38,36 +37,6 @@ def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     spare_tests()
     folder = f"--sdo-report-dir={reports(pytester)}"
     return pytester.runpytest_inprocess(*QUICK, folder, *arguments, *other_files(arguments))
-
-
-def other_files(arguments: Sequence[str]) -> list[str]:
-    """Return options that leave out the files without a case that -k chooses by its id.
-
-    Collecting all of them would cost each run a second.
-    """
-    expression = arguments[arguments.index("-k") + 1] if "-k" in arguments else ""
-    # A list of deviations is judged by all cases.
-    judged = any("deviations" in argument for argument in arguments)
-    if judged or not expression or "not " in expression:
-        return []
-    found: set[Path] = set()
-    for part in expression.split(" or "):
-        stems = {word.partition(".")[0] for word in re.findall(r"[^\s()]+", part)}
-        known = stems & files_of_stems().keys()
-        if not known:
-            return []
-        found.update(*(files_of_stems()[stem] for stem in known))
-    return [f"--ignore={path}" for path in case_files() if path not in found]
-
-
-@cache
-def files_of_stems() -> dict[str, set[Path]]:
-    """Return the files whose cases have ids that begin so, and the files by their own names."""
-    found: dict[str, set[Path]] = {path.stem: {path} for path in case_files()}
-    for path in case_files():
-        for stem in re.findall(r'^@\w+\(\s*"([a-z-]+)\.', path.read_text("utf-8"), re.MULTILINE):
-            found.setdefault(stem, set()).add(path)
-    return found
 
 
 def self_test(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:

@@ -1,7 +1,8 @@
 """--lf, --ff and --sw: what failed in one run comes again in the next, whatever its id."""
 
 import pytest
-from plugin_runs import NO_HYPOTHESIS, other_files, reports
+from plugin_runs import NO_HYPOTHESIS, reports
+from selected_files import other_files
 
 pytest_plugins = ["pytester"]
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import pytest
 from run_bench import NODE_ID, Recording
+from selected_files import other_files
 from spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
@@ -67,6 +68,7 @@ def run(
             *("--can-interface=virtual", f"--can-channel={channel}"),
             *(f"--sdo-object={name}" for name in named),
             *arguments,
+            *other_files(arguments),
             no_reraise_ctrlc=True,
         )
     assert server.requests, "the run has reached the device"
