@@ -8,7 +8,7 @@ WORKERS ?= 2
 # One more where some servers are waited for by the clock.
 WAITING = $(shell expr $(WORKERS) + 1)
 
-.PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist \
+.PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist docs \
     detection fleet bench clean
 
 selftest: $(VENV)/installed
@@ -56,7 +56,12 @@ dist: $(VENV)/installed-for-tests
 # What takes one processor runs beside what else there is.
 check: $(VENV)/installed-for-tests
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=line \
-	    tests-on-virtual-buses socketcan installed lint
+	    tests-on-virtual-buses socketcan installed docs lint
+
+# Warnings are errors: a link that leads nowhere is one.
+docs: $(VENV)/installed-for-tests
+	$(BIN)/python docs/pages.py build/pages
+	$(BIN)/sphinx-build -q -W --keep-going -b html -c docs build/pages build/site
 
 lint: $(VENV)/installed-for-tests
 	$(BIN)/ruff check .
@@ -75,7 +80,7 @@ $(VENV)/installed: $(VENV)/bin/python pyproject.toml
 	touch $@
 
 $(VENV)/installed-for-tests: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --editable '.[test,check]'
+	$(BIN)/python -m pip install --quiet --editable '.[test,check,docs]'
 	touch $@ $(VENV)/installed
 
 clean:

@@ -112,8 +112,8 @@ def add_options(parser: pytest.Parser) -> None:
         action="append",
         default=[],
         help="a permission: nmt (NMT commands to the device, which the run leaves Pre-operational, "
-        "and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or another name in "
-        "the README; may be repeated",
+        "and 1017h), sdo-parameters (1200h to 12FFh, restored afterwards), or another name of "
+        "docs/device.md; may be repeated",
     )
     group.addoption(
         "--self-test",

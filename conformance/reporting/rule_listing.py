@@ -67,21 +67,35 @@ def _named(name: str, cases: Iterable[CaseInfo]) -> Iterable[Rule]:
 def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:
     yield f"  {rule.id}  {rule.level}  {rule.clause}"
     yield f"      {rule.sentence}"
-    if rule.reaction:
-        yield f"      accepted: {rule.reaction}"
-    if rule.codes:
-        yield f"      abort codes: {_words(rule.codes)}"
-    if tolerated := _tolerated(rule):
-        yield f"      tolerated: {tolerated}"
-    if rule.open:
-        yield f"      open: {rule.open}"
+    for name, text in answers(rule):
+        yield f"      {name}: {text}"
     if cases:
         yield f"      tested by: {', '.join(cases)}"
-        steps = [step.name for step in OFFICIAL_STEPS if not {*step.cases}.isdisjoint(cases)]
-        if steps:
+        if steps := official_steps(cases):
             yield f"      official test: {', '.join(steps)}"
     else:
-        yield f"      not tested: {rule.untestable or 'there is no case yet'}"
+        yield f"      not tested: {untested(rule)}"
+
+
+def answers(rule: Rule) -> list[tuple[str, str]]:
+    """Return what a rule says of answers, each with its name."""
+    told = {
+        "accepted": rule.reaction,
+        "abort codes": _words(rule.codes) if rule.codes else "",
+        "tolerated": _tolerated(rule),
+        "open": rule.open,
+    }
+    return [(name, text) for name, text in told.items() if text]
+
+
+def official_steps(cases: Sequence[str]) -> list[str]:
+    """Return the names of the steps of the official test that these cases cover."""
+    return [step.name for step in OFFICIAL_STEPS if not {*step.cases}.isdisjoint(cases)]
+
+
+def untested(rule: Rule) -> str:
+    """Say why no case tests a rule."""
+    return rule.untestable or "there is no case yet"
 
 
 def _words(codes: Sequence[AbortCode]) -> str:

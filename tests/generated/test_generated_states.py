@@ -22,7 +22,7 @@ from conformance.generated.server_states import (
 )
 from conformance.sdo.frames import BlockSegment, Request
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "cases.md"
 OPEN: dict[str, State[Request]] = {
     **SEGMENTED_DOWNLOADS,
     **SEGMENTED_UPLOADS,
@@ -68,6 +68,6 @@ def test_a_client_falls_silent_in_each_state_that_is_not_the_last_of_its_kind() 
     assert set(SILENT) == silent
 
 
-def test_the_readme_has_the_table() -> None:
+def test_the_page_of_the_cases_has_the_table() -> None:
     lines = [f"| `{state.name}` | {state.sentence} |" for state in STATES.values()]
-    assert "\n".join(lines) in README.read_text(encoding="utf-8")
+    assert "\n".join(lines) in PAGE.read_text(encoding="utf-8")

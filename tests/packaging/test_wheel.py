@@ -137,13 +137,12 @@ def test_no_link_of_the_description_leads_into_the_repository(wheel: Path) -> No
     assert description.startswith("# CANopen SDO conformance suite\n")
     targets = re.findall(r"\]\(([^)]*)\)", description)
     headings = re.findall(r"^#+ (.*)$", description, re.MULTILINE)
-    assert targets
     for target in targets:
         if target.startswith("#"):
             assert target[1:] in {name.lower().replace(" ", "-") for name in headings}
         else:
             assert target.startswith("https://")
-    assert len(description) > 0.9 * len((ROOT / "README.md").read_text(encoding="utf-8"))
+    assert "First run goes on from here." in description
 
 
 def test_the_self_test_of_the_installed_wheel(installed: Path, empty: Path) -> None:

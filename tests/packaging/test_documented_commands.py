@@ -1,4 +1,4 @@
-"""The commands in README.md: those that need no hardware are run, the others have known options.
+"""The commands in the README and in docs: what needs no hardware is run, all have known options.
 
 They run in an empty folder, as those of someone who has just installed the suite.
 """
@@ -11,25 +11,29 @@ import signal
 import socket
 import subprocess
 import sys
+import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
 from conformance.__main__ import command_line
+from conformance.device.description import read_description
+from conformance.sdo.layout import Multiplexer
 
 pytest_plugins = ["pytester"]
 
 ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
 # Stands for drive.eds.
 EDS = ROOT / "tests" / "fleet" / "servers" / "device.eds"
 PROMPT = re.compile(r"^\w+\$ ")
 
 
-def commands() -> list[list[str]]:
+def commands(pages: Sequence[Path]) -> list[list[str]]:
     """Return the words of each command, those of a pipe one by one; a # begins a comment."""
-    found = []
-    text = (ROOT / "README.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    found: list[list[str]] = []
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages).replace("\\\n", " ")
     for line in re.findall(r"^ {4}(\S.*)$", text, re.MULTILINE):
         try:
             words = shlex.split(PROMPT.sub("", line), comments=True)
@@ -38,13 +42,16 @@ def commands() -> list[list[str]]:
         if not words:
             continue
         pipe = words.index("|") if "|" in words else len(words)
-        found += [part for part in (words[:pipe], words[pipe + 1 :]) if part]
+        parts = (words[:pipe], words[pipe + 1 :])
+        found += [part for part in parts if part and part not in found]
     return found
 
 
-def of(program: str) -> list[list[str]]:
+def of(program: str, pages: Sequence[Path] = PAGES) -> list[list[str]]:
     """Return the arguments of each command of a program; what is optional is taken as given."""
-    return [[word.strip("[]") for word in words[1:]] for words in commands() if words[0] == program]
+    return [
+        [word.strip("[]") for word in words[1:]] for words in commands(pages) if words[0] == program
+    ]
 
 
 SELF_TESTS = [words for words in of("pytest") if "--self-test" in words]
@@ -79,19 +86,36 @@ def test_pytest_has_these_options(words: list[str], pytester: pytest.Pytester) -
     assert options.node_id or options.self_test or options.sdo_device
 
 
-def test_the_picture_is_there_and_small() -> None:
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", text)
+def test_the_pictures_are_there_and_small() -> None:
+    pictures = [
+        page.parent / picture
+        for page in PAGES
+        for picture in re.findall(r"!\[[^]]+\]\(([^)]+)\)", page.read_text(encoding="utf-8"))
+    ]
     assert pictures
     for picture in pictures:
-        data = (ROOT / picture).read_bytes()
+        data = picture.read_bytes()
         assert data.startswith(b"\x89PNG")
         assert len(data) < 200_000
 
 
+def test_the_described_device_can_be_read(tmp_path: Path) -> None:
+    """The example of a device.toml that opens its page."""
+    text = (ROOT / "docs" / "device.md").read_text(encoding="utf-8")
+    example = text[text.index("    node-id") : text.index("\nAll of it is optional")]
+    path = tmp_path / "drive.toml"
+    path.write_text(textwrap.dedent(example), encoding="utf-8")
+    described = read_description(path)
+    assert len(described.writable) == 3
+    assert described.large is not None
+    assert Multiplexer(0x2100, 0) in described.never
+    assert described.permissions == {"nmt"}
+
+
 def test_make_knows_its_targets() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = [word for words in of("make") for word in words]
+    pages = [*PAGES, ROOT / "CONTRIBUTING.md"]
+    targets = [word for words in of("make", pages) for word in words]
     assert targets
     for target in targets:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
@@ -123,7 +147,7 @@ def run(folder: Path, *words: str) -> tuple[int, str]:
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder in which the self-tests of the README have run, with few cases."""
+    """Return a folder in which the self-tests have run, with few cases."""
     folder = tmp_path_factory.mktemp("reader")
     for words in SELF_TESTS:
         status, text = run(folder, "pytest", *words, "--sdo-quick")
