@@ -10,11 +10,12 @@ from typing import Protocol
 import can
 
 from conformance import __version__
-from conformance.bus.errors import BenchError
+from conformance.bus.errors import BenchError, SilentNode
 from conformance.commands import (
     compare,
     decode,
     faults,
+    init,
     overview,
     replay,
     report,
@@ -22,7 +23,7 @@ from conformance.commands import (
     rules,
     serve,
 )
-from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, WRONG_USE
+from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, SILENT_NODE, WRONG_USE
 from conformance.faults.catalogue import UnknownServer
 from conformance.sdo.inert import inert
 from conformance.sdo.rules import UnknownRule
@@ -43,6 +44,7 @@ class Command(Protocol):
 
 
 COMMANDS: dict[str, Command] = {
+    "init": init,
     "serve": serve,
     "faults": faults,
     "rules": rules,
@@ -59,7 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status.
 
     That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed or when
-    a run is worse than an earlier one.
+    a run is worse than an earlier one, 10 for a device that does not answer.
     """
     options = command_line().parse_args(arguments)
     for stream in (sys.stdout, sys.stderr):
@@ -75,6 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The reader has closed the pipe, as ``head`` does; Python would complain once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
+    except SilentNode as error:
+        return _broken(error, SILENT_NODE)
     except (BenchError, OSError, can.CanError) as error:
         return _broken(error, BROKEN_BENCH)
     except (UnknownServer, UnknownRule, ValueError) as error:

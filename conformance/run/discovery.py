@@ -85,7 +85,7 @@ COMMON = (
 )
 # Takes the object that is read next, how many were read before, and how many there are.
 Progress = Callable[[KnownObject, int, int], None]
-_READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
+READING = Rule("run.discovery", "", Level.MAY, "What the suite reads before the first case.")
 
 
 class Reading:
@@ -141,7 +141,7 @@ def discover(
     """
     record_baseline(channel, device)
     look_for_second(channel, device)
-    record = CaseRecord(_READING, Causes() if causes is None else causes)
+    record = CaseRecord(READING, Causes() if causes is None else causes)
     reading = Reading(Dialogue(channel, device, record, 0), brings_back)
     listed = [one for one in device.objects if one.access.readable and not one.refuses_scan]
     for number, entry in enumerate(listed):
