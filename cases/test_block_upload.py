@@ -30,7 +30,7 @@ PADDED = 5
 
 def expect_data(sdo: Dialogue, known: KnownObject, due: bytes, uploaded: Uploaded) -> None:
     """Compare what a block upload brought."""
-    found = uploaded.data
+    found = sdo.of_its_length(known, uploaded)
     if not same_value(known, found, due):
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
 

@@ -1,6 +1,7 @@
 """SDO server parameters, 1200h to 127Fh: which channels there are, how they are configured."""
 
 from conformance.device.device import VENDOR_ID, Device
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
 from conformance.dialogue.channels import (
     CLIENT,
@@ -18,6 +19,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.room import Room
+from conformance.dialogue.values import of_another_length
 from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED
 from conformance.sdo.checks import ServerAborted
@@ -26,6 +28,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.objects import Access, DataType
 from conformance.sdo.rules.channels import (
     CLIENT_NODE_ID,
     DEFAULT_READ_ONLY,
@@ -47,13 +50,17 @@ FIRST, SECOND = TEST_CHANNELS
 def default_value(sdo: Dialogue, sub_index: int) -> bytes:
     """Read an entry of 1200h; a device that has none gets a remark and no failure."""
     mux = Multiplexer(DEFAULT_RECORD, sub_index)
+    known = KnownObject(mux, DataType.UNSIGNED32 if sub_index else DataType.UNSIGNED8, Access.CONST)
     try:
-        return sdo.read(mux)
+        found = sdo.read(known)
     except ServerAborted as aborted:
         shown = in_words(aborted.abort)
         if aborted.abort.code not in NOT_THERE:
             raise sdo.breach(f"{mux} to be served, or 06020000h", shown) from aborted
         raise Unimplemented(shown) from aborted
+    if len(found) != known.length:
+        raise of_another_length(known, found)
+    return found
 
 
 def write(sdo: Dialogue, parameters: Parameters, index: int, sub_index: int, data: bytes) -> None:

@@ -8,6 +8,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.values import of_another_length
 from conformance.run.case import may, must, should
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
@@ -66,7 +67,7 @@ def test_length(sdo: Dialogue, device: Device, roles: Roles, length: int) -> Non
     known = roles.number(length)
     data = sdo.upload(known)
     if len(data) != length:
-        raise sdo.breach(f"{length} bytes", f"{len(data)} bytes")
+        raise of_another_length(known, data)
     sdo.expect_value(known, device.values[known.mux])
 
 

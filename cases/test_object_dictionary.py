@@ -25,7 +25,7 @@ from conformance.dialogue.object_expectations import (
     value_of,
 )
 from conformance.dialogue.storage import Storage
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import of_another_length, same_value, shown
 from conformance.run import object_choices as choose
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
@@ -69,7 +69,7 @@ def test_length(sdo: Dialogue, entry: KnownObject) -> None:
     """A value has as many bytes as its data type."""
     data = readable_now(sdo, entry)
     if len(data) != entry.length:
-        raise sdo.breach(f"{entry.length} bytes", shown(data))
+        raise of_another_length(entry, data)
 
 
 @must("od.within-limits", "dictionary.limits", entry=choose.limited)

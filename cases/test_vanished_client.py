@@ -2,6 +2,7 @@
 
 from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.values import shown
 from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import SILENT, State
@@ -33,7 +34,7 @@ def test_next_transfer(sdo: Dialogue, state: State[Request]) -> None:
             sdo.info(f"the first request is refused: {in_words(found)}")
             if found.mux == transfer.known.mux:
                 sdo.fence()  # it has crossed with the abort: the request has its own answer
-        due, value = sdo.device.values[VENDOR_ID.mux], sdo.upload(VENDOR_ID)
+        due, value = value_of(sdo.device, VENDOR_ID), sdo.upload(VENDOR_ID)
         if value != due:
             raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
     if transfer.value is not None:

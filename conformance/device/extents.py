@@ -70,8 +70,8 @@ class Extents:
             return allowed
         stated, kept = known.stated or b"", value or b""
         if value is not None and known.is_steady and self.endless > ENOUGH:
-            return max(self._latest.get(known.mux, len(value)), known.filled) + LITTLE
-        least = max(len(kept), len(stated), known.filled, self._most.get(known.mux, 0))
+            return max(self._latest.get(known.mux, len(value)), known.habits.filled) + LITTLE
+        least = max(len(kept), len(stated), known.habits.filled, self._most.get(known.mux, 0))
         if value is not None and known.is_steady:
             return least + PADDING
         if known.data_type in TEXT_TYPES:

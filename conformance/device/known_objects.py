@@ -8,7 +8,7 @@ from conformance.device.numbers import Number
 from conformance.device.type_names import TypeNameError, parse_type
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nearest import did_you_mean
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import AS_WRITTEN, Access, DataType, Habits
 
 _NAMED = re.compile(
     r"(?:0x)?(?P<index>[0-9a-f]{4})h?(?::(?:0x)?(?P<sub>[0-9a-f]{1,2})h?)?"
@@ -28,9 +28,7 @@ class KnownObject:
 
     The rest is what an EDS says of it: limits, both included; the value after the defaults were
     loaded, and the one that a DCF configures; the ObjFlags. An entry ``floats`` when the device
-    itself changes it (access rwr). ``filled`` is the number of bytes up to which the device was
-    seen to fill shorter values with 00h. An entry that ``keeps_tails`` was seen to leave the end
-    of a longer value behind a shorter one.
+    itself changes it (access rwr). Its ``habits`` are what the device was seen to do with it.
     """
 
     mux: Multiplexer
@@ -44,8 +42,7 @@ class KnownObject:
     configured: bytes | None = None
     flags: int = 0
     floats: bool = False
-    filled: int = 0
-    keeps_tails: bool = False
+    habits: Habits = AS_WRITTEN
 
     @property
     def length(self) -> int | None:

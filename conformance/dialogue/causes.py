@@ -39,6 +39,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.rules.block_upload import ENDS
 from conformance.sdo.rules.channels import NMT_INITIALISING
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, BLOCK_UNSUPPORTED
 from conformance.sdo.rules.upload_initiates import (
@@ -317,8 +318,8 @@ class Causes:
 
     @property
     def sub_blocks_are_exceeded(self) -> bool:
-        """Whether the device was seen to send more segments in a sub-block than were asked for."""
-        return Cause(BLOCK_SIZE.id, "block segment") in self._standing
+        """Whether the device was seen to send more segments in a sub-block than it has."""
+        return any(Cause(rule.id, "block segment") in self._standing for rule in (BLOCK_SIZE, ENDS))
 
     @property
     def boots_up_as_heartbeat(self) -> bool:

@@ -301,10 +301,10 @@ class Dialogue(Transfers):
         A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
         read last.
         """
-        if known.keeps_tails and found:
+        if known.habits.keeps_tails and found:
             self.note(tail_kept(known, b""))
             return
-        fills = known.data_type is DataType.VISIBLE_STRING or known.filled > 0
+        fills = known.data_type is DataType.VISIBLE_STRING or known.habits.filled > 0
         filled = fills and len(found) >= before
         if found.strip(b"\0") or (len(found) > 1 and not filled):
             raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))

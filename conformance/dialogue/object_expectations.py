@@ -65,7 +65,7 @@ def differing_reads(
         before = sdo.upload(entry) if read is None else read
         ordinary.add(before)
         uploaded = blocks.upload(entry, crc=crc, threshold=threshold)
-        found = uploaded.data if uploaded.counted else uploaded.data[: entry.length]
+        found = sdo.of_its_length(entry, uploaded)
         if same_value(entry, found, before):
             return None
     if len(ordinary) > 1:

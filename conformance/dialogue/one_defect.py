@@ -74,6 +74,24 @@ FAMILIES = (
         answer="served",
     ),
     _family("block-download.foreign-at-end", answer="served"),
+    # What is refused with one code wherever it is out of place.
+    _family(
+        "specifier.unknown",
+        "specifier.out-of-block",
+        "segmented-download.upload-segment",
+        "segmented-download.block-frames",
+        "segmented-download.unknown-specifier",
+        "segmented-upload.download-segment",
+        "segmented-upload.block-frames",
+        "segmented-upload.unknown-specifier",
+        "block-download.foreign-at-end",
+        "block-upload.not-started",
+        "block-upload.foreign-before-start",
+        "block-upload.foreign",
+        "block-upload.over",
+        "block-upload.acknowledged-again",
+    ),
+    _family("upload.size", answer="another number of bytes"),
     # Sub-index FFh is one that an object may lack.
     _family("object.sub-index-missing", "dictionary.structure"),
     # Zeros, or what an earlier frame has left, stand for bytes that were not sent.

@@ -1,13 +1,23 @@
-"""Segments of a block upload that come beyond the sub-block that was asked for."""
+"""Segments of a block upload that come beyond their sub-block, or behind its last one."""
 
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import as_answer, decode_request, decode_response
 from conformance.sdo.describe import hex_bytes
-from conformance.sdo.frames import Abort, BlockAck, BlockUploadInitiate, BlockUploadStart, Request
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockEnd,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    Request,
+)
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.rules import BLOCK_SIZE, Violation
+from conformance.sdo.rules.block_upload import ENDS
 
 LAST = 0x80
+# The lowest first byte of an answer with that bit, but for an abort.
+ANSWERS = 0xA0
 
 
 class SubBlocks:
@@ -23,10 +33,14 @@ class SubBlocks:
         self._next = 0
         self._beyond = 0
         self._resumed = False
+        self._behind_last = 0
+        self._superseded = False
 
     def request(self, frame: bytes) -> None:
         """Take what the client sends."""
         request: Request | None = decode_request(frame) if len(frame) == FRAME_LENGTH else None
+        goes_on = isinstance(request, BlockAck) and request.sequence + 1 >= self._behind_last
+        self._superseded |= not goes_on
         match request:
             case BlockUploadInitiate():
                 self._asked = request.block_size
@@ -46,9 +60,17 @@ class SubBlocks:
         """
         first = frame[0] if frame else 0
         number = first & ~LAST
+        if 0 < number == self._behind_last and not self._may_be_answer(frame, expected=expected):
+            self._behind_last += 1
+            return Violation(
+                ENDS,
+                expected="no segment behind the one that is marked as the last",
+                actual=f"block segment {number} [{hex_bytes(frame)}]",
+            )
         if self._next and number == self._next:
             self._next = 0 if first & LAST or number >= self._asked else number + 1
             self._beyond = number + 1 if not self._next and not first & LAST else 0
+            self._behind_last, self._superseded = number + 1 if first & LAST else 0, False
             return None
         if not self._beyond or number != self._beyond or number > LARGEST_BLOCK:
             self._beyond = 0
@@ -61,3 +83,12 @@ class SubBlocks:
             expected=f"{self._asked} segments, as asked for",
             actual=f"block segment {number} [{hex_bytes(frame)}]",
         )
+
+    def _may_be_answer(self, frame: bytes, *, expected: bool) -> bool:
+        """Say whether this may answer what the client has sent since the last segment came.
+
+        No answer but an abort begins as a segment that is marked again.
+        """
+        if self._superseded:
+            return not (expected and LAST < frame[0] < ANSWERS)
+        return self._resumed and isinstance(as_answer(decode_response(frame)), BlockEnd)

@@ -7,6 +7,7 @@ answer broke, not of the rule that the case is about.
 import random
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Self
 
 from conformance.bus.channel import Channel
@@ -16,12 +17,13 @@ from conformance.device.lacking import NotTestable
 from conformance.dialogue.payload import MOST_PLAIN, text
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.silence import Silence
-from conformance.dialogue.values import shown
+from conformance.dialogue.values import of_another_length, shown
 from conformance.dialogue.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ResponseChecks, ServerAborted
+from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import describe, hex_bytes, in_words
 from conformance.sdo.frames import (
@@ -41,6 +43,7 @@ from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.rules import (
     CONSTANT,
     NOT_REFUSED,
+    SIZE,
     UPLOAD_ENDS,
     Violation,
 )
@@ -199,7 +202,13 @@ class Transfers:
             return self.checks.upload_initiate(self.receive(), mux)
 
     def upload_segment(self, *, toggle: int) -> UploadSegmentResponse:
-        """Ask for the next segment of an upload."""
+        """Ask for the next segment of an upload; raises Violation where the last one has come."""
+        if self.tracker.open is None and self.tracker.latest is not None:
+            raise Violation(
+                SIZE,
+                expected=f"a further segment of {self.tracker.latest}",
+                actual="the last one came before all that was announced",
+            )
         mux = self._open_transfer()
         with self.served():
             self.send(UploadSegment(toggle))
@@ -222,11 +231,22 @@ class Transfers:
         """Read an object; its length is that of the type where the device does not say it."""
         with self.served():
             uploaded = self.run(self.client.upload(mux_of(target)))
-        length = target.length if isinstance(target, KnownObject) else None
-        data = uploaded.data if uploaded.counted else uploaded.data[:length]
+        data = self.of_its_length(target, uploaded)
         self._check_constant(mux_of(target), data)
         self.wire.seen[mux_of(target)] = data
         return data
+
+    def of_its_length(self, target: Target, uploaded: Uploaded) -> bytes:
+        """Return the bytes that a value of this type has; what came behind them is a breach."""
+        known = target if isinstance(target, KnownObject) else self.device.known.get(target)
+        data = uploaded.data
+        if known is None or known.length is None or len(data) <= known.length:
+            return data
+        if uploaded.counted:
+            self.note(of_another_length(known, data))
+            habits = replace(known.habits, too_long=True)
+            self.device.known[known.mux] = replace(known, habits=habits)
+        return data[: known.length]
 
     def _check_constant(self, mux: Multiplexer, data: bytes) -> None:
         due = self.device.values.get(mux)
@@ -238,9 +258,9 @@ class Transfers:
                 actual=f"{mux} reads {shown(data)}",
             )
 
-    def read(self, mux: Multiplexer) -> bytes:
+    def read(self, target: Target) -> bytes:
         """Read an object that the server may refuse; raises ServerAborted then."""
-        return self.run(self.client.upload(mux)).data
+        return self.of_its_length(target, self.run(self.client.upload(mux_of(target))))
 
     def read_if_there(self, mux: Multiplexer) -> bytes | None:
         """Read an object; return None where the server refuses it as missing.
@@ -304,11 +324,12 @@ class Transfers:
     def finish_upload(self, target: Target, response: UploadInitiateResponse) -> bytes:
         """Take what is left of an upload after the answer to its initiate."""
         if response.expedited:
-            length = target.length if isinstance(target, KnownObject) else None
-            return response.data if response.sized else response.data[:length]
-        with self.served():
-            rest = self.client.upload_segments(mux_of(target), response.size)
-            return self.run(rest).data
+            uploaded = Uploaded(response.data, response.sized)
+        else:
+            with self.served():
+                rest = self.client.upload_segments(mux_of(target), response.size)
+                uploaded = self.run(rest)
+        return self.of_its_length(target, uploaded)
 
     def attempt(self, transfer: Generator[Step, Response, Result]) -> Result | Abort:
         """Run a transfer that the server may refuse at its initiate; return its result or abort.

@@ -1,11 +1,17 @@
 """Values of objects: how they are compared, shown, and cut into segments."""
 
+from dataclasses import replace
+
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import NOT_STORED
 from conformance.sdo.describe import hex_bytes
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import same_data
 from conformance.sdo.rules import NOT_REFUSED, Violation
-from conformance.sdo.rules.sizes import VARIABLE_LENGTH
+from conformance.sdo.rules.segmented_upload import SEGMENTS
+from conformance.sdo.rules.sizes import TYPE_LENGTH, VARIABLE_LENGTH
+
+LENGTH_OF_ANOTHER = (TYPE_LENGTH.id, "values read with more or fewer bytes than they have")
 
 
 def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
@@ -14,17 +20,48 @@ def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
     So is that with which the device is known to fill up values, and so is what it is known to leave
     of longer ones: it is told so elsewhere.
     """
-    return same_data(known.data_type, found, due, known.filled, keeps_tails=known.keeps_tails)
+    return same_data(known.data_type, found, due, known.habits)
 
 
 def restored_value(known: KnownObject, found: bytes, due: bytes) -> bool:
     """Compare what was put back: what is left of another value is not as it was."""
-    return same_data(known.data_type, found, due, known.filled)
+    return same_data(known.data_type, found, due, replace(known.habits, keeps_tails=False))
 
 
 def not_as_written(known: KnownObject, due: bytes, found: bytes) -> Violation:
-    """Build the breach that a value was filled up, or has the end of a longer one behind it."""
-    return tail_kept(known, due) if known.keeps_tails else filled_up(known, due, found)
+    """Build the breach that was seen of an object before: what of it reads as it was written."""
+    if known.habits.lacks:
+        return end_missing(known, due, known.habits.lacks)
+    if known.habits.miscounted and len(found) <= EXPEDITED_LENGTH:
+        return of_another_length(known, found)
+    if known.habits.keeps_tails:
+        return tail_kept(known, due)
+    return filled_up(known, due, found)
+
+
+def of_another_length(known: KnownObject, data: bytes) -> Violation:
+    """Build the breach that a value reads with another number of bytes than it has."""
+    due = "as it was written"
+    if known.data_type is not None and known.length is not None:
+        due = f"{known.length} bytes, as {known.data_type.name} has"
+    violation = Violation(
+        TYPE_LENGTH,
+        expected=f"{known} reads {due}",
+        actual=f"{known} reads {shown(data)}",
+    )
+    violation.habit = LENGTH_OF_ANOTHER
+    return violation
+
+
+def end_missing(known: KnownObject, due: bytes, count: int) -> Violation:
+    """Build the breach that the last ``count`` bytes of values are not read."""
+    violation = Violation(
+        SEGMENTS,
+        expected=f"{known} to read the {len(due)} bytes that were written to it",
+        actual=f"the last {count} are left out",
+    )
+    violation.habit = (SEGMENTS.id, "the end of a value is left out")
+    return violation
 
 
 def tail_kept(known: KnownObject, due: bytes) -> Violation:

@@ -11,6 +11,7 @@ from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
 from conformance.dialogue.silence import MOST_STRAY
 from conformance.dialogue.sub_blocks import SubBlocks
+from conformance.dialogue.values import LENGTH_OF_ANOTHER
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -25,6 +26,7 @@ from conformance.sdo.rules.idle import (
     OUT_OF_BLOCK,
     UPLOAD_WITHOUT_INITIATE,
 )
+from conformance.sdo.rules.sizes import TYPE_LENGTH
 
 GIVEN_UP = (
     "what a server may do here was too much to follow: not every answer of this case was judged"
@@ -55,8 +57,7 @@ def knowledge_of(
                 device.holds(mux),
                 steady=known.is_steady and mux in device.values,
                 capacity=capacity.get(mux),
-                filled=known.filled,
-                keeps_tails=known.keeps_tails,
+                habits=known.habits,
             )
             for mux in (device.known if about is None else about)
             if (known := device.known.get(mux)) is not None
@@ -148,6 +149,8 @@ class Lockstep:
             found.request = self._sdo.wire.last_sent
             if self._aborted and found.rule.id in WITHOUT_TRANSFER:
                 found.habit = GOES_ON
+            if found.rule is TYPE_LENGTH:
+                found.habit = LENGTH_OF_ANOTHER
             if READS_WRONG in found.expected:
                 nothing_is_stored = self._sdo.record.causes.nothing_is_stored
                 found.habit = NOT_STORED if nothing_is_stored else (found.rule.id, OTHER_DATA)

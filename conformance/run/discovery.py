@@ -150,7 +150,7 @@ def discover(
     named = set(device.known)
     for entry in _MANDATORY:
         if entry.mux not in named and (_learn(reading, entry) or entry.mux == DEVICE_TYPE):
-            device.known[entry.mux] = entry
+            device.known.setdefault(entry.mux, entry)
     if not device.listing.is_complete:
         _try_common(reading, named)
         _ask_for_block_upload(reading)
@@ -204,7 +204,7 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
         if entry.mux in named:
             continue
         if _learn(reading, entry):
-            reading.device.known[entry.mux] = entry
+            reading.device.known.setdefault(entry.mux, entry)
         else:
             del reading.device.beliefs.unreadable[entry.mux]  # it was only tried
 

@@ -16,7 +16,7 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import filled_up, not_stored, tail_kept
+from conformance.dialogue.values import end_missing, filled_up, not_stored, tail_kept
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -33,8 +33,8 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Message, Multiplexer
-from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
-from conformance.sdo.objects import DataType
+from conformance.sdo.limits import EXPEDITED_LENGTH, LARGEST_BLOCK, SEGMENT_LENGTH
+from conformance.sdo.objects import DataType, Habits
 from conformance.sdo.rules import Level, Rule, Violation
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
@@ -70,6 +70,8 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
     for known in {one.mux: one for one in _used(sdo.device)}.values():
         try:
             _find_remains(sdo, known)
+            if any(one.habits.too_long for one in sdo.device.known.values()):
+                _find_miscount(sdo, known)
         except (Violation, ServerAborted, NotTestable) as error:
             asked = sdo.wire.last_sent
             if not sdo.silence.recover():
@@ -194,13 +196,37 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
     due = sdo.payload(SHORT)
     sdo.download(known, due)
     found = sdo.upload(known)
-    if found.startswith(due + before[SHORT:]):
-        sdo.device.known[known.mux] = replace(known, keeps_tails=True)
+    if 0 < len(found) < SHORT and due.startswith(found):
+        _find_missing_end(sdo, known, SHORT - len(found))
+    elif found.startswith(due + before[SHORT:]):
+        sdo.device.known[known.mux] = replace(known, habits=Habits(keeps_tails=True))
         sdo.note(tail_kept(known, due))
     elif found == sdo.device.values[known.mux] != due:
         sdo.note(not_stored(known, due))
     elif len(found) > LONGER and found == due.ljust(len(found), b"\0"):
         _find_filled(sdo, known, len(found))
+
+
+def _find_miscount(sdo: Dialogue, known: KnownObject) -> None:
+    """Find out whether a value that comes in one answer reads longer or shorter than it is."""
+    due = sdo.payload(1)
+    sdo.download(known, due)
+    found = sdo.upload(known)
+    if found != due and due.ljust(EXPEDITED_LENGTH, b"\0").startswith(found):
+        habits = replace(sdo.device.known[known.mux].habits, miscounted=True)
+        sdo.device.known[known.mux] = replace(known, habits=habits)
+
+
+def _find_missing_end(sdo: Dialogue, known: KnownObject, count: int) -> None:
+    """Find out whether the last ``count`` bytes of a value are never read.
+
+    Two lengths of which only one fills its segments tell that from a wrong count in the last one.
+    """
+    due = sdo.payload(LONGER)
+    sdo.download(known, due)
+    if sdo.upload(known) == due[:-count]:
+        sdo.device.known[known.mux] = replace(known, habits=Habits(lacks=count))
+        sdo.note(end_missing(known, due, count))
 
 
 def _find_filled(sdo: Dialogue, known: KnownObject, length: int) -> None:
@@ -214,7 +240,7 @@ def _find_filled(sdo: Dialogue, known: KnownObject, length: int) -> None:
     found = sdo.upload(known)
     if found != due.ljust(length, b"\0"):
         return
-    sdo.device.known[known.mux] = replace(known, filled=length)
+    sdo.device.known[known.mux] = replace(known, habits=Habits(filled=length))
     sdo.device.lengths[known.mux].filled = length
     sdo.device.lengths[known.mux].taken |= {SHORT, LONGER, length}
     if known.data_type is not DataType.VISIBLE_STRING:

@@ -6,6 +6,7 @@ from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.block_client import Step
@@ -58,7 +59,7 @@ def _read(
     found = sdo.attempt(transfer)
     if isinstance(found, Abort):
         return _refused(sdo, found, old, known)
-    due = sdo.device.values[known.mux]
+    due = value_of(sdo.device, known)
     if not same_value(known, found.data[: known.length], due):
         raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")
     return None

@@ -7,6 +7,7 @@ from enum import IntEnum, StrEnum
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 
 DEFAULT_CAPACITY = 1 << 20
 
@@ -64,27 +65,41 @@ _LENGTHS = {
 TEXT_TYPES = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
 
 
+@dataclass(frozen=True, slots=True)
+class Habits:
+    """How an entry reads otherwise than it was written, as was seen of a device.
+
+    Shorter values than ``filled`` bytes are filled up with 00h. One that ``keeps_tails`` leaves the
+    end of a longer value behind a shorter one. The last bytes of a value are left out, as many as
+    it ``lacks``. A number that is ``too_long`` reads with bytes behind those that its type has, a
+    value that is ``miscounted`` with another number of the 4 bytes of its answer than it has.
+    """
+
+    filled: int = 0
+    keeps_tails: bool = False
+    lacks: int = 0
+    too_long: bool = False
+    miscounted: bool = False
+
+
+AS_WRITTEN = Habits()
+
+
 def same_data(
-    data_type: DataType | None,
-    found: bytes,
-    due: bytes,
-    filled: int = 0,
-    *,
-    keeps_tails: bool = False,
+    data_type: DataType | None, found: bytes, due: bytes, habits: Habits = AS_WRITTEN
 ) -> bool:
     """Compare values; the 00h that ends a string is optional. None is a type that is not known.
-
-    ``filled`` is the number of bytes up to which an entry fills shorter values up with 00h. One
-    that ``keeps_tails`` leaves the end of a longer value behind a shorter one.
 
     >>> same_data(DataType.VISIBLE_STRING, b"name", b"name" + bytes(1))
     True
     """
     if data_type is DataType.VISIBLE_STRING:
         found, due = found.rstrip(b"\0"), due.rstrip(b"\0")
-    if keeps_tails:
+    if habits.miscounted and len(due) <= EXPEDITED_LENGTH:
+        return due.ljust(EXPEDITED_LENGTH, b"\0").startswith(found)
+    if habits.keeps_tails or habits.too_long:
         return found.startswith(due)
-    return found in (due, due.ljust(filled, b"\0"))
+    return found in (due, due.ljust(habits.filled, b"\0"), due[: len(due) - habits.lacks])
 
 
 class Access(StrEnum):

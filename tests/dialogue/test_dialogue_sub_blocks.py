@@ -1,8 +1,9 @@
 """Segments beyond a sub-block are told apart from answers, and from a server that counts on."""
 
 from conformance.dialogue.sub_blocks import SubBlocks
-from conformance.sdo.frames import BlockAck, BlockUploadInitiate, BlockUploadStart
+from conformance.sdo.frames import BlockAck, BlockEnd, BlockUploadInitiate, BlockUploadStart
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import LARGEST_BLOCK
 
 TEXT = Multiplexer(0x2010)
 
@@ -35,7 +36,25 @@ def test_segments_behind_a_sub_block_are_too_many() -> None:
 
 
 def test_nothing_follows_the_last_segment() -> None:
-    assert found(begun(2), segments(0x81, 2)) == [False, False]
+    assert found(begun(3), segments(0x81, 2, 0x83)) == [False, True, True]
+
+
+def test_the_end_follows_the_acknowledgement_of_the_last_segment_and_is_none() -> None:
+    watched = begun(LARGEST_BLOCK)
+    sub_block = segments(*range(1, 64), 0xC0)
+    assert not any(found(watched, sub_block))
+    watched.request(BlockAck(64, LARGEST_BLOCK).encode())
+    assert found(watched, [BlockEnd(0, 0).encode()]) == [False]  # C1h: segment 65, marked
+
+
+def test_what_answers_another_request_is_no_segment_unless_those_are_known_to_come() -> None:
+    for expected in (False, True):
+        watched = begun(3)
+        found(watched, segments(0x81))
+        watched.request(bytes.fromhex("40 00 10 00 00 00 00 00"))
+        answers = [*segments(2), bytes.fromhex("80 00 10 00 00 00 04 05")]
+        assert found(watched, answers, expected=expected) == [False, False]
+        assert found(watched, segments(0x82), expected=expected) == [expected]
 
 
 def test_a_server_that_counts_on_sends_none_too_many() -> None:

@@ -141,7 +141,7 @@ def test_values_that_are_filled_up_are_known_from_then_on(known: KnownObject) ->
         found = [str(cause) for cause, _ in session.causes.aside()]
         run = begin_case(session, "a.case", "a service", STORED)
         filled = bench.device.known[known.mux]
-        assert (filled.filled, bench.device.lengths[known.mux].fit(14)) == (LENGTH, LENGTH)
+        assert (filled.habits.filled, bench.device.lengths[known.mux].fit(14)) == (LENGTH, LENGTH)
         run.tools.room.store(filled, b"short")
         run.sdo.expect_value(filled, b"short")
         assert run.conclude(None).verdict is Verdict.PASS
@@ -175,7 +175,7 @@ def test_a_device_that_keeps_lengths_fills_nothing_up() -> None:
         session = bench.session()
         session.survey()
         assert session.causes.aside() == []
-        assert not any(known.filled for known in bench.device.known.values())
+        assert not any(known.habits.filled for known in bench.device.known.values())
         assert session.restorer.unrestored == {}
 
 

@@ -117,7 +117,7 @@ def _suits(value: bytes | None, known: KnownObject, state: AnyState, size: int) 
     if value is None:
         return False
     if state.downloads:
-        return len(value) <= SHORT or known.filled > 0
+        return len(value) <= SHORT or known.habits.filled > 0
     return len(value) == size
 
 
@@ -139,8 +139,8 @@ def _size(sdo: Dialogue, known: KnownObject, state: AnyState) -> int:
     if state is BLOCK_DOWNLOAD_BETWEEN:
         room.need(known, LONGEST)
         return LONGEST
-    if known.filled:
-        return known.filled
+    if known.habits.filled:
+        return known.habits.filled
     if state.short and room.has(known, TWO_SEGMENTS):
         return TWO_SEGMENTS
     try:

@@ -49,6 +49,7 @@ from conformance.sdo.rules import (
     upload_initiates,
 )
 from conformance.sdo.rules import block_upload as rules
+from conformance.sdo.rules.sizes import TYPE_LENGTH
 
 
 @begin.register
@@ -79,10 +80,10 @@ def _served(request: BlockUploadInitiate, memory: Memory) -> Branch:
     def take(frame: bytes) -> Iterable[Branch]:
         response = expect(BlockUploadInitiateResponse, frame, NOT_REFUSED, words)
         require_mux(response.mux, mux, frame)
-        length = memory.facts(mux).length
+        length = memory.facts(mux).reads
         size = response.size
         fits = size is None or length in (None, size)
-        require(fits, SIZE, f"{length} bytes, as the type has", frame)
+        require(fits, TYPE_LENGTH, f"{length} bytes, as the type has", frame)
         crc = response.crc_supported
         state = NotStarted(mux, size, crc and request.crc_supported, request.block_size)
         served = memory.serving(BlockUploadInitiate, mux)

@@ -6,7 +6,7 @@ from enum import Enum, auto
 from typing import Self
 
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType, same_data
+from conformance.sdo.objects import AS_WRITTEN, Access, DataType, Habits, same_data
 
 
 class Presence(Enum):
@@ -24,9 +24,8 @@ class Facts:
 
     ``steady`` says that the value stays until a client writes it; without that, values are not
     compared. ``low`` and ``high`` are limits of a number, both included; ``any_value`` says that
-    every value within them is taken. A string or domain surely has room for ``capacity`` bytes,
-    and may be known to fill up what is shorter than ``filled`` bytes with 00h, or to leave the end
-    of a longer value behind a shorter one (``keeps_tails``).
+    every value within them is taken. A string or domain surely has room for ``capacity`` bytes.
+    Its ``habits`` are told elsewhere: they are allowed here.
     """
 
     presence: Presence = Presence.OPEN
@@ -38,13 +37,18 @@ class Facts:
     high: float | None = None
     any_value: bool = False
     capacity: int | None = None
-    filled: int = 0
-    keeps_tails: bool = False
+    habits: Habits = AS_WRITTEN
 
     @property
     def length(self) -> int | None:
         """The bytes of a value; None when they vary or the type is not known."""
         return self.data_type.length if self.data_type is not None else None
+
+    @property
+    def reads(self) -> int | None:
+        """The bytes that an upload brings; None when they vary, or are known to be wrong."""
+        wrong = self.habits.too_long or self.habits.miscounted
+        return None if wrong else self.length
 
     @property
     def varies(self) -> bool:
@@ -58,7 +62,7 @@ class Facts:
 
     def same(self, found: bytes, due: bytes) -> bool:
         """Compare values: the 00h that ends a string is optional."""
-        return same_data(self.data_type, found, due, self.filled, keeps_tails=self.keeps_tails)
+        return same_data(self.data_type, found, due, self.habits)
 
     def begins(self, found: bytes, due: bytes) -> bool:
         """Say whether ``found`` may be the first bytes of ``due``."""

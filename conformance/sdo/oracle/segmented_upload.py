@@ -38,6 +38,7 @@ from conformance.sdo.rules import (
     upload_initiates,
 )
 from conformance.sdo.rules import segmented_upload as rules
+from conformance.sdo.rules.sizes import TYPE_LENGTH
 
 # Empty segments are allowed; a server that sends nothing else never comes to an end.
 MOST_EMPTY_SEGMENTS = 16
@@ -104,8 +105,8 @@ def _require_size(
 ) -> None:
     if size is None:
         return
-    length = memory.facts(mux).length
-    require(length in (None, size), SIZE, f"{length} bytes, as the type has", frame)
+    length = memory.facts(mux).reads
+    require(length in (None, size), TYPE_LENGTH, f"{length} bytes, as the type has", frame)
     require(
         most is None or size <= most,
         upload_initiates.ABOVE_THRESHOLD,
@@ -121,8 +122,8 @@ def require_value(
     facts = memory.facts(mux)
     due = memory.value(mux)
     if whole:
-        fits = facts.length in (None, len(data))
-        require(fits, SIZE, f"{facts.length} bytes, as the type has", frame)
+        fits = facts.reads in (None, len(data))
+        require(fits, TYPE_LENGTH, f"{facts.reads} bytes, as the type has", frame)
     if due is not None:
         holds = facts.same(data, due) if whole else facts.begins(data, due)
         require(holds, NOT_REFUSED, f"{mux} to read as {hex_bytes(due)}", frame)

@@ -20,6 +20,13 @@ VARIABLE_LENGTH = Rule(
     codes=(*accepted.NO_ROOM, AbortCode.LENGTH_TOO_LOW),
     open="whether a string ends with 00h; whether an OCTET_STRING has a length of its own",
 )
+TYPE_LENGTH = Rule(
+    "data.type-length",
+    TYPES,
+    MUST,
+    "A value of a numeric type has the length of its type.",
+    reaction="as many bytes as the type has",
+)
 UNICODE = Rule(
     "data.unicode",
     STRINGS,
@@ -81,13 +88,7 @@ SIZE_RULES = (
         codes=accepted.WRONG_LENGTH,
         open="the general code, or the one for too many or too few bytes",
     ),
-    Rule(
-        "data.type-length",
-        TYPES,
-        MUST,
-        "A value of a numeric type has the length of its type.",
-        reaction="as many bytes as the type has",
-    ),
+    TYPE_LENGTH,
     Rule(
         "data.boolean",
         BOOLEAN,
