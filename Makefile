@@ -5,7 +5,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 WORKERS ?= 2
-# One more where some servers are waited for by the clock.
+# One more where tests wait by the clock.
 WAITING = $(shell expr $(WORKERS) + 1)
 
 .PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist docs \
@@ -19,8 +19,8 @@ test: $(VENV)/installed-for-tests
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=line tests-on-virtual-buses socketcan
 
 tests-on-virtual-buses: $(VENV)/installed-for-tests
-	$(BIN)/pytest -n $(WORKERS) --dist worksteal tests
-	$(BIN)/python tests/faults/detection.py --quick --workers $(WAITING)
+	$(BIN)/pytest -n $(WAITING) --dist worksteal tests
+	$(BIN)/python tests/faults/detection.py --quick --workers $(WORKERS)
 	$(BIN)/python tests/faults/pairs.py --quick --workers $(WORKERS)
 
 socketcan: $(VENV)/installed-for-tests

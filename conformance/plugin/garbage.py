@@ -12,24 +12,19 @@ import pytest
 class Garbage:
     """Hooks that set aside what there is when the cases are collected, and again in the end.
 
-    It stays so behind the run, as pytest looks for leaks before it ends; the next run in this
-    process lets it go. A process that has set objects aside itself looks after them itself.
+    It stays so behind the run, as pytest looks for leaks before it ends. Another run in the same
+    process sets aside nothing, nor does one in a process that has done so itself: what many runs
+    leave behind is to be found.
     """
 
-    left = False
-
-    @classmethod
-    def begin(cls) -> "Garbage | None":
-        """Return the hooks of a run; None where the collector is not ours."""
-        if cls.left:
-            gc.unfreeze()
-            gc.collect()
-            cls.left = False
-        return cls() if gc.isenabled() and not gc.get_freeze_count() else None
+    def __init__(self) -> None:
+        self._is_first = gc.get_freeze_count() == 0
 
     @pytest.hookimpl(wrapper=True)
     def pytest_collection(self) -> Generator[None, object, object]:
         """Collect without it: nothing is let go yet."""
+        if not gc.isenabled():
+            return (yield)
         gc.disable()
         try:
             return (yield)
@@ -42,7 +37,6 @@ class Garbage:
         """Set the results aside as well."""
         self._set_aside()
 
-    @classmethod
-    def _set_aside(cls) -> None:
-        gc.freeze()
-        cls.left = True
+    def _set_aside(self) -> None:
+        if self._is_first:
+            gc.freeze()

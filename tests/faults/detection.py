@@ -250,12 +250,18 @@ def idle_cases(proven: Set[str], clean: Run) -> list[str]:
 def run_all(
     deviations: Sequence[Deviation], proven: set[str], *, workers: int, quick: bool
 ) -> Iterator[tuple[Deviation, Run]]:
-    """Run the cases against several servers at a time; add to ``proven`` those that can fail."""
-    waiting = list(reversed(deviations))
-    running: dict[str, Future[Run]] = {}
-    with ProcessPoolExecutor(workers) as pool:
+    """Run the cases against several servers at a time; add to ``proven`` those that can fail.
+
+    Where that is ``quick``, those that are waited for by the clock have workers of their own.
+    """
+    timed = [deviation for deviation in deviations if deviation.timed and quick]
+    waiting = [deviation for deviation in reversed(deviations) if deviation not in timed]
+    with ProcessPoolExecutor(workers) as pool, ProcessPoolExecutor(workers) as idle:
+        running: dict[str, Future[Run]] = {
+            each.name: idle.submit(run_deviation, each, quick=quick) for each in timed
+        }
         for deviation in deviations:
-            while waiting and len(running) < AHEAD * workers:
+            while waiting and len(running) < AHEAD * workers + len(timed):
                 following = waiting.pop()
                 running[following.name] = pool.submit(
                     run_deviation, following, frozenset(proven), quick=quick
