@@ -27,7 +27,7 @@ FILES = {
     "CHANGELOG.md": "changelog.md",
 }
 SECTIONS = {
-    "Use": "first-run device options result reports deviations endings lab own-tests server",
+    "Use": "first-run device options result reports deviations endings ci lab own-tests server",
     "What is tested": "cases rules/index faults official-test limits",
     "Develop": "architecture contributing changelog",
 }
@@ -39,9 +39,9 @@ def write_pages(folder: Path) -> None:
     """Write all pages into a new folder."""
     shutil.copytree(HERE, folder, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
     for path in HERE.rglob("*.md"):
-        _copy(path, folder / path.relative_to(HERE), path.parent)
+        _copy(path, folder, path.relative_to(HERE).as_posix())
     for name, page in FILES.items():
-        _copy(ROOT / name, folder / page, HERE)
+        _copy(ROOT / name, folder, page)
     _append(folder / "index.md", _contents())
     _append(folder / "rules" / "index.md", _all_rules())
     _append(folder / "faults.md", _all_servers())
@@ -49,23 +49,29 @@ def write_pages(folder: Path) -> None:
         _append(folder / "rules" / f"{_file(chapter)}.md", _chapter(chapter))
 
 
-def _copy(file: Path, page: Path, place: Path) -> None:
-    """Write a file as a page, its links as they have to be in that place of the documentation.
+def _copy(file: Path, folder: Path, page: str) -> None:
+    """Write a file as a page, and let its links lead to what is there of the repository.
 
-    Of a link to a file that is no page only the text stays.
+    Other files than pages come along. Of a link to a folder only the text stays.
     """
 
     def led(link: re.Match[str]) -> str:
         text, target, anchor = link.groups("")
         path = (file.parent / target).resolve()
         if not path.is_relative_to(HERE):
-            name = path.relative_to(ROOT).as_posix()
-            if name not in FILES:
+            if path.is_dir():
                 return text[1:]
-            path = HERE / FILES[name]
-        return f"{text}]({Path(os.path.relpath(path, place)).as_posix()}{anchor})"
+            name = path.relative_to(ROOT).as_posix()
+            path = HERE / FILES.get(name, f"files/{name}")
+            if name not in FILES:
+                copied = folder / "files" / name
+                copied.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, copied)
+        relative = os.path.relpath(path, (HERE / page).parent)
+        return f"{text}]({Path(relative).as_posix()}{anchor})"
 
-    page.write_text(LINK.sub(led, file.read_text(encoding="utf-8")), encoding="utf-8")
+    text = LINK.sub(led, file.read_text(encoding="utf-8"))
+    (folder / page).write_text(text, encoding="utf-8")
 
 
 def _append(path: Path, lines: Iterator[str]) -> None:
@@ -87,10 +93,9 @@ def _file(chapter: Chapter) -> str:
 def _all_rules() -> Iterator[str]:
     for chapter in CHAPTERS:
         yield from ["", f"## {_title(chapter.title)}", ""]
-        yield from ["| rule | level | clause | what it asks for |", "|---|---|---|---|"]
         for rule in chapter.rules:
             link = f"[`{rule.id}`](#{_label(rule)})"
-            yield f"| {link} | {rule.level} | {rule.clause} | {_text(rule.sentence)} |"
+            yield f"- {link}, {rule.level}, {rule.clause}: {_text(rule.sentence)}"
     yield from ["", "```{toctree}", ":hidden:", "", *map(_file, CHAPTERS), "```"]
 
 

@@ -44,12 +44,15 @@ def test_each_server_is_listed(pages: dict[str, str]) -> None:
         assert f"| `{server.name}` | " in pages["faults.md"]
 
 
-def test_links_lead_to_pages_and_files_of_the_repository_are_none(pages: dict[str, str]) -> None:
+def test_links_lead_to_pages_and_files_but_not_to_folders_of_the_repository(
+    pages: dict[str, str],
+) -> None:
     assert "(docs/" not in pages["index.md"]
     assert "[First run](first-run.md)" in pages["index.md"]
     assert "an example project |" in pages["index.md"]
     assert "(contributing.md)" in pages["index.md"]
     assert "(architecture.md)" in pages["contributing.md"]
+    assert "[github.yml](files/examples/ci/github.yml)" in pages["ci.md"]
 
 
 def test_the_contents_name_each_page(pages: dict[str, str]) -> None:
