@@ -4,8 +4,8 @@ from collections.abc import Callable, Generator
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
+from conformance.device.suggestions import lacking
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, interleave
 from conformance.dialogue.dialogue import Dialogue
@@ -32,14 +32,6 @@ PAIRS = {f"{one}-and-{other}": (one, other) for one in KINDS for other in KINDS}
 Transfer = Generator[Step, Response, object]
 
 
-def two_objects(device: Device) -> tuple[KnownObject, KnownObject]:
-    """Return two writable objects, strings and domains before numbers."""
-    found = sorted(Roles(device).all_writable(), key=lambda known: not known.varies)
-    if len(found) < 2:
-        raise NotTestable("needs two writable objects: name them, for example --sdo-object=2001")
-    return found[0], found[1]
-
-
 def long_read_only(device: Device, but: KnownObject | None = None) -> tuple[KnownObject, bytes]:
     """Return a read-only object whose upload takes two segments or more, and its value.
 
@@ -49,9 +41,11 @@ def long_read_only(device: Device, but: KnownObject | None = None) -> tuple[Know
         value = device.values.get(known.mux, b"")
         if not known.access.writable and len(value) > 7 and known != but:
             return known, value
-    raise NotTestable(
-        "needs a read-only object longer than 7 bytes: name one, for example "
-        "--sdo-object=2021=visible_string,ro"
+    raise lacking(
+        device,
+        "another read-only object longer than 7 bytes",
+        lambda known: not known.access.writable and len(device.values.get(known.mux, b"")) > 7,
+        "2021=visible_string,ro",
     )
 
 
@@ -130,7 +124,7 @@ def test_interleaved(
 ) -> None:
     """Two transfers of any kinds run at the same time on two channels, step by step."""
     require_blocks(sdo, pair)
-    objects = two_objects(device)
+    objects = Roles(device).two_writable()
     with channels.further() as other:
         data = [value_for(sdo, room, known) for known in objects]
         for kind, known, value in zip(pair, objects, data, strict=True):
@@ -151,7 +145,7 @@ def test_interleaved(
 @must("independence.three", "channel.independent")
 def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device, roles: Roles) -> None:
     """Three channels upload at the same time, each its own object."""
-    written = two_objects(device)
+    written = Roles(device).two_writable()
     objects = (*written, KnownObject(roles.shortest_readable()))
     with channels.further() as second, channels.further(1) as third:
         for known in written:
@@ -232,10 +226,10 @@ def test_client_vanished(
 ) -> None:
     """A client that falls silent in mid-transfer blocks its own channel and no other."""
     require_blocks(sdo, (kind,))
-    busy, free = two_objects(device)
+    busy, free = Roles(device).two_writable()
     if kind == "upload":
         busy, _ = room.long_object()
-        free = next(known for known in two_objects(device) if known.mux != busy.mux)
+        free = next(known for known in Roles(device).two_writable() if known.mux != busy.mux)
     values = [value_for(sdo, room, free) for _ in range(2)]
     with channels.further() as other:
         for one, another, value in ((other, sdo, values[0]), (sdo, other, values[1])):

@@ -10,7 +10,6 @@ from conformance.device.device import (
     VENDOR_ID,
 )
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -252,10 +251,10 @@ def _upload(sdo: Dialogue, known: KnownObject) -> None:
 
 
 def _download(sdo: Dialogue, known: KnownObject) -> None:
-    others = [other.mux for other in Roles(sdo.device).all_writable() if other.mux != known.mux]
-    if not others:
-        raise NotTestable("needs two objects that may be written: name another one")
-    sdo.attempt(sdo.client.download(others[0], sdo.device.values[others[0]]))
+    roles = Roles(sdo.device)
+    roles.two_writable()
+    other = next(one.mux for one in roles.all_writable() if one.mux != known.mux)
+    sdo.attempt(sdo.client.download(other, sdo.device.values[other]))
 
 
 ENDINGS = {"client-abort": _abort, "new-upload": _upload, "new-download": _download}

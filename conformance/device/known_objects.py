@@ -15,6 +15,11 @@ _NAMED = re.compile(
     r"(?:=(?P<type>[a-z_0-9]+)(?:,(?P<access>[a-z]+))?)?",
     re.IGNORECASE,
 )
+# What an object is called that changes who the device is, or what nobody could restore.
+_DELICATE = re.compile(
+    r"node.?id|baud|bit.?rate|cob.?id|can.?id|passw|firmware|boot|flash|calibrat|reset|serial",
+    re.IGNORECASE,
+)
 EXAMPLE = "2001, 2010:01, 2010:01=unsigned16 or 2020=visible_string,rw"
 
 
@@ -80,6 +85,19 @@ class KnownObject:
         return self.data_type is not None and self.data_type.length is None
 
     @property
+    def is_delicate(self) -> bool:
+        """Whether its name is that of something which decides who the device is, or is lost."""
+        return _DELICATE.search(self.name) is not None
+
+    @property
+    def named(self) -> str:
+        """The object as --sdo-object and device.toml name it."""
+        if self.data_type is None:
+            return name_of(self.mux)
+        access = "" if self.access is Access.RW else f",{self.access}"
+        return f"{name_of(self.mux)}={self.data_type.name.lower()}{access}"
+
+    @property
     def title(self) -> str:
         """The multiplexer and, where it is known, the name."""
         return f"{self.mux} ({self.name})" if self.name else str(self.mux)
@@ -91,6 +109,11 @@ class KnownObject:
 def by_multiplexer(objects: Iterable[KnownObject]) -> dict[Multiplexer, KnownObject]:
     """Return objects in a way that each is found at once, in the same order."""
     return {known.mux: known for known in objects}
+
+
+def name_of(mux: Multiplexer) -> str:
+    """Write a multiplexer as users do; one without a sub-index is the first of its object."""
+    return f"{mux.index:04X}" + (f":{mux.sub_index:02X}" if mux.sub_index else "")
 
 
 def parse_object(text: str) -> KnownObject:

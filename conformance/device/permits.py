@@ -82,11 +82,13 @@ class Permits:
         of_device = FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
         if self.all_rw and known.access is Access.RW and (of_device or lifted):
             return ""
-        return (
-            "writing it is not permitted: name the objects that may be written, [objects] "
-            'writable = ["2001", "2010:01"] in device.toml or --sdo-object=2001; "all-rw" stands '
-            "for all objects from 2000h on that the EDS calls rw"
-        )
+        name = f"--sdo-object={known.named}"
+        if known.access is Access.RW and of_device:
+            return (
+                'writing it is not permitted: add writable = "all-rw" to [objects] in device.toml, '
+                f"for all that the EDS calls rw from 2000h on, or name some, as {name}"
+            )
+        return f"writing it is not permitted: add {name}"
 
     def probe_refusal(self, known: KnownObject) -> str:
         """Say why a read-only entry may not be written with the value that it has."""
@@ -100,8 +102,8 @@ class Permits:
         if READ_ONLY_PROBES in self.permissions or known.mux in {one.mux for one in self.named}:
             return ""
         return (
-            "a faulty device would accept the write (of the value that it has): permit it with "
-            f"[permissions] {READ_ONLY_PROBES} = true in device.toml"
+            "a faulty device would accept the write (of the value that it has): add "
+            f"--sdo-allow={READ_ONLY_PROBES}"
         )
 
     def allowed(self, objects: Iterable[KnownObject]) -> list[Multiplexer]:

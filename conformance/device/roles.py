@@ -7,6 +7,7 @@ from conformance.device.device import THREE_SEGMENTS, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import group_of
+from conformance.device.suggestions import Fits, lacking
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
@@ -24,13 +25,17 @@ class Roles:
         lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
         for wanted in lengths:
             for known in self.all_writable():
-                if known.length == wanted and known.data_type not in _NOT_PLAIN:
+                if known.length == wanted and _is_plain(known):
                     return known
         kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
             length or 4, "unsigned64"
         )
         size = "" if length is None else f" of {length} byte{'s' * (length > 1)}"
-        raise _lacking(f"a writable number{size}", f"2001={kind}")
+        raise self._lacking(
+            f"a writable number{size}",
+            lambda known: _is_plain(known) and known.length in lengths,
+            f"2001={kind}",
+        )
 
     def longest_number(self) -> KnownObject:
         """Return the writable number that has the most bytes."""
@@ -75,19 +80,25 @@ class Roles:
         return most is not None and most < THREE_SEGMENTS, known.data_type is DataType.DOMAIN
 
     def _lacks_text(self) -> NotTestable:
-        lacking = _lacking("a writable string or domain", "2010=visible_string")
+        lacks = self._lacking(
+            "a writable string or domain",
+            lambda known: _takes_any_bytes(known) and known.access is Access.RW,
+            "2010=visible_string",
+        )
         for mux, why in self.device.beliefs.unreadable.items():
             known = self.device.known.get(mux)
             if known is not None and _takes_any_bytes(known) and self.device.policy.permits(mux):
-                return NotTestable(f"{lacking}; {mux} would do, but could not be read: {why}")
-        return lacking
+                return NotTestable(f"{lacks}; {mux} would do, but could not be read: {why}")
+        return lacks
 
     def write_only(self) -> KnownObject:
         """Return a write-only object."""
         for known in self.device.objects:
             if known.access is Access.WO and self.device.policy.permits(known.mux):
                 return known
-        raise _lacking("a write-only object", "2020=unsigned32,wo")
+        raise self._lacking(
+            "a write-only object", lambda known: known.access is Access.WO, "2020=unsigned32,wo"
+        )
 
     def read_only_text(self) -> KnownObject:
         """Return a read-only object of more than 4 bytes."""
@@ -99,8 +110,11 @@ class Roles:
             )
             if probed and len(value) > 4:
                 return known
-        raise _lacking(
-            "a read-only object longer than 4 bytes: 1008h, 1009h and 100Ah are not",
+        raise self._lacking(
+            "a read-only object longer than 4 bytes, as 1008h, 1009h and 100Ah are not",
+            lambda known: (
+                not known.access.writable and len(self.device.values.get(known.mux, b"")) > 4
+            ),
             "2021=visible_string,ro",
         )
 
@@ -109,13 +123,32 @@ class Roles:
         found = [known for known in self.all_writable() if self.device.is_variable(known)]
         for known in sorted(found, key=lambda known: known.varies):
             return known
-        raise _lacking("a writable variable of more than a byte", "2004=unsigned32")
+        raise self._lacking(
+            "a writable variable of more than a byte",
+            lambda known: known.access is Access.RW and self.device.is_variable(known),
+            "2004=unsigned32",
+        )
 
     def writable(self) -> KnownObject:
         """Return any object that may be written and was read."""
         for known in self.all_writable():
             return known
-        raise _lacking("a writable object", "2001=unsigned8")
+        raise self._lacks_any("a writable object")
+
+    def two_writable(self) -> tuple[KnownObject, KnownObject]:
+        """Return two objects that may be written and were read, strings and domains first."""
+        found = sorted(self.all_writable(), key=lambda known: not known.varies)
+        if len(found) < 2:
+            raise self._lacks_any(
+                "two writable objects" if not found else "another writable object"
+            )
+        return found[0], found[1]
+
+    def _lacks_any(self, what: str) -> NotTestable:
+        return self._lacking(what, lambda known: known.access is Access.RW, "2001=unsigned8")
+
+    def _lacking(self, what: str, fits: Fits, example: str) -> NotTestable:
+        return lacking(self.device, what, fits, example)
 
     def all_writable(self) -> list[KnownObject]:
         """Return what may be written and was read; what has limits last.
@@ -136,17 +169,17 @@ class Roles:
         """Return what reads with the fewest bytes, always the same: leaks would show there."""
         readable = self.device.steady()
         if not readable:
-            raise _lacking("an object that can be read", "2001=unsigned8")
+            raise self._lacking(
+                "an object that can be read", lambda known: known.access.readable, "2001=unsigned8"
+            )
         return min(readable, key=lambda mux: (len(self.device.values[mux]), mux))
+
+
+def _is_plain(known: KnownObject) -> bool:
+    """Say whether it is a number of which each value is as good as any other."""
+    return known.access is Access.RW and bool(known.length) and known.data_type not in _NOT_PLAIN
 
 
 def _takes_any_bytes(known: KnownObject) -> bool:
     """Say whether it is a string or domain of any length; UNICODE_STRING may insist on pairs."""
     return known.varies and known.data_type is not DataType.UNICODE_STRING
-
-
-def _lacking(what: str, example: str) -> NotTestable:
-    return NotTestable(
-        f"needs {what}: name one with its type, --sdo-object={example} or in device.toml "
-        f'[objects] writable = ["{example}"]'
-    )

@@ -1,6 +1,5 @@
 """Which objects a user might let be written: by an EDS, or by how they read without one."""
 
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -14,11 +13,6 @@ FIRST_OF_DEVICE, FIRST_OF_PROFILE = 0x2000, 0x6000
 # Fewer bytes do not show whether the counters of a server overflow.
 LONG_VALUE = 4100
 MOST_SHOWN = 24
-# What an object is called that changes who the device is, or what nobody could restore.
-_DELICATE = re.compile(
-    r"node.?id|baud|bit.?rate|cob.?id|can.?id|passw|firmware|boot|flash|calibrat|reset|serial",
-    re.IGNORECASE,
-)
 _BIT_RATES = frozenset(1000 * rate for rate in (10, 20, 50, 100, 125, 250, 500, 800, 1000))
 _BY_LENGTH = {
     1: DataType.UNSIGNED8,
@@ -38,20 +32,6 @@ class Proposal:
     known: KnownObject
     note: str
     length: int = 0
-
-    @property
-    def written(self) -> str:
-        """The object as it is named in device.toml."""
-        name, data_type = written(self.known.mux), self.known.data_type
-        if data_type is None:
-            return name
-        access = ",wo" if self.known.access is Access.WO else ""
-        return f"{name}={data_type.name.lower()}{access}"
-
-
-def written(mux: Multiplexer) -> str:
-    """Write an entry as users name it; without a sub-index it is the only one of its object."""
-    return f"{mux.index:04X}" + (f":{mux.sub_index:02X}" if mux.sub_index else "")
 
 
 @dataclass(slots=True)
@@ -93,7 +73,7 @@ def by_eds(entries: Iterable[KnownObject], values: Mapping[Multiplexer, bytes]) 
         value = values.get(known.mux)
         if known.refuses_download:
             found.left_out.append((known.mux, f"{known.name}: the EDS excludes it (ObjFlags)"))
-        elif _DELICATE.search(known.name):
+        elif known.is_delicate:
             found.never.append((known.mux, known.name))
         else:
             notes = [known.name, *_limits(known), *_said_of(known, value)]

@@ -9,8 +9,9 @@ from pathlib import Path
 
 from conformance import __version__
 from conformance.bus.opening import BusSettings
+from conformance.device.known_objects import name_of
 from conformance.proposing.additions import ALL_CASES, BY_OBJECT, PERMISSIONS, Permission
-from conformance.proposing.proposals import LONG_VALUE, Proposal, Proposals, written
+from conformance.proposing.proposals import LONG_VALUE, Proposal, Proposals
 from conformance.sdo.inert import inert
 
 # Where the comment behind a proposal begins.
@@ -134,7 +135,7 @@ def _object_lines(draft: Draft) -> Iterator[str]:
         yield "# Never written, whatever else permits it. Add what else nobody may change."
         yield "never = ["
         for mux, why in proposals.never:
-            yield _with_note(f"{_quoted(written(mux))},", why)
+            yield _with_note(f"{_quoted(name_of(mux))},", why)
         yield "]"
     else:
         yield '# What is never written, whatever else permits it, is named as in never = ["2100"].'
@@ -146,7 +147,7 @@ def _object_lines(draft: Draft) -> Iterator[str]:
 
 def _proposed(proposals: Iterable[Proposal]) -> Iterator[str]:
     for proposal in proposals:
-        yield _with_note(f"#{_quoted(proposal.written)},", proposal.note)
+        yield _with_note(f"#{_quoted(proposal.known.named)},", proposal.note)
 
 
 def _large_lines(proposals: Proposals) -> Iterator[str]:
@@ -160,7 +161,7 @@ def _large_lines(proposals: Proposals) -> Iterator[str]:
         yield from _comment(f"{why} Their first choice, if it may be written:")
     else:
         yield from _comment(f"{why} Nothing reads so long; name what may hold so much:")
-    yield _with_note(f"#large = {_quoted(first.written)}", f"reads {first.length} bytes")
+    yield _with_note(f"#large = {_quoted(first.known.named)}", f"reads {first.length} bytes")
 
 
 def _permission_lines(indices: set[int]) -> Iterator[str]:

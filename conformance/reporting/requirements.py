@@ -1,12 +1,11 @@
 """What a run has to have tested to be green: a share of its cases, services, rules, steps."""
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import floor
 
 from conformance.reporting.official_steps import OFFICIAL_STEPS, OfficialStep
-from conformance.reporting.summary import counted
+from conformance.reporting.summary import counted, lacks
 from conformance.run.case_files import case_files
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.nearest import meant
@@ -59,14 +58,14 @@ class Requirement:
 
 def _why(results: Sequence[CaseResult], enough: frozenset[Verdict]) -> str:
     """Return what keeps most cases from being tested, and so what to add."""
-    reasons = Counter(
+    reasons = lacks(
         f"the device refuses it: {result.actual}"
         if result.verdict is Verdict.UNIMPLEMENTED
         else result.actual
         for result in results
         if result.verdict not in enough
     )
-    said = [f"{reason} ({counted(cases)})" for reason, cases in reasons.most_common(MOST_REASONS)]
+    said = [f"{reason} ({counted(cases)})" for reason, cases in reasons[:MOST_REASONS]]
     return "; ".join(said)
 
 

@@ -1,10 +1,11 @@
 """What a run says at its end, and what describes it in every report."""
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 
 from conformance import __version__
 from conformance.device.device import Device
+from conformance.device.lacking import addition
 from conformance.run.bench import RunSettings
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -135,16 +136,26 @@ def _progress_lines(results: Sequence[CaseResult]) -> list[str]:
 
 def _missing_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
     """Return a line for each thing that cases lack, most cases first."""
-    missing = Counter(
+    missing = lacks(
         result.actual
         for result in results
         if result.verdict is Verdict.NOT_TESTABLE and not result.cause
     )
-    lines = [
-        f"not testable ({counted(cases)}): {reason}" for reason, cases in missing.most_common()
-    ]
+    lines = [f"not testable ({counted(cases)}): {reason}" for reason, cases in missing]
     more = "more reasons why cases are not testable"
     return lines if whole else _first(lines, MOST_REASONS, more)
+
+
+def lacks(reasons: Iterable[str]) -> list[tuple[str, int]]:
+    """Return what cases lack with their number, most first; what one addition gives is one reason.
+
+    That is told in the words of most of them.
+    """
+    groups: defaultdict[str, Counter[str]] = defaultdict(Counter)
+    for reason in reasons:
+        groups[addition(reason) or reason][reason] += 1
+    told = [(words.most_common(1)[0][0], words.total()) for words in groups.values()]
+    return sorted(told, key=lambda reason: -reason[1])
 
 
 def _first(lines: list[str], most: int, more: str) -> list[str]:

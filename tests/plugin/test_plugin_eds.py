@@ -1,11 +1,13 @@
 """Three EDS files as vendors write them: devices made of them pass, and nothing stays written."""
 
+import re
 from pathlib import Path
 
 import pytest
 from plugin_runs import NODE_ID, hosted, run
 
 from conformance.device.eds import read_eds
+from conformance.device.known_objects import parse_object
 from conformance.faults.catalogue import build_node
 from conformance.reference.described import described_device
 from conformance.reference.node import Node
@@ -29,6 +31,27 @@ writable = "all-rw"
 [permissions]
 read-only-probes = true
 """
+
+
+def test_what_is_to_be_added_is_true_of_the_device(pytester: pytest.Pytester) -> None:
+    """A run names what its cases lack, with the type of the EDS; with all of that it lacks less."""
+    path = Path(__file__).parents[1] / "fleet" / "servers" / "device.eds"
+    listing = read_eds(path, NODE_ID)
+    chosen = ("-k", "download. or independence. or upload.", "-rs")
+    with hosted(build_node(None, NODE_ID, listing)) as bus:
+        device = (f"--node-id={NODE_ID}", *bus, f"--sdo-eds={path}", *chosen)
+        lacking = run(pytester, *device)
+        added = sorted(set(re.findall(r"add (--sdo-object=\S+) if", lacking.stdout.str())))
+        result = run(pytester, *device, "--sdo-allow=read-only-probes", *added)
+    assert len(added) >= 5
+    for option in added:
+        known = parse_object(option.removeprefix("--sdo-object="))
+        listed = listing.find(known.mux)
+        assert listed is not None
+        assert (known.data_type, known.access) == (listed.data_type, listed.access)
+    assert result.ret == pytest.ExitCode.OK
+    assert "add --sdo-object" not in result.stdout.str()
+    assert result.parseoutcomes()["passed"] > 2 * lacking.parseoutcomes()["passed"]
 
 
 class Audited(Server):

@@ -32,15 +32,15 @@ found by reading: 20 objects, by length in bytes 1: 9, 2: 1, 3: 1, 4: 7, more: 2
 6 pass, 1 non-strict, 3 not testable
 non-strict: frame.extended-ignored: upload initiate response 1018h:01,
     expedited, 4 bytes: 00 00 0C 5D [43 18 10 01 00 00 0C 5D]
-not testable (1 case): needs a writable number of 2 bytes: name one with its
-    type, --sdo-object=2001=unsigned16 or in device.toml [objects] writable =
-    ["2001=unsigned16"]
-not testable (1 case): needs a writable number of 3 bytes: name one with its
-    type, --sdo-object=2001=unsigned24 or in device.toml [objects] writable =
-    ["2001=unsigned24"]
-not testable (1 case): needs a writable number of 4 bytes: name one with its
-    type, --sdo-object=2001=unsigned32 or in device.toml [objects] writable =
-    ["2001=unsigned32"]
+not testable (1 case): needs a writable number of 2 bytes: name one of the
+    device with its type, as in --sdo-object=2001=unsigned16 (2001h is an
+    example; 'conformance init' looks for objects)
+not testable (1 case): needs a writable number of 3 bytes: name one of the
+    device with its type, as in --sdo-object=2001=unsigned24 (2001h is an
+    example; 'conformance init' looks for objects)
+not testable (1 case): needs a writable number of 4 bytes: name one of the
+    device with its type, as in --sdo-object=2001=unsigned32 (2001h is an
+    example; 'conformance init' looks for objects)
 reports: FOLDER"""
 
 BAD = """\

@@ -71,9 +71,9 @@ def test_what_cannot_be_tested_is_skipped_and_says_what_to_add(pytester: pytest.
     result.stdout.fnmatch_lines_random(
         [
             "1 pass, 8 not testable",
-            "not testable (4 cases): needs a writable string or domain: *=visible_string or *",
-            "not testable (1 case): needs a writable number of 2 bytes: *=2001=unsigned16 or *",
-            "not testable (1 case): needs a write-only object: *object=2020=unsigned32,wo or *",
+            "not testable (4 cases): needs a writable string or domain: *=visible_string (*",
+            "not testable (1 case): needs a writable number of 2 bytes: *=2001=unsigned16 (*",
+            "not testable (1 case): needs a write-only object: *object=2020=unsigned32,wo (*",
             "SKIPPED [[]1[]] *: not testable: needs a writable number of 2 bytes: *",
         ]
     )

@@ -22,7 +22,7 @@ def listed(index: int, name: str = "Name", **what: object) -> KnownObject:
 
 
 def notes(proposals: Proposals) -> dict[str, str]:
-    return {one.written: one.note for one in proposals}
+    return {one.known.named: one.note for one in proposals}
 
 
 def test_what_an_eds_calls_writable() -> None:
@@ -111,7 +111,7 @@ def test_what_was_read_without_an_eds() -> None:
     reasons = dict(found.left_out)
     assert "changes by itself" in reasons[Multiplexer(0x2003)]
     assert '"2030=unsigned32,wo"' in reasons[Multiplexer(0x2030)]
-    assert found.long_ones[0].written == "2020=domain"
+    assert found.long_ones[0].known.named == "2020=domain"
 
 
 @pytest.mark.parametrize(

@@ -63,6 +63,21 @@ def test_many_lines_of_a_kind_are_not_all_shown() -> None:
     assert len(summary_lines(results, whole=True)) == 1 + 12
 
 
+def test_what_one_addition_gives_is_one_reason() -> None:
+    reasons = [
+        "needs an EDS",
+        *["the device would take it: add --sdo-allow=read-only-probes"] * 2,
+        *["needs to write to 1000h:00: add --sdo-allow=read-only-probes"] * 3,
+        *["needs permission: add --sdo-allow=nmt"] * 4,
+    ]
+    results = [result(Verdict.NOT_TESTABLE, actual=reason) for reason in reasons]
+    assert summary_lines(results, whole=False)[1:] == [
+        f"not testable (5 cases): {reasons[3]}",
+        "not testable (4 cases): needs permission: add --sdo-allow=nmt",
+        "not testable (1 case): needs an EDS",
+    ]
+
+
 @pytest.mark.parametrize(
     ("refusal", "words"),
     [

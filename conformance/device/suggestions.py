@@ -1,0 +1,53 @@
+"""What a user may add where a case lacks an object: one of this device, as far as that is known."""
+
+from collections.abc import Callable
+
+from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
+from conformance.device.permits import FIRST_OF_DEVICE, LAST_OF_DEVICE
+
+FIRST_OF_PROFILE = 0x6000
+Fits = Callable[[KnownObject], bool]
+
+
+def lacking(device: Device, what: str, fits: Fits, example: str) -> NotTestable:
+    """Build what is said where no object ``fits``: ``what`` is needed, ``example`` names one.
+
+    With an EDS it names an object of the device.
+    """
+    if not device.listing.is_complete:
+        return NotTestable(
+            f"needs {what}: name one of the device with its type, as in --sdo-object={example} "
+            f"({example[:4]}h is an example; 'conformance init' looks for objects)"
+        )
+    known = _fitting(device, fits)
+    if known is None:
+        return NotTestable(f"needs {what}: the EDS lists none that is not in use already")
+    tried = "may be written" if known.access.writable else "has to refuse downloads"
+    return NotTestable(f"needs {what}: add --sdo-object={known.named} if {known.title} {tried}")
+
+
+def _fitting(device: Device, fits: Fits) -> KnownObject | None:
+    """Return what would fit if the user named it: first what is likely to do no harm."""
+    found = [
+        known
+        for known in device.listing.entries
+        if FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
+        and fits(known)
+        and not known.refuses_download
+        and known.mux not in device.permits.never
+        and known.mux not in device.beliefs.unreadable
+        and not device.policy.permits(known.mux)
+    ]
+    return min(found, key=_harm, default=None)
+
+
+def _harm(known: KnownObject) -> tuple[bool, bool, bool, bool, tuple[int, int]]:
+    return (
+        known.is_delicate,
+        known.mux.index >= FIRST_OF_PROFILE,
+        known.is_limited,
+        not known.is_steady,
+        (known.mux.index, known.mux.sub_index),
+    )

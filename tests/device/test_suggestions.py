@@ -1,0 +1,122 @@
+"""What is suggested where a case lacks an object: one that the device has, of the type it has."""
+
+from collections.abc import Callable
+
+import pytest
+
+from conformance.device.device import Device
+from conformance.device.eds_listing import ListedObject, Listing, ObjectType
+from conformance.device.known_objects import KnownObject, by_multiplexer
+from conformance.device.lacking import NotTestable, addition
+from conformance.device.permits import Permits
+from conformance.device.roles import Roles
+from conformance.device.safety import WritePolicy
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+
+def entry(
+    index: int, data_type: DataType, access: Access = Access.RW, name: str = "", flags: int = 0
+) -> KnownObject:
+    return KnownObject(Multiplexer(index), data_type, access, name=name, flags=flags)
+
+
+def device(*entries: KnownObject, named: tuple[KnownObject, ...] = ()) -> Device:
+    """Return a device with an EDS of these entries, of which some are named."""
+    objects = {
+        one.mux.index: ListedObject(one.mux.index, ObjectType.VAR, {0: one}) for one in entries
+    }
+    return Device(
+        5,
+        by_multiplexer(entries),
+        {one.mux: b"longer than seven" for one in entries if one.access.readable},
+        policy=WritePolicy([one.mux for one in named]),
+        permits=Permits(named),
+        listing=Listing(objects, is_complete=True),
+    )
+
+
+def said(ask: Callable[[], object]) -> str:
+    with pytest.raises(NotTestable) as caught:
+        ask()
+    return str(caught.value)
+
+
+SPEED = entry(0x2002, DataType.UNSIGNED16, name="Speed")
+LABEL = entry(0x2005, DataType.VISIBLE_STRING, name="Label")
+TRACE = entry(0x2006, DataType.OCTET_STRING, Access.WO, name="Trace")
+MODEL = entry(0x2007, DataType.VISIBLE_STRING, Access.RO, name="Model")
+
+
+def test_an_object_of_the_eds_with_its_type() -> None:
+    roles = Roles(device(entry(0x2001, DataType.UNSIGNED32), SPEED, LABEL, TRACE, MODEL))
+    assert said(lambda: roles.number(2)) == (
+        "needs a writable number of 2 bytes: add --sdo-object=2002=unsigned16 if 2002h:00 (Speed) "
+        "may be written"
+    )
+    assert "add --sdo-object=2005=visible_string if" in said(roles.text)
+    assert "add --sdo-object=2005=visible_string if" in said(roles.variable)
+    assert "add --sdo-object=2006=octet_string,wo if" in said(roles.write_only)
+    assert "add --sdo-object=2007=visible_string,ro if 2007h:00 (Model) has to refuse" in said(
+        roles.read_only_text
+    )
+    assert "add --sdo-object=2001=unsigned32 if" in said(roles.writable)
+    assert "needs two writable objects" in said(roles.two_writable)
+
+
+def test_what_does_least_harm_comes_first() -> None:
+    limited = KnownObject(Multiplexer(0x2003), DataType.UNSIGNED16, low=1)
+    other = entry(0x2009, DataType.UNSIGNED16)
+    known = (
+        entry(0x2000, DataType.UNSIGNED16, name="Node-ID"),
+        entry(0x2001, DataType.UNSIGNED16, flags=1),
+        limited,
+        other,
+        entry(0x6040, DataType.UNSIGNED16),
+    )
+    assert "=2009=unsigned16" in said(lambda: Roles(device(*known)).number(2))
+    without = [one for one in known if one is not other]
+    assert "=2003=unsigned16" in said(lambda: Roles(device(*without)).number(2))
+    assert "=6040=unsigned16" in said(lambda: Roles(device(known[0], known[4])).number(2))
+    assert "=2000=unsigned16 if 2000h:00 (Node-ID) may" in said(
+        lambda: Roles(device(known[0])).number(2)
+    )
+
+
+def test_where_the_eds_has_none() -> None:
+    assert said(lambda: Roles(device(LABEL)).number(2)) == (
+        "needs a writable number of 2 bytes: the EDS lists none that is not in use already"
+    )
+    communication = entry(0x1017, DataType.UNSIGNED16)
+    assert "the EDS lists none" in said(lambda: Roles(device(communication)).number(2))
+
+
+def test_what_is_permitted_already_is_not_suggested() -> None:
+    roles = Roles(device(SPEED, entry(0x2009, DataType.UNSIGNED16), named=(SPEED,)))
+    assert roles.number(2) == SPEED
+    assert "needs another writable object: add --sdo-object=2009=unsigned16 if" in said(
+        roles.two_writable
+    )
+
+
+def test_without_an_eds_it_is_an_example() -> None:
+    assert said(lambda: Roles(Device(5)).number(2)) == (
+        "needs a writable number of 2 bytes: name one of the device with its type, as in "
+        "--sdo-object=2001=unsigned16 (2001h is an example; 'conformance init' looks for objects)"
+    )
+
+
+@pytest.mark.parametrize(
+    ("sentence", "added"),
+    [
+        ("needs permission: add --sdo-allow=nmt", "--sdo-allow=nmt"),
+        ("a permission is needed: --sdo-allow=nmt, or [permissions]", "--sdo-allow=nmt"),
+        ("add --sdo-object=2020=unsigned32,wo if it may", "--sdo-object=2020=unsigned32,wo"),
+        ("--sdo-object=2010:01=unsigned8 (an example)", "--sdo-object=2010:01=unsigned8"),
+        ("needs an EDS, --sdo-eds=FILE, which", "--sdo-eds=FILE"),
+        ('add writable = "all-rw" or --sdo-object=2001', 'writable = "all-rw"'),
+        ("2001h:00 takes no value of 5 bytes: name a larger one", ""),
+    ],
+)
+def test_what_a_sentence_asks_to_add(sentence: str, added: str) -> None:
+    assert addition(sentence) == added
