@@ -26,6 +26,7 @@ from conformance.commands import (
 from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, SILENT_NODE, WRONG_USE
 from conformance.faults.catalogue import UnknownServer
 from conformance.sdo.inert import inert
+from conformance.sdo.nearest import meant
 from conformance.sdo.rules import UnknownRule
 
 LINE_END = "\n"
@@ -63,7 +64,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed or when
     a run is worse than an earlier one, 10 for a device that does not answer.
     """
-    options = command_line().parse_args(arguments)
+    parser = command_line()
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}.{_hint(options, unknown[0])}")
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # where it takes less than there may be
             stream.reconfigure(errors="backslashreplace")
@@ -92,16 +96,27 @@ def _broken(error: Exception, status: int) -> int:
     return status
 
 
+def _hint(options: argparse.Namespace, unknown: str) -> str:
+    """Name the option of the command that is nearest to an unknown one."""
+    own = argparse.ArgumentParser()
+    COMMANDS[options.command].add_options(own)
+    return meant(unknown.partition("=")[0], own.format_usage().replace("[", " ").split())
+
+
 def command_line() -> argparse.ArgumentParser:
     """Return the parser of all commands."""
     parser = argparse.ArgumentParser(prog="conformance", description=__doc__)
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, command in COMMANDS.items():
-        options = commands.add_parser(name, help=command.HELP)
+        options = commands.add_parser(name, help=command.HELP, description=_sentence(command.HELP))
         command.add_options(options)
-        options.set_defaults(run=command.run)
+        options.set_defaults(run=command.run, command=name)
     return parser
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
 
 
 if __name__ == "__main__":

@@ -9,10 +9,14 @@ from conformance.plugin.arguments import bit_rate, named_value
 def add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: str) -> None:
     """Add the options; the texts say what is taken without them."""
     parser.add_argument(
-        "--can-interface", metavar="NAME", help=f"python-can interface ({interface})"
+        "--can-interface",
+        metavar="NAME",
+        help=f"interface as python-can calls it, such as pcan or udp_multicast ({interface})",
     )
     parser.add_argument(
-        "--can-channel", metavar="NAME", help=f"channel of the interface ({channel})"
+        "--can-channel",
+        metavar="NAME",
+        help=f"channel of the interface, such as vcan0 or PCAN_USBBUS1 ({channel})",
     )
     parser.add_argument(
         "--can-bitrate",
@@ -27,7 +31,7 @@ def add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: st
         type=named_value,
         action="append",
         default=[],
-        help="a further setting of the interface in python-can; may be repeated",
+        help="a further setting of the interface, such as port=29536; may be repeated",
     )
 
 

@@ -14,29 +14,44 @@ from conformance.faults.catalogue import build_node
 from conformance.reference.host import NodeHost
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
 
-HELP = "run the reference server on a bus until stopped"
+HELP = "run the reference server, or a faulty one, on a bus until Ctrl-C or SIGTERM"
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
     parser.add_argument(
-        "--node-id", type=int, required=True, metavar="N", help="node-ID of the server"
+        "--node-id",
+        type=int,
+        required=True,
+        metavar="N",
+        help="node-ID of the server, 1 to 127: its SDO channel is 600h + N and 580h + N",
     )
     add_bus_options(parser, "socketcan", "can0")
-    parser.add_argument("--eds", metavar="FILE", help="a device with the objects of an EDS or DCF")
-    parser.add_argument("--fault", metavar="NAME", help="a faulty or unusual server instead")
+    parser.add_argument(
+        "--eds",
+        metavar="FILE",
+        help="serve the objects of an EDS or DCF with their default values and limits, instead of "
+        "those of the built-in device",
+    )
+    parser.add_argument(
+        "--fault",
+        metavar="NAME",
+        help="a server that deviates from the reference server: 'conformance faults' lists them; "
+        "NAME+NAME deviates in both ways",
+    )
     parser.add_argument(
         "--answer-delay",
         metavar="SECONDS",
         type=float,
         default=0.0,
-        help="response time of the server (none)",
+        help="seconds between a request and its answer (0)",
     )
     parser.add_argument(
         "--server-timeout",
         type=float,
         metavar="SECONDS",
-        help="time after which the server aborts the transfer of a silent client (never)",
+        help="seconds after which the server aborts the transfer of a silent client (never); a "
+        "run takes the same as --sdo-server-timeout",
     )
 
 
