@@ -8,7 +8,7 @@ import os
 import sys
 from pathlib import Path
 
-from plugin_runs import settings_of
+from socketcand_bus import settings_of
 
 from conformance.bus.opening import open_bus
 from conformance.reference.dictionary import reference_device

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from selected_files import other_files
+from socketcand_bus import settings_of
 from spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
@@ -53,13 +54,6 @@ def hosted(*nodes: HostedNode) -> Iterator[tuple[str, ...]]:
             bus = open_bus(BusSettings("virtual", channel))
             stack.enter_context(NodeHost(bus, node))
         yield "--can-interface=virtual", f"--can-channel={channel}"
-
-
-def settings_of(bus: tuple[str, ...]) -> BusSettings:
-    """Return the settings of the bus to which options lead: interface, channel, what else."""
-    interface, channel, *rest = (option.partition("=")[2] for option in bus)
-    pairs = (setting.partition("=") for setting in rest)
-    return BusSettings(interface, channel, options=tuple((name, value) for name, _, value in pairs))
 
 
 @contextmanager

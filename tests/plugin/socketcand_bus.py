@@ -11,9 +11,18 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from conformance.bus.opening import BusSettings
+
 CHANNEL = "vcan7"
 _OF_ANOTHER_NODE = b"< frame 701 1.000000 05 >"
 _MESSAGE = re.compile(r"<\s*(.*?)\s*>")
+
+
+def settings_of(bus: tuple[str, ...]) -> BusSettings:
+    """Return the settings of the bus to which options lead: interface, channel, what else."""
+    interface, channel, *rest = (option.partition("=")[2] for option in bus)
+    pairs = (setting.partition("=") for setting in rest)
+    return BusSettings(interface, channel, options=tuple((name, value) for name, _, value in pairs))
 
 
 class _Client(socketserver.BaseRequestHandler):
