@@ -60,6 +60,12 @@ _CALLED = {
     "candlelight": "'gs_usb'",
     "peak": "'pcan'",
 }
+WITHOUT_SOCKETCAN = (
+    "only Linux has SocketCAN. Name the interface of your adapter: --can-interface=pcan "
+    "--can-channel=PCAN_USBBUS1, --can-interface=kvaser --can-channel=0, --can-interface=gs_usb "
+    "--can-channel=0, or --can-interface=slcan --can-channel=COM3 (on macOS /dev/tty.usbmodem1), "
+    "each with --can-bitrate=500k or that of your bus."
+)
 _CHANNEL = re.compile(r"(v|sl)?can\d+")
 
 

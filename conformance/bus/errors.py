@@ -89,9 +89,10 @@ def error_named(kind: str, text: str) -> BenchError:
     return kinds.get(kind, BenchError)(text)
 
 
+_MISSING = "Does the interface exist? 'ip link show' lists those of SocketCAN."
 _ADVICE = {
-    errno.ENODEV: "Does the interface exist? 'ip link show' lists them.",
-    errno.ENXIO: "Does the interface exist? 'ip link show' lists them.",
+    errno.ENODEV: _MISSING,
+    errno.ENXIO: _MISSING,
     errno.ENETDOWN: "Bring it up: 'ip link set can0 up type can bitrate 500000'.",
     errno.EAFNOSUPPORT: "This kernel has no CAN support: load the modules can and can-raw.",
     errno.EPERM: "This user may not open it: check the permissions.",
@@ -127,7 +128,7 @@ def check_error_frame(name: str, message: can.Message) -> None:
     if message.arbitration_id & _BUS_OFF:
         raise BusOff(
             f"{name} went bus-off: the controller saw too many errors. Check bit rate, termination "
-            "and wiring, then restart it: 'ip link set can0 type can restart'."
+            "and wiring, then restart it (SocketCAN: 'ip link set can0 type can restart')."
         )
     data = message.data
     if (

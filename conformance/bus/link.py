@@ -112,8 +112,8 @@ class Link:
                     raise TransmitBufferFull(
                         f"{self.name} did not take a frame for {SEND_LIMIT:g} s: its transmit "
                         "buffer is full. Is another node on the bus to acknowledge frames, at the "
-                        "same bit rate? A longer queue helps against bursts: "
-                        "'ip link set can0 txqueuelen 1000'."
+                        "same bit rate? A longer queue helps against bursts (SocketCAN: "
+                        "'ip link set can0 txqueuelen 1000')."
                     ) from error
                 # The kernel has no event for room in the queue of the network device.
                 time.sleep(RETRY_PAUSE)

@@ -1,5 +1,6 @@
 """Opening the bus: the options, else python-can's own configuration, else SocketCAN on can0."""
 
+import socket
 from configparser import Error as ConfigError
 from dataclasses import dataclass
 from typing import Any
@@ -8,7 +9,7 @@ import can
 from can.util import load_config, load_environment_config, load_file_config
 
 from conformance.bus.connection import Connection
-from conformance.bus.drivers import unknown_interface, what_it_needs
+from conformance.bus.drivers import WITHOUT_SOCKETCAN, unknown_interface, what_it_needs
 from conformance.bus.errors import BusNotOpened, InterfaceLost, advice
 
 DEFAULT_INTERFACE = "socketcan"
@@ -78,6 +79,8 @@ def connection_of(settings: BusSettings) -> Connection | None:
 
 def open_bus(settings: BusSettings) -> can.BusABC:
     """Open a bus that was resolved; raises BusNotOpened with what to do."""
+    if settings.interface == "socketcan" and not hasattr(socket, "AF_CAN"):
+        raise BusNotOpened(f"{settings} cannot be opened: {WITHOUT_SOCKETCAN}")
     connection = connection_of(settings)
     if connection is not None:
         try:

@@ -1,6 +1,5 @@
 """``device.toml``: what a user says of a device, once, instead of on every command line."""
 
-import shlex
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from conformance.bus.bit_rate import parse_bit_rate
 from conformance.device.files import shown
 from conformance.device.known_deviations import KnownDeviation, deviations_in
 from conformance.device.known_objects import KnownObject, ObjectNameError, parse_object
+from conformance.device.programs import words
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
@@ -193,8 +193,8 @@ def _settings(value: object) -> tuple[tuple[str, str], ...]:
 def _command(value: object) -> tuple[str, ...]:
     """Return a command in words; a text is read as a shell reads it."""
     if isinstance(value, str):
-        return tuple(shlex.split(text_of(value)))
-    words = tuple(text_of(one) for one in _listed(value))
-    if not words:
+        return tuple(words(text_of(value)))
+    listed = tuple(text_of(one) for one in _listed(value))
+    if not listed:
         raise ValueError
-    return words
+    return listed

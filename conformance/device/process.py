@@ -7,43 +7,29 @@ recover = "./power-cycle.sh"         # for a bench device
 
 import os
 import shlex
-import signal
 import subprocess
-import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
 from conformance.bus.errors import ProcessFailed
+from conformance.device import programs
 from conformance.sdo.inert import inert
 
-# How long things may take, in seconds: to end when asked to, to recover a device, to start one.
-END_LIMIT = 5.0
+# How long things may take, in seconds: to recover a device, to start one.
 RECOVER_LIMIT = 60.0
 START_LIMIT = 30.0
 MOST_ATTEMPTS = 3
 TAIL_LINES = 20
 _TAIL_BYTES = 8192
-# It waits for no group that has ended: to signal that fails, and so does the guard.
-_GUARD = """
-import os, signal, sys, time
-limit, told = float(sys.argv[1]), sys.stdin.buffer.read()
-if not told:
-    sys.exit()
-group = int(told)
-os.killpg(group, signal.SIGTERM)
-for _ in range(int(limit / 0.05)):
-    time.sleep(0.05)
-    os.killpg(group, 0)
-os.killpg(group, signal.SIGKILL)
-"""
 NODE_ID = "{node_id}"
 
 
 @dataclass(frozen=True, slots=True)
 class ProcessSettings:
-    """How a device is started and brought back; in both texts ``{node_id}`` is replaced.
+    """How a device is started and brought back; in both commands ``{node_id}`` is replaced.
 
     ``command`` is empty for a device that runs by itself; ``recover`` is None where nothing brings
     it back. It is tried ``attempts`` times whenever it is lost; to start takes at most
@@ -52,7 +38,7 @@ class ProcessSettings:
     """
 
     command: list[str] = field(default_factory=list)
-    recover: str | None = None
+    recover: list[str] | None = None
     attempts: int = MOST_ATTEMPTS
     start_limit: float = START_LIMIT
     folder: Path | None = None
@@ -67,8 +53,8 @@ class ProcessSettings:
         """Return the settings of one device."""
         return replace(
             self,
-            command=[part.replace(NODE_ID, str(node_id)) for part in self.command],
-            recover=None if self.recover is None else self.recover.replace(NODE_ID, str(node_id)),
+            command=_named(self.command, node_id),
+            recover=None if self.recover is None else _named(self.recover, node_id),
         )
 
 
@@ -100,7 +86,7 @@ class DeviceProcess:
             return
         try:
             # It is there before the program: a run may be killed at any moment.
-            self._guard = guard()
+            self._guard = programs.guard()
             with self._output() as log:
                 # Ctrl-C at the terminal ends the run; the device has to live until its values are
                 # put back.
@@ -111,10 +97,11 @@ class DeviceProcess:
                     stdout=log,
                     stderr=subprocess.STDOUT,
                     start_new_session=True,
+                    creationflags=programs.APART,
                 )
-            tell(self._guard, self._process.pid)
+            programs.tell(self._guard, self._process.pid)
         except OSError as error:
-            dismiss(self._guard)
+            programs.dismiss(self._guard)
             raise ProcessFailed(
                 f"The device's program cannot be started: {shlex.join(command)}: {error.strerror}. "
                 f"Check its path, which is relative to {self._settings.folder or Path.cwd()}."
@@ -126,14 +113,14 @@ class DeviceProcess:
         if process is None:
             return
         guard, self._guard = self._guard, None
-        for how in (signal.SIGTERM, signal.SIGKILL):
-            _signal_group(process, how)
+        for how in (programs.ask_to_end, programs.end):
+            how(process.pid)
             try:
-                process.wait(END_LIMIT)
+                process.wait(programs.END_LIMIT)
                 break
             except subprocess.TimeoutExpired:
                 continue
-        dismiss(guard)
+        programs.dismiss(guard)
 
     def _output(self) -> BinaryIO:
         """Open the file that takes what is written; where that cannot be, nothing does."""
@@ -149,7 +136,7 @@ class DeviceProcess:
         try:
             with self._output() as log:
                 subprocess.run(  # noqa: S603 - it is what the user named
-                    shlex.split(self._settings.recover),
+                    self._settings.recover,
                     cwd=self._settings.recover_folder,
                     stdin=subprocess.DEVNULL,
                     stdout=log,
@@ -157,8 +144,9 @@ class DeviceProcess:
                     timeout=RECOVER_LIMIT,
                     check=True,
                     start_new_session=True,  # Ctrl-C must not leave it half done
+                    creationflags=programs.APART,
                 )
-        except (OSError, ValueError, subprocess.SubprocessError) as error:
+        except (OSError, subprocess.SubprocessError) as error:
             raise ProcessFailed(
                 f"The command that recovers the device failed: {error}.{self.last_words()}"
             ) from error
@@ -187,40 +175,5 @@ class DeviceProcess:
         return "\n".join([" Its output ends with:", *lines]) if lines else ""
 
 
-def guard() -> subprocess.Popen[bytes] | None:
-    """Start what ends a group of processes when this process is gone, however that has ended.
-
-    It reads the number of the group, see ``tell``, from a pipe that ends with this process. None
-    where no process can be started; what it is for needs none then.
-    """
-    try:
-        return subprocess.Popen(  # noqa: S603 - it is our own
-            [sys.executable, "-I", "-S", "-c", _GUARD, str(END_LIMIT)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-    except OSError:
-        return None
-
-
-def tell(guard: subprocess.Popen[bytes] | None, group: int) -> None:
-    """Tell a guard which group of processes it is for."""
-    if guard is not None and guard.stdin is not None:
-        guard.stdin.write(str(group).encode())
-        guard.stdin.flush()
-
-
-def dismiss(guard: subprocess.Popen[bytes] | None) -> None:
-    """End a guard: there is nothing for it to do any more."""
-    if guard is not None:
-        guard.kill()
-        guard.communicate()
-
-
-def _signal_group(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    try:
-        os.killpg(process.pid, number)
-    except ProcessLookupError:
-        return
+def _named(command: Sequence[str], node_id: int) -> list[str]:
+    return [part.replace(NODE_ID, str(node_id)) for part in command]

@@ -2,7 +2,6 @@
 
 import math
 import re
-import shlex
 from argparse import ArgumentTypeError
 from collections.abc import Iterable
 
@@ -11,6 +10,7 @@ import pytest
 from conformance.bus.bit_rate import BitRateError, parse_bit_rate
 from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.known_objects import ObjectNameError, parse_object
+from conformance.device.programs import words
 from conformance.device.protected_objects import PermissionNameError, parse_permission
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.worth import QUICK
@@ -318,7 +318,7 @@ def named_value(text: str) -> tuple[str, str]:
 
 def _command(text: str) -> list[str]:
     try:
-        parts = shlex.split(text)
+        parts = words(text)
     except ValueError as error:
         raise ArgumentTypeError(f"{text!r} is no command: {error}") from None
     if not parts:

@@ -1,6 +1,5 @@
 """What the command line and device.toml say together, read into settings."""
 
-import shlex
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -254,7 +253,7 @@ def _process(
         return None
     settings = ProcessSettings(
         command,
-        shlex.join(recover) if recover else None,
+        recover or None,
         folder=folder,
         recover_folder=recover_folder,
     )

@@ -5,10 +5,11 @@ everything back removes it. While the run lives it holds a lock on the file.
 """
 
 import json
+import sys
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from conformance.bus.channel import Channel
 from conformance.bus.opening import BusSettings
@@ -16,10 +17,29 @@ from conformance.device.changes import LeftBehind
 from conformance.reporting.appending import GrowingFile
 from conformance.run.putting_back import put_back
 
-try:
+if sys.platform == "win32":  # its locks would keep others from reading the file
+
+    def _hold(file: BinaryIO) -> None:
+        del file
+
+    def _is_held(path: Path) -> bool:
+        del path
+        return False
+
+else:
     import fcntl
-except ImportError:  # there are systems without
-    fcntl = None  # type: ignore[assignment]
+
+    def _hold(file: BinaryIO) -> None:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+
+    def _is_held(path: Path) -> bool:
+        try:
+            with path.open("rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            return True
+        return False
+
 
 NAME = "not-restored"
 RUN, DEVICE = "run", "device"
@@ -42,7 +62,7 @@ class Journal:
             "self_test": self_test,
         }
         self._file: GrowingFile | None = None
-        self._lock: Any = None
+        self._lock: BinaryIO | None = None
         self._left: dict[int, LeftBehind] = {}
 
     def tell(self, about: LeftBehind, record: Values) -> None:
@@ -52,8 +72,7 @@ class Journal:
             self._write(self._about)
             with suppress(OSError):
                 self._lock = self._path.open("rb")
-                if fcntl is not None:
-                    fcntl.flock(self._lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+                _hold(self._lock)
         if about.node_id not in self._left:
             self._left[about.node_id] = about
             self._write(
@@ -135,17 +154,6 @@ def left_behind(folder: Path, node_ids: Collection[int]) -> Iterator[LeftBehind]
             continue  # what is no journal has nothing to tell
         if not about.get("self_test", True):
             yield from (each for each in left if each.node_id in node_ids)
-
-
-def _is_held(path: Path) -> bool:
-    if fcntl is None:
-        return False
-    try:
-        with path.open("rb") as file:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return True
-    return False
 
 
 def put_back_left(channel: Channel, left: LeftBehind) -> list[str]:

@@ -184,6 +184,13 @@ def test_what_to_do(monkeypatch: pytest.MonkeyPatch, error: Exception, advice: s
     assert str(error) in str(caught.value)
 
 
+def test_a_system_without_socketcan(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr("socket.AF_CAN")
+    monkeypatch.setattr("can.Bus", Refusing(AssertionError("it is not tried")))
+    with pytest.raises(BusNotOpened, match=r"^socketcan can0 .* only Linux .*=pcan .*=500k"):
+        open_bus(BusSettings().resolve())
+
+
 @pytest.mark.parametrize("interface", ["serial", "slcan", "robotell", "seeedstudio"])
 def test_a_package_that_is_missing(monkeypatch: pytest.MonkeyPatch, interface: str) -> None:
     monkeypatch.setattr("conformance.bus.drivers.find_spec", lambda name: None)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import ProcessFailed
-from conformance.device import process as module
+from conformance.device import programs
 from conformance.device.process import TAIL_LINES, DeviceProcess, ProcessSettings
 
 # Only a program that hangs takes this time, in seconds, on any machine.
@@ -52,7 +52,7 @@ def is_free(lock: Path) -> bool:
 @pytest.mark.parametrize("text", [WAITS, STUBBORN, PARENT], ids=["waits", "stubborn", "parent"])
 def test_it_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     """Also one that does not want to, and what it has started itself."""
-    monkeypatch.setattr(module, "END_LIMIT", 0.3)
+    monkeypatch.setattr(programs, "END_LIMIT", 0.3)
     log, lock = tmp_path / "log", tmp_path / "lock"
     with DeviceProcess(program(text.format(lock=str(lock))), log) as process:
         process.start()
@@ -112,15 +112,15 @@ def test_nothing_to_start_and_nothing_to_recover(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["./no-such-command", "false"])
 def test_a_command_that_does_not_recover(tmp_path: Path, command: str) -> None:
-    process = DeviceProcess(ProcessSettings(recover=command), tmp_path / "log")
+    process = DeviceProcess(ProcessSettings(recover=[command]), tmp_path / "log")
     with pytest.raises(ProcessFailed, match="recovers the device failed"):
         process.recover()
 
 
 def test_the_node_id_stands_where_it_should() -> None:
-    settings = ProcessSettings(["./server", "--node={node_id}"], "./power {node_id}")
+    settings = ProcessSettings(["./server", "--node={node_id}"], ["./power", "{node_id}"])
     assert settings.names_node_id
-    assert settings.of(9) == ProcessSettings(["./server", "--node=9"], "./power 9")
+    assert settings.of(9) == ProcessSettings(["./server", "--node=9"], ["./power", "9"])
     assert not ProcessSettings(["./server"]).names_node_id
 
 

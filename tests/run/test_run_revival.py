@@ -15,7 +15,7 @@ SHORT = 0.3
 
 
 def revival(
-    bench: Workbench, folder: Path, recover: str | None = None, attempts: int = 3
+    bench: Workbench, folder: Path, recover: list[str] | None = None, attempts: int = 3
 ) -> Revival:
     chosen = ProcessSettings(start_limit=SHORT, recover=recover, attempts=attempts)
     return Revival(chosen, DeviceProcess(chosen, folder / "log"), bench.channel)
@@ -51,7 +51,7 @@ def test_what_was_asked_before_it_booted_is_not_left_to_the_run(tmp_path: Path) 
 
 def test_it_is_tried_so_many_times_whenever_it_is_lost(tmp_path: Path) -> None:
     tried = tmp_path / "tried"
-    recover = f"sh -c 'echo again >> {tried}'"
+    recover = ["sh", "-c", f"echo again >> {tried}"]
     with undiscovered(Scripted(lambda data: []), timeout=0.1) as bench:
         dead = revival(bench, tmp_path, attempts=2, recover=recover)
         for times in (2, 4):
