@@ -12,7 +12,7 @@ from conformance.plugin.options import Options
 from conformance.plugin.terminal import SummaryTerminal
 from conformance.plugin.workers import Worker
 from conformance.reporting.estimate import Estimate, Taken
-from conformance.run.verdict import CaseResult
+from conformance.run.verdict import CaseResult, Verdict
 
 # The first estimate comes after this number of cases and this part of the work.
 FIRST_CASES, FIRST_PART = 20, 0.05
@@ -126,9 +126,10 @@ class TimeLeft:
         if report.when != "teardown":
             return
         self._begin[worker] = now
-        taken = Taken.by(self._results.pop(report.nodeid, None), now - begin)
-        self._estimate.finish(report.nodeid, taken, worker)
-        self._look(now - self._started)
+        result = self._results.pop(report.nodeid, None)
+        self._estimate.finish(report.nodeid, Taken.by(result, now - begin), worker)
+        if result is None or result.verdict is not Verdict.NOT_RUN:
+            self._look(now - self._started)
 
     def _look(self, elapsed: float) -> None:
         estimate = self._estimate

@@ -131,7 +131,8 @@ def by_reading(found: Found, node_id: int) -> Proposals:
 def type_of(value: bytes) -> DataType:
     """Guess the type of a value: a text, else a number of that length, else a domain."""
     text = value.rstrip(b"\0")
-    if len(text) >= SHORTEST_TEXT and text.isascii() and text.decode("ascii").isprintable():
+    varied = len(text) >= SHORTEST_TEXT and len(set(text)) > 1
+    if varied and text.isascii() and text.decode("ascii").isprintable():
         return DataType.VISIBLE_STRING
     return _BY_LENGTH.get(len(value), DataType.DOMAIN)
 

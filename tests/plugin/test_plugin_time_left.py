@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import pytest
-from plugin_runs import self_test
+from plugin_runs import run, self_test
 
 from conformance.plugin import time_left
 from conformance.plugin.time_left import TimeLeft, in_words
@@ -68,6 +68,15 @@ def test_workers_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_nothing_is_said_where_nothing_is_wanted(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--sdo-simulated", "-k", "abort.not-answered", "-qq")
     result.stdout.no_fnmatch_line("conformance: *left*")
+
+
+def test_nothing_is_estimated_where_nothing_runs(pytester: pytest.Pytester) -> None:
+    """Cases that are not run are done at once, which says nothing of a device."""
+    nowhere = ("--node-id=5", "--can-interface=slcan", "--can-channel=/dev/none")
+    result = run(pytester, *nowhere, "-k", "matrix.idle")
+    assert result.parseoutcomes().get("passed") is None
+    result.stdout.fnmatch_lines(["*: the bus could not be opened"])
+    result.stdout.no_fnmatch_line("*at this device's pace*")
 
 
 def test_a_long_discovery_says_what_it_is_at(

@@ -120,6 +120,7 @@ def test_what_was_read_without_an_eds() -> None:
         (b"\1", DataType.UNSIGNED8),
         (b"ab", DataType.UNSIGNED16),
         (b"abc", DataType.VISIBLE_STRING),
+        (b"3333", DataType.UNSIGNED32),
         (b"\1\2\3", DataType.UNSIGNED24),
         (b"a\nbc", DataType.UNSIGNED32),
         (b"\xe4bcd", DataType.UNSIGNED32),
