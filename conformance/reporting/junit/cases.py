@@ -16,7 +16,6 @@ from conformance.reporting.junit.fitting import (
 )
 from conformance.reporting.junit.tree import Suite, write_suites
 from conformance.reporting.summary import counted
-from conformance.reporting.text import xml_text
 from conformance.run.evidence import evidence_text
 from conformance.run.verdict import CaseResult, Verdict, rule_of_cause
 
@@ -70,12 +69,12 @@ def case_element(row: Row, most: int, *, strict: bool) -> TestCase:
     The evidence of a failure is its text, that of any other case its output.
     """
     result = row.first
-    evidence = shortened(xml_text(_evidence(row)), int(most * EVIDENCE))
+    evidence = shortened(_evidence(row), int(most * EVIDENCE))
     message = shortened(_message(row), int(most * MESSAGE))
     failed = is_failure(result, strict=strict)
     case = TestCase(
-        xml_text(row.name),
-        classname=xml_text(f"node-{result.node_id}.{row.service}"),
+        row.name,
+        classname=f"node-{result.node_id}.{row.service}",
         elapsed_sec=max(sum(each.duration for each in row.results), 1e-6),
         stdout=None if failed else evidence or None,
     )
@@ -84,9 +83,9 @@ def case_element(row: Row, most: int, *, strict: bool) -> TestCase:
             case.add_error_info(message, evidence, result.verdict.value)
         case _ if failed:
             kind = result.verdict.value if result.verdict is Verdict.STALE else _kind(result)
-            case.add_failure_info(message, evidence, xml_text(kind))
+            case.add_failure_info(message, evidence, kind)
         case Verdict.KNOWN_DEVIATION:
-            case.add_skipped_info(f"{result.verdict.value}: {xml_text(result.reason)}")
+            case.add_skipped_info(f"{result.verdict.value}: {result.reason}")
         case Verdict.UNIMPLEMENTED | Verdict.NOT_TESTABLE | Verdict.NOT_RUN:
             case.add_skipped_info(f"{result.verdict.value}: {message}")
     return case
@@ -98,7 +97,7 @@ def _kind(result: CaseResult) -> str:
 
 
 def _message(row: Row) -> str:
-    message = xml_text(row.first.actual) or row.first.verdict.value
+    message = row.first.actual or row.first.verdict.value
     return message if len(row.results) == 1 else f"{counted(len(row.results))}; {message}"
 
 

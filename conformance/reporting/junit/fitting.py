@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
+from conformance.reporting.text import xml_text
 from conformance.run.verdict import CaseResult, Verdict
 
 # Buildkite takes 5,000 results of a file, GitLab 30 MB.
@@ -99,7 +100,8 @@ def _test(result: CaseResult) -> str:
 
 
 def shortened(text: str, most: int) -> str:
-    """Leave out the end of a text that takes more bytes than ``most`` in a file."""
+    """Return a text as XML can hold it, without its end if it takes more than ``most`` bytes."""
+    text = xml_text(text)
     if _bytes(text) <= most:
         return text
     kept: list[str] = []

@@ -14,7 +14,6 @@ from conformance.reporting.junit.cases import case_element
 from conformance.reporting.junit.fitting import MOST_BYTES, Row, is_failure, shortened
 from conformance.reporting.junit.tree import Suite, write_suites
 from conformance.reporting.summary import counted
-from conformance.reporting.text import xml_text
 from conformance.run.evidence import evidence_text
 from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import CHAPTERS, RULES, RULES_BY_ID, Rule, cited
@@ -74,7 +73,7 @@ def write_causes(
 
 
 def _element(rule: Rule, output: str = "") -> TestCase:
-    return TestCase(rule.id, classname=rule.id.partition(".")[0], stdout=xml_text(output) or None)
+    return TestCase(rule.id, classname=rule.id.partition(".")[0], stdout=output or None)
 
 
 def _broken(rule: Rule, causes: Sequence[CauseCount], *, alone: bool) -> TestCase:
@@ -84,8 +83,8 @@ def _broken(rule: Rule, causes: Sequence[CauseCount], *, alone: bool) -> TestCas
     for count in causes:
         lines += ["", evidence_text(count.failed[0])]
     case = _element(rule)
-    message = shortened(xml_text("; ".join(told)), MOST_OF_MESSAGE)
-    case.add_failure_info(message, shortened(xml_text("\n".join(lines)), MOST_OF_RULE), rule.id)
+    message = shortened("; ".join(told), MOST_OF_MESSAGE)
+    case.add_failure_info(message, shortened("\n".join(lines), MOST_OF_RULE), rule.id)
     return case
 
 
@@ -93,7 +92,7 @@ def _excused(rule: Rule, results: Sequence[CaseResult]) -> TestCase:
     reasons = ", ".join(dict.fromkeys(result.reason for result in results))
     case = _element(rule)
     told = f"{Verdict.KNOWN_DEVIATION.value} in {counted(len(results))}: {reasons}"
-    case.add_skipped_info(shortened(xml_text(told), MOST_OF_MESSAGE))
+    case.add_skipped_info(shortened(told, MOST_OF_MESSAGE))
     return case
 
 
