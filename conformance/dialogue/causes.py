@@ -7,7 +7,7 @@ steps round it or says that it is in the way.
 """
 
 import re
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from conformance.dialogue.one_defect import NO_ANSWER, told_once
@@ -64,6 +64,8 @@ TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
 OTHER_DATA = "other data"
+# A transfer that nobody is interested in any more keeps the server from all others.
+BLOCKED = "to whatever is asked, until the client aborts"
 # Behind that a wrong value says no more.
 NOT_STORED = (NOT_REFUSED.id, "a download that is confirmed and not stored")
 CONFIRMED = ("download initiate response", "download segment response")
@@ -199,6 +201,14 @@ class Standing:
     shown_by: set[str] = field(default_factory=set)
 
 
+def blocked(refusals: Sequence[Response], mux: Multiplexer) -> tuple[str, str] | None:
+    """Return the cause where nothing but refusals of ``mux``, which is always read, has come."""
+    codes = {answer.code for answer in refusals if isinstance(answer, Abort) and answer.mux == mux}
+    if len(codes) != 1 or not all(isinstance(answer, Abort) for answer in refusals):
+        return None
+    return IDLE_AFTERWARDS.id, f"abort {codes.pop():08X}h {BLOCKED}"
+
+
 Way = Callable[[BlockClient, Multiplexer, bytes], Generator[Step, Response, object]]
 
 
@@ -278,6 +288,9 @@ class Causes:
         """
         general = cause.rule_id in GENERAL
         answer = _without_request(cause) if general else cause.answer
+        blocked = Cause(IDLE_AFTERWARDS.id, f"{answer} {BLOCKED}")
+        if blocked in self._standing:
+            return blocked
         if answer in OF_STATE and isinstance(request, DOWNLOADS):
             for known in self._standing:
                 refused, _, asked = known.answer.partition(" to ")

@@ -5,6 +5,7 @@ the run began with is sent behind it, and only its answer may come.
 """
 
 from conformance.device.device import DEVICE_TYPE
+from conformance.dialogue.causes import blocked
 from conformance.dialogue.early import INITIATES
 from conformance.dialogue.odd_frames import unasked, unsolicited
 from conformance.dialogue.wire import ABORTS, Wire
@@ -120,11 +121,13 @@ class Silence:
 
     def _no_answer(self, stray: list[Response]) -> Violation:
         heard = self._wire.heard_elsewhere()
-        return Violation(
+        violation = Violation(
             SPECIFIER if stray else ANSWERED,
             expected="an answer to the read of 1000h that follows",
             actual="; ".join(["no answer", *map(in_words, stray)]) + heard,
         )
+        violation.habit = blocked(stray, DEVICE_TYPE)
+        return violation
 
     def _read_the_rest(self) -> None:
         """Read the segments of 1000h, where it takes any."""

@@ -258,8 +258,9 @@ class Lockstep:
             self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
         try:
             self._sdo.silence.fence(most=MOST_STRAY + self.oracle.owed)
-        except Violation:
-            self.check()
+        except Violation as breach:
+            if breach.habit is None:
+                self.check()
             raise
         self._find(self.oracle.settled())
         self.check()

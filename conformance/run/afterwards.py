@@ -104,6 +104,8 @@ def _recover(sdo: Dialogue, cause: Exception) -> Leaving:
 
 def _not_idle(cause: Exception) -> Violation:
     actual = cause.actual if isinstance(cause, Violation) else str(cause)
-    return Violation(
+    violation = Violation(
         IDLE_AFTERWARDS, expected="an ordinary answer to a read of 1000h afterwards", actual=actual
     )
+    violation.habit = cause.habit if isinstance(cause, Violation) else None
+    return violation
