@@ -16,9 +16,11 @@ from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
     BlockDownloadInitiate,
     BlockEndResponse,
     BlockUploadInitiate,
+    BlockUploadStart,
     DownloadInitiate,
     Request,
     Response,
@@ -79,6 +81,9 @@ DOWNLOADS = (DownloadInitiate, BlockDownloadInitiate)
 # Rules about time-outs themselves.
 OF_TIME = "time-out."
 MOST_WORDS = 60
+# Where values read wrong under that many rules, no further one says what is wrong.
+MANY_RULES = 3
+IN_BLOCK_UPLOAD = (BlockUploadStart, BlockAck, BlockEndResponse)
 
 _BYTES = re.compile(r" ?\[[^]]*\]")
 _MULTIPLEXER = re.compile(r" ?\b[0-9A-F]{4}h:[0-9A-F]{2}\b")
@@ -114,6 +119,8 @@ SWITCHES = frozenset(
 )
 # A sub-index that an object lacks is served, FFh among others.
 SERVED = Cause("object.sub-index-missing", "served")
+IN_BLOCKS = Cause("block-upload.first-sub-block", OTHER_DATA)
+VALUES_WRONG = Cause(NOT_REFUSED.id, "values that do not read as they were written")
 STRUCTURE = Cause("dictionary.structure", OTHER_DATA)
 
 
@@ -258,6 +265,7 @@ class Causes:
             return cause
         return (
             self._of_a_stub(cause)
+            or self._other_data(cause, request)
             or self._answer_to_the_end(cause, request)
             or self._refusal(cause, request)
             or (self._in_one_state(cause, point) if generated else None)
@@ -271,6 +279,15 @@ class Causes:
         if self.nothing_is_stored and cause.answer in CONFIRMED:
             return Cause(*NOT_STORED)
         return None
+
+    def _other_data(self, cause: Cause, request: Request) -> Cause | None:
+        """Return by what wrong data are told: those of a block upload, or met in many places."""
+        if cause.answer != OTHER_DATA:
+            return None
+        if isinstance(request, IN_BLOCK_UPLOAD) and IN_BLOCKS in self._standing:
+            return IN_BLOCKS
+        known = [one for one in self._standing if one.answer == OTHER_DATA]
+        return VALUES_WRONG if len(known) >= MANY_RULES else None
 
     def _answer_to_the_end(self, cause: Cause, request: Request) -> Cause | None:
         """Return by what an answer to the end of a block upload is told, wherever that is sent."""

@@ -77,8 +77,10 @@ class TransferTracker:
         Where segments of a block upload may come, exactly 80h is an abort, and 81h a segment.
         """
         response = decode_response(frame)
-        may_be_segment = isinstance(response, Abort) and response.reserved_bits != 0
-        return decode_segment(frame) if may_be_segment and self.may_send_segments else response
+        if not isinstance(response, Abort) or not response.reserved_bits:
+            return response
+        may_be_segment = self.may_send_segments and not self._decoder.is_answer(response)
+        return decode_segment(frame) if may_be_segment else response
 
     def _follow(self, response: Response, request: Request | None) -> None:
         match response:

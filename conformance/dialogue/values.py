@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 from conformance.device.known_objects import KnownObject
-from conformance.dialogue.causes import NOT_STORED
+from conformance.dialogue.causes import NOT_STORED, OTHER_DATA
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import same_data
 from conformance.sdo.rules import NOT_REFUSED, Violation
+from conformance.sdo.rules.block_upload import FIRST_SUB_BLOCK
 from conformance.sdo.rules.segmented_upload import SEGMENTS
 from conformance.sdo.rules.sizes import TYPE_LENGTH, VARIABLE_LENGTH
 
@@ -81,6 +82,17 @@ def not_stored(known: KnownObject, due: bytes) -> Violation:
         actual="it holds what it held before",
     )
     violation.habit = NOT_STORED
+    return violation
+
+
+def other_in_blocks(known: KnownObject, due: bytes, found: bytes) -> Violation:
+    """Build the breach that a block upload brings other data than an ordinary one."""
+    violation = Violation(
+        FIRST_SUB_BLOCK,
+        expected=f"{known} reads {shown(due)} in blocks, as by an ordinary upload",
+        actual=f"{known} reads {shown(found)}",
+    )
+    violation.habit = (FIRST_SUB_BLOCK.id, OTHER_DATA)
     return violation
 
 

@@ -16,7 +16,14 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import end_missing, filled_up, not_stored, tail_kept
+from conformance.dialogue.values import (
+    end_missing,
+    filled_up,
+    not_stored,
+    other_in_blocks,
+    same_value,
+    tail_kept,
+)
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -42,6 +49,7 @@ GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEEN = "the beginning of the run"
 # Two lengths in bytes, of which a wrong count cannot turn one into the other.
 SHORT, LONGER = 7, 15
+FEW_SEGMENTS = 32
 
 
 def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
@@ -142,14 +150,29 @@ def _sub_block_of_one(mux: Multiplexer) -> Probe:
 
 
 def _block_upload_to_its_end(device: Device) -> Probe:
-    """Read the shortest value in a block: what comes behind the end is met then."""
-    short = min(device.steady(), key=lambda mux: len(device.values[mux]), default=DEVICE_TYPE)
+    """Read a value in a block: what comes behind the end is met then, and whether it is the same.
+
+    Segments cost no requests, so it has several where that is to be had.
+    """
+    lengths = {mux: len(device.values[mux]) for mux in device.steady()}
+    few = [mux for mux, length in lengths.items() if length <= FEW_SEGMENTS]
+    target = max(few, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
 
     def upload(sdo: Dialogue) -> None:
         with suppress(NotTestable, Unimplemented):
-            Blocks(sdo).upload(short)
+            found, due = Blocks(sdo).upload(target).data, device.values.get(target)
+            known = device.known.get(target)
+            if known is not None and due is not None and not same_value(known, found, due):
+                _compare_with_blocks(sdo, known)
 
     return upload
+
+
+def _compare_with_blocks(sdo: Dialogue, known: KnownObject) -> None:
+    """Note that a block upload brings other data, unless the value has changed by itself."""
+    before, found, after = sdo.upload(known), Blocks(sdo).upload(known).data, sdo.upload(known)
+    if before == after and not same_value(known, found, before):
+        sdo.note(other_in_blocks(known, before, found))
 
 
 def _beginning(request: Message) -> Probe:

@@ -2,7 +2,7 @@
 
 from functools import singledispatch
 
-from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.decoding import decode_request, decode_response, decode_segment
 from conformance.sdo.frames import (
     Abort,
@@ -193,6 +193,9 @@ def _(message: Unknown) -> str:
     return f"command specifier {message.frame[0]:02X}h, which is not defined"
 
 
+CODES = frozenset(AbortCode)
+
+
 class Decoder:
     """Follows a conversation on one channel, so that it can tell the segments of a block.
 
@@ -244,16 +247,19 @@ class Decoder:
 
     def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
         """Say whether a frame is rather an unwanted segment than any other message."""
-        if not self._may_send_segments or self._is_answer(message):
+        if not self._may_send_segments or self.is_answer(message):
             return False
         in_sequence = segment.sequence in (self._last_sequence + 1, 1)
         nothing_else = isinstance(message, Unknown) or bool(message.reserved_fields())
         return in_sequence or nothing_else
 
-    def _is_answer(self, message: Response) -> bool:
+    def is_answer(self, message: Response) -> bool:
+        """Say whether this answers the initiate that was sent last."""
         kinds = ANSWERS.get(type(self._asked), ())
         due = getattr(self._asked, "mux", None)
-        return isinstance(message, kinds) and getattr(message, "mux", None) == due
+        # The data of a segment are hardly ever the object and the code of a refusal.
+        refusal = isinstance(message, Abort) and message.code in CODES
+        return (refusal or isinstance(message, kinds)) and getattr(message, "mux", None) == due
 
     def _follow(self, message: Request | Response) -> None:
         if isinstance(message, BlockSegment):
