@@ -215,7 +215,7 @@ def test_without_leave_a_device_that_is_right_passes(pytester: pytest.Pytester) 
         pytester, server, right, "-vv", "-k", f"({ONCE} or test_random) and not beyond", named=()
     )
     assert result.ret == pytest.ExitCode.OK
-    lacking = ["*add --sdo-allow=read-only-probes*", "*add --sdo-allow=other-nodes*"]
+    lacking = ["*--sdo-allow=read-only-probes*", "*--sdo-allow=other-nodes*"]
     result.stdout.fnmatch_lines_random(lacking)
     assert server.writes == []
     downloads = (DownloadInitiate, BlockDownloadInitiate)
