@@ -44,8 +44,8 @@ def long_read_only(device: Device, but: KnownObject | None = None) -> tuple[Know
     raise lacking(
         device,
         "another read-only object longer than 7 bytes",
-        lambda known: not known.access.writable and len(device.values.get(known.mux, b"")) > 7,
         "2021=visible_string,ro",
+        lambda known: not known.access.writable and len(device.values.get(known.mux, b"")) > 7,
     )
 
 

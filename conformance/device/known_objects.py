@@ -17,7 +17,7 @@ _NAMED = re.compile(
 )
 # What an object is called that changes who the device is, or what nobody could restore.
 _DELICATE = re.compile(
-    r"node.?id|baud|bit.?rate|cob.?id|can.?id|passw|firmware|boot|flash|calibrat|reset|serial",
+    r"node.?id|baud|bit.?rate|cob.?id|can.?id|passw|firmware|boot|flash|calibrat|reset|serial|unlock",
     re.IGNORECASE,
 )
 EXAMPLE = "2001, 2010:01, 2010:01=unsigned16 or 2020=visible_string,rw"

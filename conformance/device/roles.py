@@ -1,6 +1,7 @@
 """Which object of a device suits a case: by what it is, what it holds and what may be written."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 
 from conformance.device.device import THREE_SEGMENTS, Device
@@ -25,7 +26,7 @@ class Roles:
         lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
         for wanted in lengths:
             for known in self.all_writable():
-                if known.length == wanted and _is_plain(known):
+                if _is_plain(known, wanted):
                     return known
         kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
             length or 4, "unsigned64"
@@ -33,8 +34,8 @@ class Roles:
         size = "" if length is None else f" of {length} byte{'s' * (length > 1)}"
         raise self._lacking(
             f"a writable number{size}",
-            lambda known: _is_plain(known) and known.length in lengths,
             f"2001={kind}",
+            *(partial(_is_plain, length=wanted) for wanted in lengths),
         )
 
     def longest_number(self) -> KnownObject:
@@ -82,8 +83,8 @@ class Roles:
     def _lacks_text(self) -> NotTestable:
         lacks = self._lacking(
             "a writable string or domain",
-            lambda known: _takes_any_bytes(known) and known.access is Access.RW,
             "2010=visible_string",
+            lambda known: _takes_any_bytes(known) and known.access is Access.RW,
         )
         for mux, why in self.device.beliefs.unreadable.items():
             known = self.device.known.get(mux)
@@ -97,7 +98,7 @@ class Roles:
             if known.access is Access.WO and self.device.policy.permits(known.mux):
                 return known
         raise self._lacking(
-            "a write-only object", lambda known: known.access is Access.WO, "2020=unsigned32,wo"
+            "a write-only object", "2020=unsigned32,wo", lambda known: known.access is Access.WO
         )
 
     def read_only_text(self) -> KnownObject:
@@ -112,10 +113,10 @@ class Roles:
                 return known
         raise self._lacking(
             "a read-only object longer than 4 bytes, as 1008h, 1009h and 100Ah are not",
+            "2021=visible_string,ro",
             lambda known: (
                 not known.access.writable and len(self.device.values.get(known.mux, b"")) > 4
             ),
-            "2021=visible_string,ro",
         )
 
     def writable_variable(self) -> KnownObject:
@@ -125,8 +126,8 @@ class Roles:
             return known
         raise self._lacking(
             "a writable variable of more than a byte",
-            lambda known: known.access is Access.RW and self.device.is_variable(known),
             "2004=unsigned32",
+            lambda known: known.access is Access.RW and self.device.is_variable(known),
         )
 
     def writable(self) -> KnownObject:
@@ -145,10 +146,10 @@ class Roles:
         return found[0], found[1]
 
     def _lacks_any(self, what: str) -> NotTestable:
-        return self._lacking(what, lambda known: known.access is Access.RW, "2001=unsigned8")
+        return self._lacking(what, "2001=unsigned8", lambda known: known.access is Access.RW)
 
-    def _lacking(self, what: str, fits: Fits, example: str) -> NotTestable:
-        return lacking(self.device, what, fits, example)
+    def _lacking(self, what: str, example: str, *fits: Fits) -> NotTestable:
+        return lacking(self.device, what, example, *fits)
 
     def all_writable(self) -> list[KnownObject]:
         """Return what may be written and was read; what has limits last.
@@ -170,14 +171,15 @@ class Roles:
         readable = self.device.steady()
         if not readable:
             raise self._lacking(
-                "an object that can be read", lambda known: known.access.readable, "2001=unsigned8"
+                "an object that can be read", "2001=unsigned8", lambda known: known.access.readable
             )
         return min(readable, key=lambda mux: (len(self.device.values[mux]), mux))
 
 
-def _is_plain(known: KnownObject) -> bool:
+def _is_plain(known: KnownObject, length: int) -> bool:
     """Say whether it is a number of which each value is as good as any other."""
-    return known.access is Access.RW and bool(known.length) and known.data_type not in _NOT_PLAIN
+    plain = known.access is Access.RW and known.data_type not in _NOT_PLAIN
+    return plain and known.length == length
 
 
 def _takes_any_bytes(known: KnownObject) -> bool:

@@ -11,19 +11,19 @@ FIRST_OF_PROFILE = 0x6000
 Fits = Callable[[KnownObject], bool]
 
 
-def lacking(device: Device, what: str, fits: Fits, example: str) -> NotTestable:
+def lacking(device: Device, what: str, example: str, *fits: Fits) -> NotTestable:
     """Build what is said where no object ``fits``: ``what`` is needed, ``example`` names one.
 
-    With an EDS it names an object of the device.
+    With an EDS it names an object of the device, one that fits in the first way if it can.
     """
     if not device.listing.is_complete:
         return NotTestable(
             f"needs {what}: name one of the device with its type, as in --sdo-object={example} "
             f"({example[:4]}h is an example; 'conformance init' looks for objects)"
         )
-    known = _fitting(device, fits)
+    known = next(filter(None, (_fitting(device, each) for each in fits)), None)
     if known is None:
-        return NotTestable(f"needs {what}: the EDS lists none that is not in use already")
+        return NotTestable(f"needs {what}: the EDS lists none that could be added")
     tried = "may be written" if known.access.writable else "has to refuse downloads"
     return NotTestable(f"needs {what}: add --sdo-object={known.named} if {known.title} {tried}")
 

@@ -14,12 +14,15 @@ import pytest
 
 from conformance.plugin.items import CaseFunction
 from conformance.run.case_files import CASE_FILES, CASES, case_files
+from conformance.sdo.nearest import meant
 
 FOLDER = CASES.name
 # The files of which cases are named, and their ids, or what they begin with; else all are meant.
 Named = dict[Path, list[str]]
 NAMED = pytest.StashKey[Named]()
 _ID = re.compile(r'^@\w+\(\s*"([a-z0-9-]+\.[a-z0-9.-]+)"', re.MULTILINE)
+# An id, also a mistyped one; files of tests have another ending.
+_WRITTEN = re.compile(r"[a-z0-9_-]+\.(?!py\b)[a-z0-9._-]+", re.IGNORECASE)
 # How an id goes on of which an argument is the beginning.
 _BOUNDARY = (".", "-", "[")
 
@@ -27,7 +30,8 @@ _BOUNDARY = (".", "-", "[")
 def read_arguments(arguments: Iterable[str], beside: Path) -> tuple[list[str], Named]:
     """Return the arguments as pytest takes them, and the cases that are named in them.
 
-    What there is ``beside``, in the folder of the command, is what it was.
+    What there is ``beside``, in the folder of the command, is what it was. Raises pytest.UsageError
+    for what is nearly an id.
     """
     paths: dict[str, None] = {}
     named: Named = {}
@@ -48,8 +52,16 @@ def read_arguments(arguments: Iterable[str], beside: Path) -> tuple[list[str], N
                 paths[str(file)] = None
                 named.setdefault(file, []).append(argument)
         else:
+            _check_id(argument)
             paths[argument] = None
     return list(paths), {file: ids for file, ids in named.items() if file not in whole}
+
+
+def _check_id(argument: str) -> None:
+    """Raise pytest.UsageError for what is no path, and nearly the id of a case."""
+    base = re.split(r"[\[@]", argument, maxsplit=1)[0]
+    if _WRITTEN.fullmatch(base) and (hint := meant(base, _ids())):
+        raise pytest.UsageError(f"There is no case, file or folder {argument!r}.{hint}")
 
 
 def _files_of(argument: str) -> set[Path]:

@@ -78,7 +78,7 @@ PERMISSIONS = (
     Permission(STORE_PARAMETERS, "1010h: the device stores its parameters, which wears its memory"),
     Permission(
         LOAD_DEFAULTS,
-        "1011h: loads the defaults, which erases what was stored; the README says what is needed",
+        "1011h: loads the defaults, which erases what was stored; takes nmt, and more than that",
     ),
     Permission("configuration-date", "1020h: the date and time of the configuration, restored"),
     Permission("error-behaviour", "1029h: what the device does on errors, restored"),

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from conformance.device.known_objects import KnownObject
-from conformance.device.numbers import decode_number, is_number
+from conformance.device.known_objects import KnownObject, name_of
+from conformance.device.numbers import bounds, decode_number, is_number
 from conformance.proposing.finding import Found
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import TEXT_TYPES, Access, DataType
@@ -31,7 +31,7 @@ class Proposal:
 
     known: KnownObject
     note: str
-    length: int = 0
+    length: int | None = None
 
 
 @dataclass(slots=True)
@@ -60,7 +60,7 @@ class Proposals:
         """The strings and domains, those that read longest first; domains before strings."""
         found = [one for one in self if one.known.varies and one.known.access is Access.RW]
         return sorted(
-            found, key=lambda one: (-one.length, one.known.data_type is not DataType.DOMAIN)
+            found, key=lambda one: (-(one.length or 0), one.known.data_type is not DataType.DOMAIN)
         )
 
 
@@ -77,11 +77,17 @@ def by_eds(entries: Iterable[KnownObject], values: Mapping[Multiplexer, bytes]) 
             found.never.append((known.mux, known.name))
         else:
             notes = [known.name, *_limits(known), *_said_of(known, value)]
-            found.add(Proposal(known, "; ".join(filter(None, notes)), len(value or b"")))
+            found.add(
+                Proposal(
+                    known, "; ".join(filter(None, notes)), None if value is None else len(value)
+                )
+            )
     return found
 
 
 def _limits(known: KnownObject) -> Iterator[str]:
+    if known.data_type is not None and (known.low, known.high) == bounds(known.data_type):
+        return
     match known.low, known.high:
         case None, None:
             return
@@ -121,7 +127,7 @@ def by_reading(found: Found, node_id: int) -> Proposals:
             note = f"reads {shown(data_type, value)}"
             proposals.add(Proposal(KnownObject(mux, data_type), note, len(value)))
     proposals.left_out += [
-        (mux, f'write-only: name it with its type, as in "{mux.index:04X}=unsigned32,wo"')
+        (mux, f'write-only: name it with its type, as in "{name_of(mux)}=unsigned32,wo"')
         for mux in found.write_only
         if mux.index >= FIRST_OF_DEVICE
     ]

@@ -157,11 +157,14 @@ def _large_lines(proposals: Proposals) -> Iterator[str]:
         yield from _comment(f'{why} No string or domain was found for them: large = "2020=domain".')
         return
     first = long_ones[0]
-    if first.length >= LONG_VALUE:
+    if (first.length or 0) >= LONG_VALUE:
         yield from _comment(f"{why} Their first choice, if it may be written:")
     else:
-        yield from _comment(f"{why} Nothing reads so long; name what may hold so much:")
-    yield _with_note(f"#large = {_quoted(first.known.named)}", f"reads {first.length} bytes")
+        yield from _comment(f"{why} Nothing was seen to be so long; name what may hold so much:")
+    yield _with_note(
+        f"#large = {_quoted(first.known.named)}",
+        "" if first.length is None else f"reads {first.length} bytes",
+    )
 
 
 def _permission_lines(indices: set[int]) -> Iterator[str]:

@@ -54,6 +54,7 @@ def test_an_object_of_the_eds_with_its_type() -> None:
         "needs a writable number of 2 bytes: add --sdo-object=2002=unsigned16 if 2002h:00 (Speed) "
         "may be written"
     )
+    assert "add --sdo-object=2001=unsigned32 if" in said(roles.number), "the longest that is used"
     assert "add --sdo-object=2005=visible_string if" in said(roles.text)
     assert "add --sdo-object=2005=visible_string if" in said(roles.variable)
     assert "add --sdo-object=2006=octet_string,wo if" in said(roles.write_only)
@@ -85,7 +86,7 @@ def test_what_does_least_harm_comes_first() -> None:
 
 def test_where_the_eds_has_none() -> None:
     assert said(lambda: Roles(device(LABEL)).number(2)) == (
-        "needs a writable number of 2 bytes: the EDS lists none that is not in use already"
+        "needs a writable number of 2 bytes: the EDS lists none that could be added"
     )
     communication = entry(0x1017, DataType.UNSIGNED16)
     assert "the EDS lists none" in said(lambda: Roles(device(communication)).number(2))

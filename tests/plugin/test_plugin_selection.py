@@ -40,6 +40,21 @@ def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) ->
     assert "1005h:00 is not in use" in in_use
 
 
+@pytest.mark.parametrize(
+    ("argument", "said"),
+    [
+        ("abort.onw-multiplexer", "'abort.onw-multiplexer'. Did you mean 'abort.own-multiplexer'?"),
+        ("upload.identiy[1]", "'upload.identiy[1]'. Did you mean 'upload.identity'?"),
+        ("qqqq.wwww", "file or directory not found: qqqq.wwww"),
+        ("test_abort.py", "file or directory not found: test_abort.py"),
+    ],
+)
+def test_a_mistyped_case(pytester: pytest.Pytester, argument: str, said: str) -> None:
+    result = self_test(pytester, "--sdo-simulated", argument)
+    assert result.ret == pytest.ExitCode.USAGE_ERROR
+    assert said in result.stdout.str() + result.stderr.str()
+
+
 def test_a_device_is_tested_from_any_folder(pytester: pytest.Pytester) -> None:
     with reference() as options:
         result = run(pytester, *options, "--sdo-allow=read-only-probes", "-k", "abort.own")
@@ -96,7 +111,7 @@ FILE = str(CASES / "test_abort.py")
         (["abort.own", "cases"], [FILE, str(CASES)], []),
         (["test_mine.py::test_abort", "."], ["test_mine.py::test_abort", "."], []),
         ([f"{FILE}::abort.own"], [f"{FILE}::abort.own"], []),
-        (["abort.ow"], ["abort.ow"], []),
+        (["qqqq.ow"], ["qqqq.ow"], []),
         (["cases/test_none.py"], ["cases/test_none.py"], []),
     ],
 )

@@ -32,7 +32,7 @@ def test_what_an_eds_calls_writable() -> None:
             limited,
             listed(0x2002, "Above", low=1),
             listed(0x2003, "Below", high=9),
-            listed(0x2004, "Measured", floats=True),
+            listed(0x2004, "Measured", floats=True, low=0, high=0xFFFF),
             KnownObject(Multiplexer(0x2005), DataType.UNSIGNED8, Access.RO, name="Input"),
             KnownObject(Multiplexer(0x2006, 2), DataType.DOMAIN, Access.WO, name="Program"),
             KnownObject(Multiplexer(0x2007), None, name="Own type"),
@@ -184,8 +184,11 @@ def test_the_first_choice_for_long_transfers() -> None:
     long_one = by_reading(Found({Multiplexer(0x2020): bytes(5000)}), 5)
     assert '#large = "2020=domain"           # reads 5000 bytes' in drafted(long_one, set())
     short = drafted(by_reading(Found({Multiplexer(0x2020): bytes(50)}), 5), set())
-    assert "Nothing reads so long; name\n# what may hold so much:\n#large = " in short
+    assert "Nothing was seen to be so long" in short
+    assert '#large = "2020=domain"           # reads 50 bytes' in short
     assert "No string or domain was found" in drafted(Proposals(), set())
+    unread = drafted(by_eds([KnownObject(Multiplexer(0x2020), DataType.DOMAIN)], {}), set())
+    assert '\n#large = "2020=domain"\n' in unread
 
 
 def test_only_permissions_that_concern_the_device() -> None:
