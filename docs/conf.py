@@ -10,3 +10,5 @@ highlight_language = "none"
 html_theme = "furo"
 html_show_sourcelink = False
 html_show_copyright = False
+html_static_path = ["static"]
+html_css_files = ["site.css"]

@@ -1,5 +1,7 @@
 """The versions that pyproject.toml names: of Python and of the dependencies."""
 
+import re
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -30,3 +32,11 @@ def test_each_python_that_is_named_is_tested() -> None:
     named = [line.rpartition(" ")[2] for line in PROJECT["classifiers"] if line.startswith(start)]
     assert named == [name for name in TOX["env_list"] if name.startswith("3.")]
     assert PROJECT["requires-python"] == f">={named[0]}"
+
+
+def test_an_archive_of_a_commit_says_which() -> None:
+    """Services hand out repositories so, without the history that the version comes from."""
+    command = ("git", "archive", "HEAD", ".git_archival.txt")
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, check=True)  # noqa: S603
+    assert re.search(rb"^node: [0-9a-f]{40}$", done.stdout, re.MULTILINE)
+    assert b"$Format" not in done.stdout
