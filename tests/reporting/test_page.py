@@ -75,7 +75,7 @@ def page_of(
     folder: Path, results: Sequence[CaseResult], *, ended: bool = True, log: str = LOG
 ) -> Reader:
     (folder / "bus.log").write_text(log, encoding="utf-8")
-    places: list[Place | None] = [*PLACES, None][: len(results)]
+    places: list[Place | None] = [*PLACES, *[None] * len(results)][: len(results)]
     end = {"at": "2026-05-06T09:09:09.500+02:00", **END} if ended else None
     run = RecordedRun(ABOUT, [DEVICE], list(results), places, len(results), end)
     reader = Reader()
@@ -151,6 +151,26 @@ def test_what_to_fix_first_stands_at_the_beginning(tmp_path: Path) -> None:
     first = "Fix this first: response.specifier: abort to download initiate the only failure MUST, "
     assert page.text.index(first) < page.text.index("Bench")
     assert "Fix this first" not in page_of(tmp_path, [result()]).text
+
+
+def test_all_causes_are_listed_before_all_tables(tmp_path: Path) -> None:
+    other = result(
+        Verdict.FAIL, case_id="nmt.x", broken_rule="nmt.stopped: words", cause="nmt.stopped: served"
+    )
+    page = page_of(tmp_path, [FAILED, other])
+    listed = [page.text.index(failed.cause) for failed in (FAILED, other)]
+    assert max(listed) < page.text.index("Bench")
+    links = [each["href"] for tag, each in page.tags if tag == "a"]
+    for anchor in ("cause-1", "cause-2"):
+        assert f"#{anchor}" in links
+        assert ("article", {"class": "cause", "id": anchor}) in page.tags
+
+
+def test_the_rarer_reasons_are_folded(tmp_path: Path) -> None:
+    lacking = [result(Verdict.NOT_TESTABLE, actual=f"needs {number}") for number in range(8)]
+    page = page_of(tmp_path, lacking)
+    assert "2 more reasons, for 2 cases" in page.text
+    assert all(f"needs {number}" in page.text for number in range(8))
 
 
 def test_a_quick_run_says_what_it_leaves_out(tmp_path: Path) -> None:
