@@ -38,5 +38,5 @@ def test_an_archive_of_a_commit_says_which() -> None:
     """Services hand out repositories so, without the history that the version comes from."""
     command = ("git", "archive", "HEAD", ".git_archival.txt")
     done = subprocess.run(command, cwd=ROOT, capture_output=True, check=True)  # noqa: S603
-    assert re.search(rb"^node: [0-9a-f]{40}$", done.stdout, re.MULTILINE)
+    assert re.search(rb"node: [0-9a-f]{40}\n", done.stdout)
     assert b"$Format" not in done.stdout
