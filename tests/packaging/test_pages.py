@@ -29,9 +29,10 @@ def test_each_rule_is_on_a_page_with_its_clause_and_cases(pages: dict[str, str])
         text for name, text in pages.items() if name.startswith("rules/") and "index" not in name
     )
     parts = {part.partition("\n")[0]: part for part in re.split(r"(?m)^## ", chapters)}
+    cases = scripted_cases()
     for rule in RULES:
         assert f"**{rule.level}**, {cited(rule.clause)}: " in parts[rule.id]
-        for case in scripted_cases():
+        for case in cases:
             if rule in case.cites:
                 assert f"- `{case.rule.id}" in parts[rule.id]
     toggle = parts["segmented-upload.toggle"]
