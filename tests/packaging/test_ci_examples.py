@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import textwrap
+import tomllib
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -106,6 +107,21 @@ def test_a_file_fits_its_schema(schema: str, path: str) -> None:
         (sys.executable, *command), capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout
+
+
+def test_what_the_suite_itself_has_to_pass_is_there() -> None:
+    jobs = read(ROOT / ".github" / "workflows" / "check.yml")["jobs"]
+    commands = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    tox = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["tox"]
+    targets = re.findall(r"^make (\w+)", "\n".join(commands), re.MULTILINE)
+    assert targets == ["check", "installed"]
+    for target in targets:
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
+    pythons = jobs["installed"]["strategy"]["matrix"]["python"]
+    assert pythons == [name for name in tox["env_list"] if name.startswith("3.")]
+    (chosen,) = re.findall(r'TOX="-e (.*)"', "\n".join(commands))
+    assert set(chosen.split(",")) <= set(tox["env"])
 
 
 def known(options: str, pytester: pytest.Pytester) -> pytest.Config:
