@@ -14,6 +14,8 @@ from conformance.bus.errors import BusNotOpened, InterfaceLost, advice
 
 DEFAULT_INTERFACE = "socketcan"
 DEFAULT_CHANNEL = "can0"
+# Nothing outside of the process is on these.
+PRIVATE = ("simulated", "virtual")
 
 # As often a bus with traffic is opened: most openings fall between two frames.
 SOCKETCAND_OPENINGS = 20
@@ -60,6 +62,16 @@ class BusSettings:
             channel = DEFAULT_CHANNEL
         channel = None if channel is None else str(channel)
         return BusSettings(found["interface"], channel, bitrate, self.options)
+
+    @property
+    def arguments(self) -> list[str]:
+        """The options that name this bus; none for that of a self-test, which ends with it."""
+        if self.interface in PRIVATE:
+            return []
+        named = [f"--can-interface={self.interface}"] if self.interface else []
+        named += [f"--can-channel={self.channel}"] if self.channel else []
+        named += [f"--can-bitrate={self.bitrate}"] if self.bitrate else []
+        return named + [f"--can-option={name}={value}" for name, value in self.options]
 
     def __str__(self) -> str:
         rate = f", {self.bitrate} bit/s" if self.bitrate else ""

@@ -53,7 +53,9 @@ class PrintedFailures:
         """Return the commands that send again what shows the causes, by node-ID and case."""
         folder = shown(self._state.report_dir)
         return {
-            (count.node_id, count.cases[0].case_id): replay_command(folder, number, count)
+            (count.node_id, count.cases[0].case_id): replay_command(
+                folder, number, count, self._state.options.run.bus.arguments
+            )
             for number, count in enumerate(self.causes, start=1)
         }
 

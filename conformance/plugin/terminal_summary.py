@@ -147,7 +147,9 @@ class TerminalSummary:
         alone = len(self._state.options.node_ids) == 1
         for number, line in enumerate(cause_lines(causes, alone=alone), start=1):
             self._line(f"{number:>2}. {line}")
-        fix = first_fix(causes, shown(self._state.report_dir))
+        fix = first_fix(
+            causes, shown(self._state.report_dir), self._state.options.run.bus.arguments
+        )
         self._terminal.write_line("")
         self._line(f"fix this first: {fix.cause}", bold=True)
         for text in fix.why:

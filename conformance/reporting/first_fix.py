@@ -5,6 +5,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from conformance.logs.reading import RecordedLog
+from conformance.logs.replay_plan import NotReplayed, read_plan
 from conformance.reporting.cause_counts import CauseCount
 from conformance.reporting.reproduction import LOG, reproductions
 from conformance.reporting.summary import counted
@@ -25,10 +27,11 @@ class FirstFix:
     replay: str
 
 
-def first_fix(causes: Sequence[CauseCount], folder: Path) -> FirstFix:
+def first_fix(causes: Sequence[CauseCount], folder: Path, bus: Sequence[str] = ()) -> FirstFix:
     """Return the cause with the most cases behind it on all devices.
 
-    There has to be a cause; ``folder`` is that of the reports.
+    There has to be a cause; ``folder`` is that of the reports. ``bus`` are the options that name
+    the bus.
     """
     behind: dict[str, list[CauseCount]] = {}
     for count in causes:
@@ -42,7 +45,7 @@ def first_fix(causes: Sequence[CauseCount], folder: Path) -> FirstFix:
     rule = RULES_BY_ID.get(rule_of_cause(cause))
     if rule is not None:
         why.append(f"{rule.level}, {cited(rule.clause)}: {rule.sentence}")
-    replay = replay_command(folder, causes.index(first) + 1, first)
+    replay = replay_command(folder, causes.index(first) + 1, first, bus)
     return FirstFix(cause, why, first.cases[0].case_id, replay)
 
 
@@ -50,13 +53,21 @@ def _listed(numbers: Iterable[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-def replay_command(folder: Path, number: int, count: CauseCount) -> str:
-    """Return the command that sends again what shows a cause; empty if there is no log for it.
+def replay_command(folder: Path, number: int, count: CauseCount, bus: Sequence[str] = ()) -> str:
+    """Return the command that sends again what shows a cause; empty if there is no log to send.
 
-    ``number`` is that of the cause in the reports.
+    ``number`` is that of the cause in the reports, ``bus`` are the options that name the bus.
     """
-    logs = (path for path in reproductions(folder, number, count) if path.suffix == LOG)
-    return next((f"conformance replay {shlex.quote(str(path))}" for path in logs), "")
+    logs = [path for path in reproductions(folder, number, count) if path.suffix == LOG]
+    if not logs:
+        return ""
+    try:
+        changes = read_plan(RecordedLog(str(logs[0])), None).changes
+    except NotReplayed:
+        return ""
+    return shlex.join(
+        ["conformance", "replay", str(logs[0]), *bus, *(["--writes"] if changes else [])]
+    )
 
 
 def _share(counts: Sequence[CauseCount], failures: int) -> str:

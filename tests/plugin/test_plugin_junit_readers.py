@@ -10,7 +10,11 @@ from plugin_runs import self_test, the_report
 
 pytest_plugins = ["pytester"]
 
-FAULTY = ("--sdo-fault=upload-toggle-ignored", "-k", "test_segmented_upload.py or test_server_timeout.py")
+FAULTY = (
+    "--sdo-fault=upload-toggle-ignored",
+    "-k",
+    "test_segmented_upload.py or test_server_timeout.py",
+)
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ download.too-long[2-into-1]: FAIL (MUST, CiA 301 clause 7.2.4.3.17, node 5)
                                       bytes: 11 00
   * T ms < 585#6001200000000000 download initiate response 2001h:00
   to repeat what was sent:
-    conformance replay 'left behind/RUN/reproduce/01-download.too-long.log'"""
+    conformance replay 'left behind/RUN/reproduce/01-download.too-long.log' --writes"""
 
 SUMMARY = """\
 ================================= conformance ==================================
@@ -56,7 +56,7 @@ fix this first: download.too-long: taken
     the type has is refused.
     to test it alone: add download.too-long[2-into-1] to the command line
     to see it again:
-      conformance replay 'left behind/RUN/reproduce/01-download.too-long.log'"""
+      conformance replay 'left behind/RUN/reproduce/01-download.too-long.log' --writes"""
 
 SHORT_SUMMARY = """\
 =========================== short test summary info ============================
