@@ -83,6 +83,7 @@ OF_TIME = "time-out."
 MOST_WORDS = 60
 # Where values read wrong under that many rules, no further one says what is wrong.
 MANY_RULES = 3
+BLOCK_UPLOAD = "block-upload."
 IN_BLOCK_UPLOAD = (BlockUploadStart, BlockAck, BlockEndResponse)
 
 _BYTES = re.compile(r" ?\[[^]]*\]")
@@ -209,7 +210,7 @@ class Standing:
 
 
 def blocked(refusals: Sequence[Response], mux: Multiplexer) -> tuple[str, str] | None:
-    """Return the cause where nothing but refusals of ``mux``, which is always read, has come."""
+    """Return the cause where nothing but refusals has come, of ``mux`` too, which can be read."""
     codes = {answer.code for answer in refusals if isinstance(answer, Abort) and answer.mux == mux}
     if len(codes) != 1 or not all(isinstance(answer, Abort) for answer in refusals):
         return None
@@ -284,7 +285,8 @@ class Causes:
         """Return by what wrong data are told: those of a block upload, or met in many places."""
         if cause.answer != OTHER_DATA:
             return None
-        if isinstance(request, IN_BLOCK_UPLOAD) and IN_BLOCKS in self._standing:
+        of_blocks = isinstance(request, IN_BLOCK_UPLOAD) or cause.rule_id.startswith(BLOCK_UPLOAD)
+        if of_blocks and IN_BLOCKS in self._standing:
             return IN_BLOCKS
         known = [one for one in self._standing if one.answer == OTHER_DATA]
         return VALUES_WRONG if len(known) >= MANY_RULES else None

@@ -17,7 +17,7 @@ from conformance.device.lacking import NotTestable
 from conformance.dialogue.payload import MOST_PLAIN, text
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.silence import Silence
-from conformance.dialogue.values import of_another_length, shown
+from conformance.dialogue.values import check_constant, of_another_length
 from conformance.dialogue.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
@@ -41,7 +41,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.rules import (
-    CONSTANT,
     NOT_REFUSED,
     SIZE,
     UPLOAD_ENDS,
@@ -232,7 +231,7 @@ class Transfers:
         with self.served():
             uploaded = self.run(self.client.upload(mux_of(target)))
         data = self.of_its_length(target, uploaded)
-        self._check_constant(mux_of(target), data)
+        check_constant(self.device, mux_of(target), data)
         self.wire.seen[mux_of(target)] = data
         return data
 
@@ -247,16 +246,6 @@ class Transfers:
             habits = replace(known.habits, too_long=True)
             self.device.known[known.mux] = replace(known, habits=habits)
         return data[: known.length]
-
-    def _check_constant(self, mux: Multiplexer, data: bytes) -> None:
-        due = self.device.values.get(mux)
-        # Without its type, an answer that does not count its bytes may be longer than the value.
-        if due is not None and self.device.is_constant(mux) and not data.startswith(due):
-            raise Violation(
-                CONSTANT,
-                expected=f"{mux} reads {shown(due)}, as at the beginning",
-                actual=f"{mux} reads {shown(data)}",
-            )
 
     def read(self, target: Target) -> bytes:
         """Read an object that the server may refuse; raises ServerAborted then."""

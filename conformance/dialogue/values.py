@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import NOT_STORED, OTHER_DATA
 from conformance.sdo.describe import hex_bytes
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import same_data
-from conformance.sdo.rules import NOT_REFUSED, Violation
+from conformance.sdo.rules import CONSTANT, NOT_REFUSED, Violation
 from conformance.sdo.rules.block_upload import FIRST_SUB_BLOCK
 from conformance.sdo.rules.segmented_upload import SEGMENTS
 from conformance.sdo.rules.sizes import TYPE_LENGTH, VARIABLE_LENGTH
@@ -38,6 +40,18 @@ def not_as_written(known: KnownObject, due: bytes, found: bytes) -> Violation:
     if known.habits.keeps_tails:
         return tail_kept(known, due)
     return filled_up(known, due, found)
+
+
+def check_constant(device: Device, mux: Multiplexer, data: bytes) -> None:
+    """Raise Violation for a constant that reads otherwise than at the beginning of the run."""
+    due = device.values.get(mux)
+    # Without its type, an answer that does not count its bytes may be longer than the value.
+    if due is not None and device.is_constant(mux) and not data.startswith(due):
+        raise Violation(
+            CONSTANT,
+            expected=f"{mux} reads {shown(due)}, as at the beginning",
+            actual=f"{mux} reads {shown(data)}",
+        )
 
 
 def of_another_length(known: KnownObject, data: bytes) -> Violation:

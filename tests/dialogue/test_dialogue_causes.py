@@ -3,9 +3,13 @@
 import pytest
 
 from conformance.dialogue.causes import (
+    IN_BLOCKS,
+    MANY_RULES,
     TIMED_OUT,
+    VALUES_WRONG,
     Cause,
     Causes,
+    blocked,
     cause_of,
     kind_of_request,
 )
@@ -314,3 +318,46 @@ def test_an_ordinary_upload_for_a_block_upload_is_one_cause(rule_id: str) -> Non
     ordinary = violation(rule_of(rule_id), from_hex("43 00 10 00 92 01 00 00"))
     cause = cause_of(ordinary, ordinary.rule, BlockUploadInitiate(MUX, 127))
     assert cause == Cause("block-upload.no-switch", "upload initiate response")
+
+
+OTHER_DATA = violation(NOT_REFUSED, "2 bytes: 01 02")
+
+
+def other_data(rule_id: str) -> Cause:
+    return Cause(rule_id, "other data")
+
+
+def test_wrong_data_under_many_rules_are_values_that_do_not_read_as_they_were_written() -> None:
+    causes, last = Causes(), other_data("data.empty")
+    for number in range(MANY_RULES):
+        assert causes.told_as(last, READ, "a.case", generated=False) == last
+        causes.add(other_data(f"a.rule-{number}"), "a.case", OTHER_DATA, aside=False)
+    assert causes.told_as(last, READ, "a.case", generated=False) == VALUES_WRONG
+    known = other_data("a.rule-0")
+    assert causes.told_as(known, READ, "a.case", generated=False) == known, "it has been told"
+
+
+@pytest.mark.parametrize(
+    ("rule_id", "request_"),
+    [("block-upload.acknowledged", READ), (IDLE_AFTERWARDS.id, BlockAck(1, 2))],
+)
+def test_wrong_data_of_a_block_upload_are_one_cause(rule_id: str, request_: Request) -> None:
+    causes, other = Causes(), other_data(rule_id)
+    assert causes.told_as(other, request_, "a.case", generated=False) == other
+    causes.add(IN_BLOCKS, "a.case", OTHER_DATA, aside=False)
+    assert causes.told_as(other, request_, "a.case", generated=False) == IN_BLOCKS
+
+
+def test_a_server_that_refuses_whatever_is_asked_is_one_cause() -> None:
+    device = Multiplexer(0x1000)
+    refusals = [Abort(device, AbortCode.LOCAL_CONTROL)] * 2
+    habit = blocked(refusals, device)
+    assert habit is not None
+    causes = Causes()
+    causes.add(Cause(*habit), "a.case", OTHER_DATA, aside=False)
+    met = cause_of(violation(NOT_REFUSED, in_words(refusals[0])), NOT_REFUSED, READ)
+    assert causes.told_as(met, READ, "a.case", generated=False) == Cause(*habit)
+    elsewhere = Abort(MUX, AbortCode.LOCAL_CONTROL)
+    assert blocked([elsewhere, *refusals], device) == habit
+    for others in ([], [elsewhere], [*refusals, Abort(device, AbortCode.TIMED_OUT)]):
+        assert blocked(others, device) is None

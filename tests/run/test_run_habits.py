@@ -31,6 +31,7 @@ from conformance.run.verdict import Verdict
 from conformance.sdo.objects import DataType, Entry, same_data
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Level, Rule, Violation, rule_of
 
+END_MISSING = "segmented-upload.segments: the end of a value is left out"
 ANSWERED = "abort.not-answered: an answer"
 
 
@@ -68,6 +69,9 @@ def begin_and_abort(session: DeviceSession) -> Verdict:
         ("every-abort-answered", [ANSWERED]),
         ("upload-toggle-ignored", []),
         ("no-block-transfer", []),
+        ("upload-drops-last-byte", [END_MISSING]),
+        ("block-read-of-other-bytes", ["block-upload.first-sub-block: other data"]),
+        ("block-upload-marked-one-early", ["block-upload.end: block segment"]),
     ],
 )
 def test_a_habit_is_found_and_other_defects_are_left_to_the_cases(

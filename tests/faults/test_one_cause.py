@@ -1,0 +1,37 @@
+"""A defect that every transfer meets is told as what it is, and fails few cases beside its own."""
+
+from collections import Counter
+
+import pytest
+from case_runs import run_cases
+
+from conformance.run.case_files import CASES
+
+FILES = ("test_expedited_download.py", "test_segmented_upload.py", "test_sequences.py")
+LENGTHS = "data.type-length: values read with more or fewer bytes than they have"
+END = "segmented-upload.segments: the end of a value is left out"
+IN_BLOCKS = "block-upload.first-sub-block: other data"
+BLOCKED = "server.idle-afterwards: abort 08000021h to whatever is asked, until the client aborts"
+CODE = "specifier.unknown: abort 06020000h"
+
+
+@pytest.mark.parametrize(
+    ("fault", "cause", "others", "files"),
+    [
+        ("upload-always-four-bytes", LENGTHS, 0, FILES),
+        ("upload-n-is-count", LENGTHS, 0, FILES),
+        ("numbers-read-one-byte-long", LENGTHS, 0, FILES),
+        ("upload-drops-last-byte", END, 0, FILES),
+        ("block-read-of-other-bytes", IN_BLOCKS, 0, ("test_block_upload.py",)),
+        ("busy-after-vanished-client", BLOCKED, 2, ("test_vanished_client.py", *FILES)),
+        ("unknown-specifier-code-wrong", CODE, 0, ("test_specifiers.py", *FILES)),
+    ],
+)
+def test_it_is_told_as_one_cause(
+    fault: str, cause: str, others: int, files: tuple[str, ...]
+) -> None:
+    """The ``others`` are rules that it breaks as well, of which it is the point of a case."""
+    run = run_cases(fault, "--sdo-response-timeout=0.25", *(str(CASES / file) for file in files))
+    told = Counter(run.causes[case_id] for case_id in run.failed())
+    assert told.most_common(1)[0][0] == cause
+    assert len(told) <= 1 + others
