@@ -87,7 +87,8 @@ def parse_requirement(text: str) -> Requirement:
     found = sorted(service for service in services if words and words <= set(service.split()))
     if found:
         return Requirement(name, parts={service: _by_service(service) for service in found})
-    known = [*steps, *RULES_BY_ID, *sorted(services)]
+    parts = {word for service in services for word in service.split()}
+    known = [*steps, *RULES_BY_ID, *sorted(services | parts)]
     raise RequirementError(
         f"{text!r} is no share such as 90%, no service such as block, no rule and no official "
         f"step such as 'SDO 09'.{meant(name, known)}"

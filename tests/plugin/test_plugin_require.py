@@ -88,7 +88,8 @@ def test_each_device_has_to_show_it(pytester: pytest.Pytester) -> None:
 @pytest.mark.parametrize(
     ("wrong", "sentence"),
     [
-        ("blocks", "Did you mean 'block.size'?"),
+        ("blocks", "Did you mean 'block'?"),
+        ("segmnted", "Did you mean 'segmented'?"),
         ("101%", "'101%' is no share: write 0% to 100%"),
         ("many%", "'many%' is no share"),
         ("", "'' is no share such as 90%, no service such as block, no rule"),
