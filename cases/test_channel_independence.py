@@ -158,8 +158,10 @@ def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device, ro
             )
         )
         for result, known, value in zip(results, objects, due, strict=True):
-            if not isinstance(result, Uploaded) or not same_value(known, result.data, value):
-                raise sdo.breach(f"{known} reads {shown(value)}", str(result))
+            if isinstance(result, Abort):
+                raise sdo.breach("all transfers served", in_words(result))
+            if isinstance(result, Uploaded) and not same_value(known, result.data, value):
+                raise sdo.breach(f"{known} reads {shown(value)}", shown(result.data))
 
 
 @must("independence.abort", "channel.independent", kind=KINDS)

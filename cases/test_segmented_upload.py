@@ -4,6 +4,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
+from conformance.dialogue.values import same_value, shown
 from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import (
@@ -67,7 +68,7 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     first = sdo.upload(read_only_text)
     second = sdo.upload(read_only_text)
     if read_only_text.is_steady and first != second:
-        raise sdo.breach(f"{first!r} again", f"{second!r}")
+        raise sdo.breach(f"{shown(first)} again", shown(second))
 
 
 @must("segmented-upload.toggle-first", "segmented-upload.toggle")
@@ -161,8 +162,8 @@ def test_restart(sdo: Dialogue, room: Room, state: State[UploadSegment]) -> None
         with sdo.one_transfer():
             response = sdo.checks.upload_initiate(answer, known.mux)
             found = sdo.finish_upload(known, response)
-            if found != data and found.rstrip(b"\0") != data:
-                raise sdo.breach("the object from its first byte", f"{found!r}")
+            if not same_value(known, found, data):
+                raise sdo.breach(f"{known} from its first byte: {shown(data)}", shown(found))
 
 
 @must(
@@ -296,7 +297,7 @@ def _compare_or_abort(
         return
     segment = sdo.checks.upload_segment(answer, known.mux, 0)
     if not data.startswith(segment.data) or response.size not in (None, len(data), len(data) + 1):
-        raise sdo.breach(f"the first bytes of {data!r}", in_words(answer))
+        raise sdo.breach(f"the first bytes of {shown(data)}", in_words(answer))
 
 
 @may("segmented-upload.empty", "data.empty")
