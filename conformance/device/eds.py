@@ -64,7 +64,14 @@ def parse_eds(path: Path, text: str, node_id: int) -> Listing:
     device = imported.device_information
     said = (device.vendor_number, device.product_number, device.revision_number)
     identity = {sub: number for sub, number in enumerate(said, 1) if number is not None}
-    return Listing(objects, is_complete=True, identity=identity)
+    revision = _revision(sections["FileInfo"]) if "FileInfo" in sections else ""
+    return Listing(objects, is_complete=True, identity=identity, revision=revision)
+
+
+def _revision(info: Section) -> str:
+    """Return version and revision of the file, as far as it states them (CiA 306-1, FileInfo)."""
+    stated = (info.text("FileVersion"), info.text("FileRevision"))
+    return ".".join(part for part in stated if part)
 
 
 def _count_entries(

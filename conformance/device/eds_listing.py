@@ -59,13 +59,15 @@ class Listing:
 
     ``is_complete`` says that what is not listed is not there: an EDS lists everything. The
     ``identity`` is what an EDS says of the device, by sub-index of 1018h. Where the user asked
-    for it, the device is ``to_scan``: all indices are read, listed or not.
+    for it, the device is ``to_scan``: all indices are read, listed or not. ``revision`` is what the
+    EDS says of its own version.
     """
 
     objects: Mapping[int, ListedObject] = field(default_factory=dict)
     is_complete: bool = False
     identity: Mapping[int, int] = field(default_factory=dict)
     to_scan: bool = False
+    revision: str = ""
 
     @property
     def entries(self) -> list[KnownObject]:

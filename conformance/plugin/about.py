@@ -3,6 +3,7 @@
 import hashlib
 import platform
 import sys
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 
 from conformance import __version__
 from conformance.device.device import TEXTS, Device
+from conformance.device.eds_listing import Listing
 from conformance.plugin.state import RunState
 from conformance.reporting.summary import device_properties, run_properties
 from conformance.sdo.cob_id import ChannelIds
@@ -31,6 +33,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "suite": __version__,
         "python": platform.python_version(),
         "platform": platform.platform(),
+        "host": platform.node(),
         "packages": {name: version(name) for name in _PACKAGES},
         "command": [sys.argv[0], *map(str, config.invocation_params.args)],
         "folder": str(config.invocation_params.dir),
@@ -41,7 +44,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "bus_options": dict(run.bus.options),
         "self_test": options.self_test,
         "server": options.server,
-        "eds": None if eds is None else _file(eds),
+        "eds": None if eds is None else {**_file(eds), "revision": _revision(run.listings)},
         "description": _file(files["device"]) if "device" in files else None,
         "permissions": sorted(run.permits.permissions),
         "writable": [str(known.mux) for known in run.permits.named if known.access.writable],
@@ -55,6 +58,11 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "strict": options.strict,
         "properties": run_properties(run),
     }
+
+
+def _revision(listings: Mapping[int, Listing]) -> str:
+    """Return what the EDS of the devices says of its version."""
+    return next((listing.revision for listing in listings.values()), "")
 
 
 def _file(path: Path) -> dict[str, str]:

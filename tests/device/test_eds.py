@@ -39,6 +39,7 @@ def test_everything_is_listed(name: str, objects: int, entries: int) -> None:
 def test_the_identity() -> None:
     assert listed("io_module.eds").identity == {1: 0x2F1, 2: 0x401016, 3: 0x20001}
     assert listed("drive.eds").identity == {1: 0x19A, 2: 1026, 3: 0x10003}
+    assert listed("drive.eds").revision == "1.4"
 
 
 @pytest.mark.parametrize(

@@ -89,9 +89,10 @@ def test_the_verdict(tmp_path: Path) -> None:
     page = page_of(tmp_path, [result(), FAILED])
     assert "Nodes 5, 9: 1 of 2 cases failed, for 1 cause." in page.text
     assert "device name (1008h) Drive" in page.text
-    assert "drive.eds" in page.text
+    assert "drive.eds, version 1.4 SHA-256" in page.text
     assert "pytest --node-id=5,9" in page.text
     assert "(60.5 s)" in page.text
+    assert "machine bench-3: " in page.text
 
 
 def test_a_cause(tmp_path: Path) -> None:
