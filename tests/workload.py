@@ -2,8 +2,9 @@
 
     python tests/workload.py >conformance/reporting/workload.json
 
-A run estimates by this how long it will take (see ``conformance.reporting.estimate``). Families of
-cases with much to do stand alone, the others together by the file that they are in.
+A run estimates by this how long it will take (see ``conformance.reporting.estimate``). Cases with
+much to do stand alone, such as the first of a family, which prepares what all of it need; so do the
+rest of their families. The others stand together by the file that they are in.
 """
 
 import contextlib
@@ -18,10 +19,10 @@ from dataclasses import dataclass
 import pytest
 
 from conformance.plugin.state import STATE
-from conformance.reporting.workload import family_of, service_of
+from conformance.reporting.workload import case_of, family_of, service_of
 from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT
 
-# A family stands alone that has this share of all answers, silences or time.
+# A family stands alone that has this share of all answers, silences or time; a case by its answers.
 PART = 0.002
 
 
@@ -37,6 +38,14 @@ class Count:
         self.answers += other.answers
         self.silences += other.silences
         self.seconds += other.seconds
+
+    def is_part_of(self, whole: "Count") -> bool:
+        """Say whether this is a part of all that counts."""
+        return (
+            self.answers > PART * whole.answers
+            or self.silences > PART * whole.silences
+            or self.seconds > PART * whole.seconds
+        )
 
     def each(self) -> list[float]:
         """Return the answers, the silences and the milliseconds of a case."""
@@ -103,21 +112,21 @@ def run() -> dict[str, Count]:
 
 def table(cases: dict[str, Count]) -> dict[str, list[float]]:
     """Return what a case has to do, by family or by service."""
+    whole = Count()
+    for count in cases.values():
+        whole.add(count)
+    most = PART * whole.answers
+    alone = {case_of(name): count for name, count in cases.items() if count.answers > most}
     families: defaultdict[tuple[str, str], Count] = defaultdict(Count)
     services: defaultdict[str, Count] = defaultdict(Count)
-    whole = Count()
     for name, count in cases.items():
-        families[service_of(name), family_of(name)].add(count)
+        if case_of(name) not in alone:
+            families[service_of(name), family_of(name)].add(count)
         services[service_of(name)].add(count)
-        whole.add(count)
-    alone: dict[str, Count] = {}
     rest: defaultdict[str, Count] = defaultdict(Count)
+    begun = {name.partition("[")[0] for name in alone}
     for (service, family), count in families.items():
-        if (
-            count.answers > PART * whole.answers
-            or count.silences > PART * whole.silences
-            or count.seconds > PART * whole.seconds
-        ):
+        if count.is_part_of(whole) or family in begun:
             alone[family] = count
         else:
             rest[service].add(count)

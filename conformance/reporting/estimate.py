@@ -16,8 +16,9 @@ from conformance.run.verdict import CaseResult, Verdict
 
 # The weight of an answer, where a second of work weighs 1: cases count by what they have to do.
 ANSWER = 0.001
-# How many cases like on the built-in device speak against those that were done.
-DOUBT = 3.0
+# So many cases like on the built-in device speak against those of a kind that were done, or this
+# share of the kind: the first ones prepare what all others of it need.
+DOUBT, DOUBT_SHARE = 3.0, 0.2
 # What is left of a case where the same was not testable for another service: for want of room, say.
 LACKING = 0.05
 UNTRIED = (Verdict.NOT_RUN, Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED)
@@ -30,10 +31,12 @@ class _Kind:
     taken: float = 0.0
     due: float = 0.0
     done: int = 0
+    left: int = 0
 
     def ratio(self, before: float) -> float:
         """Return how much longer than due a case takes; ``before`` where none was done."""
-        doubt = DOUBT * self.due / self.done if self.done else 0.0
+        cases = max(DOUBT, DOUBT_SHARE * (self.done + self.left))
+        doubt = cases * self.due / self.done if self.done else 0.0
         return (self.taken + before * doubt) / (self.due + doubt) if self.due else before
 
 
@@ -149,6 +152,9 @@ class Estimate:
                 kind.taken += taken.seconds
                 kind.due += work.due(*fit)
                 kind.done += 1
+        for work in (work for works in self._left.values() for work in works.values()):
+            kinds[work.service].left += 1
+            kinds[work.family].left += 1
         return max(
             (_seconds(works.values(), fit, kinds, tried) for works in self._left.values()),
             default=0.0,

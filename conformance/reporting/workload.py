@@ -4,6 +4,7 @@ A device that holds less, or serves less, has less to do; which cases take long 
 """
 
 import json
+import re
 from dataclasses import dataclass
 from functools import cache
 from math import inf
@@ -63,10 +64,21 @@ def family_of(name: str) -> str:
     return name.partition("::")[2].partition("[")[0].partition("@")[0]
 
 
+def case_of(name: str) -> str:
+    """Return the name of a case without its node.
+
+    >>> case_of("cases/test_block_upload.py::block-upload.size@5[14]")
+    'block-upload.size[14]'
+    """
+    return re.sub(r"@\d+", "", name.partition("::")[2], count=1)
+
+
 def work_of(name: str) -> Work:
     """Return what a case has to do, by its name in pytest."""
-    service, family = service_of(name), family_of(name)
-    answers, silences, milliseconds = _table().get(family) or _table().get(service) or UNKNOWN
+    service, family, table = service_of(name), family_of(name), _table()
+    answers, silences, milliseconds = (
+        table.get(case_of(name)) or table.get(family) or table.get(service) or UNKNOWN
+    )
     return Work(service, family, answers, silences, milliseconds / 1000)
 
 

@@ -8,8 +8,9 @@ from typing import Self
 
 # So many cases for each fault are in the order: a device may lack what the first of them needs.
 CATCHERS = 4
-# How often a choice within a budget is taken apart and made anew, and of how many cases it loses.
-ROUNDS, MOST_TAKEN_OUT = 600, 12
+# How often a choice within a budget gets another case; for how long one that made room for others
+# is barred, and what it is worth then. What is least worth is so about; what is new counts more.
+STEPS, BARRED, BACK, ABOUT, NEW = 8_000, (5, 40), 0.02, (0.8, 1.2), 5
 # So many requests of a case belong to itself; it does more for all that follow.
 ALIKE = 20
 
@@ -63,8 +64,8 @@ class Costs:
     def by(cls, *counted: Mapping[str, int]) -> Self:
         """Return what cases cost that were counted in several orders: in whichever it is more.
 
-        Where another one of a family is the dear one in each order, that is for all of them. A case
-        without requests needs what the device does not declare.
+        Where one of a family at most is the dear one in each order, and not always the same,
+        that is for all of them. A case without requests needs what the device does not declare.
         """
         found = cls({})
         for case in {case: None for each in counted for case in each}:
@@ -72,14 +73,13 @@ class Costs:
             if sent:
                 found.each[case] = min(sent)
         dear = [found.dear(each) for each in counted]
-        for family in set.intersection(*map(set, dear)):
-            first = {case for each in dear for case in each[family]}
-            if len(first) == len(counted) == sum(len(each[family]) for each in dear):
+        for family in {family for each in dear for family in each}:
+            first = [each[family] for each in dear if family in each]
+            if max(map(len, first)) == 1 and len({case for (case,) in first}) > 1:
                 found.setups[family] = min(
-                    each[case] - found.each[case]
-                    for each in counted
-                    for case in first
-                    if each[case] > found.each[case]
+                    run[case] - found.each[case]
+                    for run, each in zip(counted, dear, strict=True)
+                    for case in each.get(family, ())
                 )
         for each in counted:
             for case, requests in each.items():
@@ -123,85 +123,80 @@ class Choice:
 
     def __init__(self, caught: Mapping[str, Collection[str]], costs: Costs, budget: int) -> None:
         """Take what each case catches; nothing is chosen yet."""
-        names = sorted({name for found in caught.values() for name in found})
-        bits = {name: 1 << number for number, name in enumerate(names)}
-        self._caught = {case: sum(bits[name] for name in caught[case]) for case in sorted(caught)}
+        self._caught = {case: sorted(caught[case]) for case in sorted(caught)}
+        self._catchers: defaultdict[str, list[str]] = defaultdict(list)
+        for case, found in self._caught.items():
+            for name in found:
+                self._catchers[name].append(case)
         self._costs = costs
         self._budget = budget
+        self._chosen: dict[str, None] = {}
+        self._times: Counter[str] = Counter()
+        self._random = Random(1)
 
     def best(self, begin: Iterable[str] = ()) -> list[str]:
-        """Return the best of many: each is the last, less some cases and with another, filled up.
+        """Return the best of many: each is the last, and a case for a fault that it lacks.
 
-        ``begin`` is the first of them.
+        What is least worth makes room, and may not come back at once. ``begin`` is the first.
         """
-        random = Random(1)
-        best = self._filled_up(self._within(begin))
-        cases = list(self._caught)
-        for _ in range(ROUNDS):
-            out = set(random.sample(best, random.randint(0, min(MOST_TAKEN_OUT, len(best)))))
-            kept = [case for case in best if case not in out]
-            other = self._filled_up(self._within([*kept, random.choice(cases)]), out)
-            if self._rank(other) >= self._rank(best):
-                best = other
+        barred: dict[str, int] = {}
+        best: list[str] = []
+        most = (-1, 0)
+        new = ""
+        for case in begin:
+            self._take(case)
+        for step in range(STEPS):
+            for gone in self._make_room(new):
+                barred[gone] = step + self._random.randint(*BARRED)
+            rank = sum(count > 0 for count in self._times.values()), -self._costs.of(self._chosen)
+            if rank > most:
+                most, best = rank, list(self._chosen)
+            missing = [name for name in self._catchers if not self._times[name]]
+            if not missing:
+                break
+            cases = self._catchers[self._random.choice(missing)]
+            worth = [
+                self._gain(case) * (BACK if barred.get(case, 0) > step else 1) for case in cases
+            ]
+            (new,) = self._random.choices(cases, worth)
+            self._take(new)
         return best
 
-    def _within(self, chosen: Iterable[str]) -> list[str]:
-        """Leave out cases that catch least alone per request, until there is room for the rest."""
-        kept = self._needed(chosen)
-        while kept and self._costs.of(kept) > self._budget:
+    def _alone(self, case: str) -> int:
+        """Return how many faults a case catches that no other one does which is chosen."""
+        return sum(self._times[name] == 1 for name in self._caught[case])
 
-            def loss(case: str, kept: list[str] = kept) -> float:
-                others = [each for each in kept if each != case]
-                saved = self._costs.of(kept) - self._costs.of(others)
-                return (self._caught[case] & ~self._found(others)).bit_count() / max(saved, 1)
+    def _gain(self, case: str) -> float:
+        """Return how much a case is worth that is not chosen."""
+        new = sum(not self._times[name] for name in self._caught[case])
+        return float((new / self._price(case)) ** 2)
 
-            kept.remove(min(kept, key=loss))
-        return kept
+    def _price(self, case: str) -> int:
+        """Return what a case costs beside the others that are chosen."""
+        family = family_of(case)
+        setup = self._costs.setups.get(family, 0)
+        if setup and any(other != case and family_of(other) == family for other in self._chosen):
+            setup = 0
+        return max(self._costs.each[case] + setup, 1)
 
-    def _rank(self, chosen: Collection[str]) -> tuple[int, int]:
-        return self._found(chosen).bit_count(), -self._costs.of(chosen)
+    def _make_room(self, new: str) -> Iterator[str]:
+        """Take out what is least worth, and all that is worth nothing; yields it.
 
-    def _found(self, chosen: Iterable[str]) -> int:
-        found = 0
-        for case in chosen:
-            found |= self._caught[case]
-        return found
+        What is ``new`` counts for more than it catches: others may be worth nothing beside it.
+        """
+        while self._chosen:
+            losses = {
+                case: self._alone(case) * (NEW if case == new else 1) / self._price(case)
+                for case in self._chosen
+            }
+            least = min(losses, key=lambda case: losses[case] * self._random.uniform(*ABOUT))
+            if losses[least] and self._costs.of(self._chosen) <= self._budget:
+                return
+            del self._chosen[least]
+            self._times.subtract(self._caught[least])
+            yield least
 
-    def _filled_up(self, chosen: list[str], without: Collection[str] = ()) -> list[str]:
-        """Add what catches most that is not caught yet per request, as long as there is room."""
-        found, left = self._found(chosen), self._budget - self._costs.of(chosen)
-        families = {family_of(case) for case in chosen}
-        rest = [case for case in self._caught if self._caught[case] & ~found]
-        while rest:
-            best, most, price = "", 0.0, 0
-            kept = []
-            for case in rest:
-                new = (self._caught[case] & ~found).bit_count()
-                if not new:
-                    continue
-                family = family_of(case)
-                setup = 0 if family in families else self._costs.setups.get(family, 0)
-                cost = self._costs.each[case] + setup
-                if cost > left:
-                    continue
-                kept.append(case)
-                worth = new / max(cost, 1) * (0.5 if case in without else 1)
-                if worth > most:
-                    best, most, price = case, worth, cost
-            if not best:
-                break
-            rest = [case for case in kept if case != best]
-            chosen.append(best)
-            families.add(family_of(best))
-            found |= self._caught[best]
-            left -= price
-        return chosen
-
-    def _needed(self, chosen: Iterable[str]) -> list[str]:
-        """Leave out cases whose faults the others catch as well, the dearest first."""
-        kept = sorted(chosen, key=lambda case: self._costs.each[case], reverse=True)
-        for case in list(kept):
-            others = [each for each in kept if each != case]
-            if not self._caught[case] & ~self._found(others):
-                kept = others
-        return kept
+    def _take(self, case: str) -> None:
+        if case not in self._chosen:
+            self._chosen[case] = None
+            self._times.update(self._caught[case])

@@ -8,9 +8,9 @@
 ended and begun again. NAMEs are measured anew. It takes scripts of few requests; a fault that they
 do not catch meets the cases that it names. ``order`` counts the requests of each case, and writes
 ``conformance/plugin/worth.json``, by which a run orders its cases and ``--sdo-quick`` chooses them.
-``quick`` runs that choice against all faults that show without a declared time-out. What it does
-not catch there, though one of its cases has caught it in another order, is taken out of
-``catches.json``, for the next ``order``.
+``quick`` runs that choice against all faults that show without a declared time-out. What catches
+one there is added to ``catches.json``; what does not, though it has in another order, is taken out
+where no other case catches the fault either. The next ``order`` chooses by that.
 """
 
 import argparse
@@ -185,27 +185,31 @@ def measure(names: Sequence[str], workers: int) -> None:
             print(f"{number}/{len(wanted)} {awaited[each]}: {len(each.result())}", flush=True)
 
 
-def caught_by_quick(name: str) -> bool:
-    """Say whether a quick run fails a fault, or ends with it."""
+def caught_by_quick(name: str) -> tuple[bool, dict[str, float]]:
+    """Say whether a quick run fails a fault, or ends with it, and which of its cases catch it."""
     deviation = find_deviation(name)
     assert deviation is not None
-    run = run_cases(name, "--sdo-quick", f"--sdo-response-timeout={TIMEOUT_OF_FAULTS}")
-    return bool(run.failed(strict=deviation.soft)) or run.exit_code == ExitCode.DEVICE_LOST
+    catchers = Catchers(deviation.soft)
+    timeout = f"--sdo-response-timeout={TIMEOUT_OF_FAULTS}"
+    run = run_cases(name, "--sdo-quick", timeout, plugins=[catchers])
+    lost = run.exit_code == ExitCode.DEVICE_LOST
+    return bool(run.failed(strict=deviation.soft)) or lost, catchers.found
 
 
 def prove_quick(names: Sequence[str], workers: int) -> None:
-    """Run a quick run against faults, and take out of what was measured what it disproves."""
+    """Run a quick run against faults, and let what was measured say what it shows."""
     shown = [each.name for each in faults() if not each.timed and (each.name in names or not names)]
     chosen = {case for case, known in worth.table().items() if known.quick}
+    catches = read_catches()
     missed = []
     with ProcessPoolExecutor(workers) as pool:
-        for name, caught in zip(shown, pool.map(caught_by_quick, shown), strict=True):
-            if caught:
-                continue
-            missed.append(name)
-            print(f"{name} is not caught", flush=True)
-            catches = read_catches()
-            catches[name] = {case: catches[name][case] for case in catches[name].keys() - chosen}
+        for name, (caught, found) in zip(shown, pool.map(caught_by_quick, shown), strict=True):
+            if not caught:
+                missed.append(name)
+                print(f"{name} is not caught", flush=True)
+                for case in catches[name].keys() & chosen:
+                    del catches[name][case]
+            catches[name] |= found
             write_catches(catches)
     print(f"a quick run catches {1 - len(missed) / len(shown):.1%} of {len(shown)} faults")
 
@@ -346,6 +350,18 @@ class Table:
         return self.costs.of([case]) + MUCH * case.startswith(ROOMY)
 
 
+def costs_of(
+    counted: Sequence[Mapping[str, int]], quick_runs: Sequence[Mapping[str, int]]
+) -> Costs:
+    """Return what cases cost: in quick runs if they were in one, the first of some more."""
+    costs = Costs.by(*counted, *quick_runs)
+    for requests in quick_runs:
+        costs.correct(requests)
+    # One of these writes for the others, whichever comes first.
+    costs.each |= {case: max(costs.each.values()) for case in costs.each if HUGE in case}
+    return costs
+
+
 def make_table() -> None:
     """Count the requests, and write the table of the package."""
     with ProcessPoolExecutor() as pool:
@@ -353,10 +369,8 @@ def make_table() -> None:
         in_files = pool.submit(count, *scripts(), plugins=[ByFile()])
         without_writes = pool.submit(count, READ_ONLY, *scripts())
         everything, read_only = whole.result(), without_writes.result().verdicts
-    # The first of some cases does what all of them need.
-    costs = Costs.by(everything.requests, in_files.result().requests)
-    # One of these writes for the others, whichever comes first.
-    costs.each |= {case: max(costs.each.values()) for case in costs.each if HUGE in case}
+    counted = [everything.requests, in_files.result().requests]
+    costs = costs_of(counted, [])
     catches = read_catches()
     untestable = (Verdict.NOT_TESTABLE, None)
     needs_write = {case for case in costs.each if read_only.get(case) in untestable}
@@ -367,6 +381,7 @@ def make_table() -> None:
     most = 0
     quick = [case for case, known in worth.table().items() if known.quick and case in costs.each]
     needed = needs(catches, costs, everything.services)
+    quick_runs: list[Mapping[str, int]] = []
     for _ in range(ROUNDS):
         table.write(dict.fromkeys(quick, 1), worth.QUICK - len(quick))  # and no others
         sent = count("--sdo-quick")
@@ -375,8 +390,9 @@ def make_table() -> None:
         print(f"{sent.total} requests, {beside} beside the cases: {found} faults", flush=True)
         if sent.total <= worth.QUICK and found > most:
             most, best = found, {case: sent.requests[case] for case in quick}
-        costs.correct(sent.requests)
-        budget = worth.QUICK - beside - (sent.total - beside - costs.of(quick))
+        quick_runs.append(sent.requests)
+        costs = costs_of(counted, quick_runs)
+        budget = worth.QUICK - sent.total + costs.of(quick)
         quick = Choice(needed, costs, budget).best(best or quick)
     if not best:
         raise SystemExit("no choice of cases for a quick run keeps to its requests")

@@ -1,4 +1,4 @@
-"""What a run costs is counted in requests: there are so many at the most, on any machine."""
+"""What a run costs is counted in requests: there are so many at the most, and they are foreseen."""
 
 from itertools import groupby
 from pathlib import Path
@@ -8,6 +8,8 @@ from plugin_runs import self_test, the_report
 
 from conformance.reference import dictionary
 from conformance.reference.built_in_device import reference_entries
+from conformance.reporting.estimate import UNTRIED, Estimate, Taken
+from conformance.run.verdict import CaseResult
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry
 
@@ -30,6 +32,41 @@ def counted(log: Path) -> tuple[int, int]:
 LENGTH, MOST_ANSWERS, MOST_FRAMES = 4096, 53_500, 68_500
 
 
+# How much longer or shorter than foreseen the rest of a run may take after each of these parts.
+PARTS, THIRD = (0.05, 0.1, 0.2, 0.4, 0.6, 0.8), 1 / 3
+ANSWER = 0.005
+
+
+class Answers:
+    """Counts how many answers each case has waited for."""
+
+    def __init__(self) -> None:
+        self.by_case: dict[str, int] = {}
+        self.tried: dict[str, bool] = {}
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        values = getattr(report, "conformance", None)
+        if values is not None:
+            result = CaseResult.from_dict(values)
+            self.by_case[report.nodeid] = result.answers
+            self.tried[report.nodeid] = result.verdict not in UNTRIED
+
+
+def foreseen(answers: Answers) -> list[float]:
+    """Return what was foreseen by what came, after the PARTS of a run of answers alone."""
+    estimate = Estimate()
+    estimate.select(answers.by_case)
+    left, parts, found = sum(answers.by_case.values()) * ANSWER, list(PARTS), []
+    for name, count in answers.by_case.items():
+        seconds = count * ANSWER
+        estimate.finish(name, Taken(seconds, count, seconds, tried=answers.tried[name]))
+        left -= seconds
+        if parts and estimate.part >= parts[0]:
+            found.append(estimate.left() / left)
+            parts.pop(0)
+    return found
+
+
 def test_requests_of_a_run(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch) -> None:
     def entries(node_id: int) -> dict[Multiplexer, Entry]:
         found = reference_entries(node_id)
@@ -37,7 +74,10 @@ def test_requests_of_a_run(pytester: pytest.Pytester, monkeypatch: pytest.Monkey
         return found
 
     monkeypatch.setattr(dictionary, "reference_entries", entries)
-    assert self_test(pytester, "--sdo-simulated", "-p", "no:xdist").ret == 0
+    waited_for = Answers()
+    pytester.plugins.append(waited_for)
+    assert self_test(pytester, "--sdo-simulated", "--sdo-no-page", "-p", "no:xdist").ret == 0
     frames, answers = counted(the_report(pytester) / "bus.log")
     assert answers <= MOST_ANSWERS
     assert frames <= MOST_FRAMES
+    assert foreseen(waited_for) == pytest.approx([1.0] * len(PARTS), abs=THIRD)
