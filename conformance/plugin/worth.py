@@ -44,7 +44,7 @@ def _read() -> dict[str, Any]:
     """Return what is kept.
 
     ``beside`` are the requests of a quick run that belong to no case, such as those of the
-    discovery.
+    discovery; ``early`` are those of the early cases in a whole run.
     """
     found: dict[str, Any] = json.loads(_PATH.read_text(encoding="utf-8"))
     return found

@@ -23,6 +23,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 from case_runs import AT_THE_END, FAILED, run_cases
@@ -57,8 +58,8 @@ OWN = 1.25
 # Whichever of these states comes first asks for much room, with all requests that this takes.
 MUCH = 260
 ROOMY = tuple(f"matrix.{state.name}[" for state in STATES.values() if not state.short)
-# This part of all requests is sent by the cases that come early.
-EARLY = 0.1
+# This part of all requests is sent by the cases that come early, and no more than this by each.
+EARLY, EARLY_EACH = 0.1, 0.01
 # How often a quick run is made and counted: then its cases cost what they were thought to.
 ROUNDS = 12
 # A device of which nothing may be written.
@@ -310,8 +311,8 @@ class Table:
         order = list(dict.fromkeys([*self.order, *quick]))
         shared, left, early = self.costs.shared(), EARLY * self.total, set()
         for case in order:
-            left -= shared[case]
-            if left >= 0:
+            if shared[case] <= min(left, EARLY_EACH * self.total):
+                left -= shared[case]
                 early.add(case)
         places = {case: place for place, case in enumerate(order)}
         caught: defaultdict[str, list[int]] = defaultdict(list)
@@ -334,20 +335,39 @@ class Table:
             for case in [*order, *judging]
             if caught[case] or case in judging
         }
-        listed = ",\n".join(
-            f"{json.dumps(case)}: {json.dumps(row, separators=(',', ':'))}"
-            for case, row in rows.items()
+        write_table(
+            {"requests": self.total, "beside": beside, "early": 0, "faults": names, "cases": rows}
         )
-        TABLE.write_text(
-            f'{{"requests": {self.total}, "beside": {beside},\n'
-            f'"faults": {json.dumps(names)},\n"cases": {{\n{listed}\n}}}}\n',
-            encoding="utf-8",
-        )
-        worth.forget()
 
     def _alone(self, case: str) -> int:
         """Return what a case sends that finds nothing prepared by others."""
         return self.costs.of([case]) + MUCH * case.startswith(ROOMY)
+
+
+def write_table(kept: Mapping[str, Any]) -> None:
+    """Write the table, a line for each case."""
+    listed = ",\n".join(
+        f"{json.dumps(case)}: {json.dumps(row, separators=(',', ':'))}"
+        for case, row in kept["cases"].items()
+    )
+    head = ", ".join(f'"{name}": {kept[name]}' for name in ("requests", "beside", "early"))
+    TABLE.write_text(
+        f'{{{head},\n"faults": {json.dumps(kept["faults"])},\n"cases": {{\n{listed}\n}}}}\n',
+        encoding="utf-8",
+    )
+    worth.forget()
+
+
+def count_early() -> None:
+    """Count a run in the new order; early are those of the early cases that a tenth of it sends."""
+    kept, run = json.loads(TABLE.read_text(encoding="utf-8")), count()
+    kept["requests"] = run.total
+    for case, requests in run.requests.items():
+        if case not in kept["cases"] or not kept["cases"][case][3]:
+            continue
+        kept["cases"][case][3] = int(kept["early"] + requests <= EARLY * run.total)
+        kept["early"] += requests * kept["cases"][case][3]
+    write_table(kept)
 
 
 def costs_of(
@@ -397,6 +417,7 @@ def make_table() -> None:
     if not best:
         raise SystemExit("no choice of cases for a quick run keeps to its requests")
     table.write(best, worth.QUICK - sum(best.values()))  # no room for others
+    count_early()
 
 
 def main() -> int:

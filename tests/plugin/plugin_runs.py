@@ -6,7 +6,7 @@ Hypothesis's plugin would cost each of them a second; the cache of one must not 
 import os
 import re
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -33,16 +33,21 @@ def reports(pytester: pytest.Pytester) -> Path:
     return pytester.path / "left behind"
 
 
-def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+def run(
+    pytester: pytest.Pytester, *arguments: str, plugins: Sequence[object] = ()
+) -> pytest.RunResult:
     """Run pytest with these arguments in the empty folder of the test."""
     spare_tests()
     folder = f"--sdo-report-dir={reports(pytester)}"
-    return pytester.runpytest_inprocess(*QUICK, folder, *arguments, *other_files(arguments))
+    given = (*QUICK, folder, *arguments, *other_files(arguments))
+    return pytester.runpytest_inprocess(*given, plugins=plugins)
 
 
-def self_test(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
+def self_test(
+    pytester: pytest.Pytester, *arguments: str, plugins: Sequence[object] = ()
+) -> pytest.RunResult:
     """Run cases on the built-in server."""
-    return run(pytester, "--self-test", *arguments)
+    return run(pytester, "--self-test", *arguments, plugins=plugins)
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What a run costs is counted in requests: there are so many at the most, and they are foreseen."""
+"""What a run costs is counted in requests: so many at the most, and foreseen."""
 
 from itertools import groupby
 from pathlib import Path
@@ -37,29 +37,33 @@ PARTS, THIRD = (0.05, 0.1, 0.2, 0.4, 0.6, 0.8), 1 / 3
 ANSWER = 0.005
 
 
-class Answers:
+class Cases:
     """Counts how many answers each case has waited for."""
 
     def __init__(self) -> None:
-        self.by_case: dict[str, int] = {}
+        self.answers: dict[str, int] = {}
         self.tried: dict[str, bool] = {}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         values = getattr(report, "conformance", None)
-        if values is not None:
-            result = CaseResult.from_dict(values)
-            self.by_case[report.nodeid] = result.answers
-            self.tried[report.nodeid] = result.verdict not in UNTRIED
+        if values is None:
+            return
+        result = CaseResult.from_dict(values)
+        self.answers[report.nodeid] = result.answers
+        self.tried[report.nodeid] = result.verdict not in UNTRIED
 
 
-def foreseen(answers: Answers) -> list[float]:
-    """Return what was foreseen by what came, after the PARTS of a run of answers alone."""
+def foreseen(cases: Cases) -> list[float]:
+    """Return the rest that was foreseen by the rest that came, after the PARTS of a run.
+
+    Nothing but answers takes time in it.
+    """
     estimate = Estimate()
-    estimate.select(answers.by_case)
-    left, parts, found = sum(answers.by_case.values()) * ANSWER, list(PARTS), []
-    for name, count in answers.by_case.items():
+    estimate.select(cases.answers)
+    left, parts, found = sum(cases.answers.values()) * ANSWER, list(PARTS), []
+    for name, count in cases.answers.items():
         seconds = count * ANSWER
-        estimate.finish(name, Taken(seconds, count, seconds, tried=answers.tried[name]))
+        estimate.finish(name, Taken(seconds, count, seconds, tried=cases.tried[name]))
         left -= seconds
         if parts and estimate.part >= parts[0]:
             found.append(estimate.left() / left)
@@ -74,10 +78,10 @@ def test_requests_of_a_run(pytester: pytest.Pytester, monkeypatch: pytest.Monkey
         return found
 
     monkeypatch.setattr(dictionary, "reference_entries", entries)
-    waited_for = Answers()
-    pytester.plugins.append(waited_for)
-    assert self_test(pytester, "--sdo-simulated", "--sdo-no-page", "-p", "no:xdist").ret == 0
+    cases = Cases()
+    arguments = ("--sdo-simulated", "--sdo-no-page", "-p", "no:xdist")
+    assert self_test(pytester, *arguments, plugins=[cases]).ret == 0
     frames, answers = counted(the_report(pytester) / "bus.log")
     assert answers <= MOST_ANSWERS
     assert frames <= MOST_FRAMES
-    assert foreseen(waited_for) == pytest.approx([1.0] * len(PARTS), abs=THIRD)
+    assert foreseen(cases) == pytest.approx([1.0] * len(PARTS), abs=THIRD)
