@@ -177,7 +177,8 @@ def test_behind_another(sdo: Dialogue) -> None:
     due = {mux: sdo.upload(mux) for mux in (VENDOR_ID.mux, IDENTITY_COUNT)}
     sdo.send(UploadInitiate(IDENTITY_COUNT))
     sdo.send(UploadInitiate(VENDOR_ID.mux))
-    answers = sdo.fence()
+    # Only behind the first answer: a third request would take the place of both where there is one.
+    answers = [sdo.receive(), *sdo.fence()]
     for response in answers:
         if isinstance(response, Abort):
             sdo.checks.abort(response, None)
@@ -186,5 +187,5 @@ def test_behind_another(sdo: Dialogue) -> None:
         elif response.expedited and not response.data.startswith(due[response.mux]):
             expected = f"{response.mux} reads {due[response.mux].hex(' ')}"
             raise sdo.breach(expected, in_words(response))
-    if not 1 <= len(answers) <= 2:
+    if len(answers) > 2:
         raise sdo.breach("one or two answers", f"{len(answers)}")

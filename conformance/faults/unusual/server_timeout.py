@@ -8,6 +8,9 @@ from conformance.faults.registry import About
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.frames import UploadInitiate
+from conformance.sdo.layout import FRAME_LENGTH
 
 unusual = partial(registry.unusual, about=About.TIME, timed=True)
 
@@ -62,3 +65,19 @@ class AnswersSlowly(AnswersLater):
     """Takes 0.9 s for each answer, which is less than what a client waits by default."""
 
     delay = 0.9
+
+
+@registry.unusual("read-replaces-read-before", about=About.TIME)
+class ReadReplacesRead(AnswersLater):
+    """Has room for one read: the next one takes the place of one that is not answered yet."""
+
+    delay = 0.001
+    reads: int | None = None
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        request = decode_request(frame.data) if len(frame.data) == FRAME_LENGTH else None
+        is_read = isinstance(request, UploadInitiate)
+        if is_read and self.reads == frame.can_id:
+            self.held.clear()
+        self.reads = frame.can_id if is_read else None
+        return super().receive(frame)
