@@ -226,14 +226,15 @@ class Decoder:
 
     def response(self, frame: bytes) -> Response:
         """Read a frame of the server and follow where it leads."""
-        segment = decode_segment(frame)
         if self._server_sends_segments:
-            message: Response = segment
+            message: Response = decode_segment(frame)
         else:
             message = decode_response(frame)
-            if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
-                self._last_sequence = segment.sequence
-                return segment
+            if self._may_send_segments:
+                segment = decode_segment(frame)
+                if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
+                    self._last_sequence = segment.sequence
+                    return segment
         self._follow(message)
         if not isinstance(message, Unknown):
             begins = isinstance(message, BlockUploadInitiateResponse)
@@ -247,7 +248,7 @@ class Decoder:
 
     def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
         """Say whether a frame is rather an unwanted segment than any other message."""
-        if not self._may_send_segments or self.is_answer(message):
+        if self.is_answer(message):
             return False
         in_sequence = segment.sequence in (self._last_sequence + 1, 1)
         nothing_else = isinstance(message, Unknown) or bool(message.reserved_fields())
