@@ -1,4 +1,4 @@
-"""How long a self-test takes, beside its frames alone: part of ``make bench``.
+"""How long a self-test takes, beside its frames alone, and its requests: part of ``make bench``.
 
     python tests/benchmark_self_test.py [--answer-delay SECONDS]
 
@@ -14,12 +14,15 @@ import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
 import can
 
+from conformance.reporting.recorded import read_run
 from conformance.run.bench import private_channel
 
 PATIENCE = 10.0
@@ -29,8 +32,18 @@ OUTCOME = re.compile(r"\d+ passed.* in [\d.]+s")
 CHOSEN = ("-k", "not random")
 
 
-def timed_run(*arguments: str) -> tuple[float, list[str], str]:
-    """Run the self-test; return the seconds, the directions of its frames, and pytest's count."""
+@dataclass(frozen=True, slots=True)
+class TimedRun:
+    """A self-test: seconds, the directions of its frames, pytest's count, requests by service."""
+
+    seconds: float
+    directions: list[str]
+    outcome: str
+    requests: Counter[str]
+
+
+def timed_run(*arguments: str) -> TimedRun:
+    """Run the self-test."""
     with tempfile.TemporaryDirectory() as folder:
         command = [
             *(sys.executable, "-m", "pytest", "--self-test", "-q", "-p", "no:cacheprovider"),
@@ -44,9 +57,16 @@ def timed_run(*arguments: str) -> tuple[float, list[str], str]:
         outcome = OUTCOME.search(run.stdout)
         if run.returncode or outcome is None:
             raise SystemExit(run.stdout + run.stderr)
-        (log,) = Path(folder).glob("*/bus.log")
-        lines = log.read_text(encoding="utf-8").splitlines()
-    return seconds, [line.rpartition(" ")[2] for line in lines], outcome.group()
+        (report,) = (log.parent for log in Path(folder).glob("*/bus.log"))
+        lines = (report / "bus.log").read_text(encoding="utf-8").splitlines()
+        recorded = read_run(report)
+    directions = [line.rpartition(" ")[2] for line in lines]
+    requests: Counter[str] = Counter()
+    for result, place in zip(recorded.results, recorded.places, strict=True):
+        if place is not None:
+            requests[result.service] += directions[place.first - 1 : place.last].count(SENT)
+    requests["beside the cases"] = directions.count(SENT) - requests.total()
+    return TimedRun(seconds, directions, outcome.group(), requests)
 
 
 def frames_alone(directions: Sequence[str]) -> float:
@@ -78,12 +98,12 @@ def main() -> None:
     parser.add_argument("--answer-delay", type=float, help="seconds that the device takes")
     delay = parser.parse_args().answer_delay
     if delay is not None:
-        seconds, directions, outcome = timed_run("-p", "no:xdist", f"--sdo-answer-delay={delay}")
-        answers = sum(direction == RECEIVED for direction, _ in groupby(directions))
+        run = timed_run("-p", "no:xdist", f"--sdo-answer-delay={delay}")
+        answers = sum(direction == RECEIVED for direction, _ in groupby(run.directions))
         floor = answers * delay
         print(
-            f"self-test, {delay * 1000:g} ms an answer: {seconds:.1f} s for {answers} answers, "
-            f"x floor {seconds / floor:.2f} ({outcome})"
+            f"self-test, {delay * 1000:g} ms an answer: {run.seconds:.1f} s for {answers} answers, "
+            f"x floor {run.seconds / floor:.2f} ({run.outcome})"
         )
         return
     for name, arguments in (
@@ -91,13 +111,16 @@ def main() -> None:
         ("two workers", ("-n", "2")),
         ("simulated bus", ("-p", "no:xdist", "--sdo-simulated")),
     ):
-        seconds, directions, outcome = timed_run(*arguments)
-        floor = frames_alone(directions)
+        run = timed_run(*arguments)
+        floor = frames_alone(run.directions)
         print(
-            f"self-test, {name}: {seconds:.1f} s for {len(directions)} frames, which alone take "
-            f"{floor:.1f} s, x floor {seconds / floor:.2f} ({outcome})",
+            f"self-test, {name}: {run.seconds:.1f} s for {len(run.directions)} frames, which alone "
+            f"take {floor:.1f} s, x floor {run.seconds / floor:.2f} ({run.outcome})",
             flush=True,
         )
+    print(f"{run.requests.total()} requests by service:")
+    for service, count in run.requests.most_common():
+        print(f"{count:7} {service}")
 
 
 if __name__ == "__main__":
