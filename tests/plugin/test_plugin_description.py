@@ -82,10 +82,10 @@ def test_without_permission_nothing_is_written(pytester: pytest.Pytester) -> Non
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(
         [
-            "not testable (* cases): writing it is not permitted: name the objects that may be "
-            'written, [[]objects[]] writable = *"all-rw" stands for all objects from 2000h on *',
+            'not testable (* cases): writing it is not permitted: add writable = "all-rw" to '
+            "[[]objects[]] in device.toml, for all that the EDS calls rw from 2000h on, *",
             "not testable (* cases): a faulty device would accept the write (of the value "
-            "that it has): permit it with [[]permissions[]] read-only-probes = true *",
+            "that it has): add --sdo-allow=read-only-probes",
         ]
     )
     log = (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
