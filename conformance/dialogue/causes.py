@@ -289,7 +289,9 @@ class Causes:
         if of_blocks and IN_BLOCKS in self._standing:
             return IN_BLOCKS
         known = [one for one in self._standing if one.answer == OTHER_DATA]
-        return VALUES_WRONG if len(known) >= MANY_RULES else None
+        if len(known) < MANY_RULES:
+            return None
+        return next((one for one in known if one.rule_id in GENERAL), VALUES_WRONG)
 
     def _answer_to_the_end(self, cause: Cause, request: Request) -> Cause | None:
         """Return by what an answer to the end of a block upload is told, wherever that is sent."""

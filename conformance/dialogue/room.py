@@ -16,7 +16,7 @@ from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
-from conformance.sdo.objects import AS_WRITTEN, TEXT_TYPES, DataType
+from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
 # What any transfer has of which length is not the point.
@@ -296,7 +296,8 @@ class Room:
             if size != wanted:
                 data = self._sdo.payload(size)
             self.store(known, data)
-        return data if known.habits == AS_WRITTEN else self._sdo.upload(known)
+        habits = known.habits
+        return self._sdo.upload(known) if habits.keeps_tails or habits.lacks else data
 
     def _try(self, known: KnownObject, data: bytes) -> bool:
         """Write a value; where it is refused for its length, find out which lengths are not."""

@@ -335,6 +335,9 @@ def test_wrong_data_under_many_rules_are_values_that_do_not_read_as_they_were_wr
     assert causes.told_as(last, READ, "a.case", generated=False) == VALUES_WRONG
     known = other_data("a.rule-0")
     assert causes.told_as(known, READ, "a.case", generated=False) == known, "it has been told"
+    general = other_data(IDLE_AFTERWARDS.id)
+    causes.add(general, "a.case", OTHER_DATA, aside=False)
+    assert causes.told_as(last, READ, "a.case", generated=False) == general
 
 
 @pytest.mark.parametrize(
