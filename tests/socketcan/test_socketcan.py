@@ -173,5 +173,5 @@ def test_a_missing_interface_is_named(runs: dict[str, Future[Run]]) -> None:
     run = runs["missing"].result()
     assert run.status == ExitCode.BENCH_ERROR, run.output
     assert "socketcan can9 cannot be opened: [Errno 19] No such device." in run.output
-    assert "'ip link show' lists them" in run.output
+    assert "'ip link show' lists those of SocketCAN" in run.output
     assert "socketcan.py" not in run.output
