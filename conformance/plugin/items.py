@@ -88,12 +88,16 @@ class OwnVariation(Variation):
 
 
 class CaseFunction(pytest.Function):
-    """One case on one device; ``risk`` is what it sends that the device may not survive."""
+    """One case on one device; ``risk`` is what it sends that the device may not survive.
+
+    It is ``written`` in a file, at a line, and is the n-th variation there.
+    """
 
     case: CaseInfo
     case_id: str
     node_id: int
     risk: Risk | None
+    written: tuple[str, int, int]
 
     @property
     def is_own(self) -> bool:
@@ -159,7 +163,8 @@ def _items(
     for node_id, listing in listings.items():
         variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
-        for made in _made_by_pytest(collector, function, variation, variations):
+        made_here = _made_by_pytest(collector, function, variation, variations)
+        for number, made in enumerate(made_here):
             callspec = getattr(made, "callspec", None)
             label = callspec.params.get(VARIATION) if callspec else None
             case_id, arguments = variations[label]
@@ -174,6 +179,7 @@ def _items(
             )
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
+            item.written = (item.path.name, item.location[1] or 0, number)
             yield item
 
 
@@ -225,6 +231,9 @@ def judges_run(item: pytest.Item) -> bool:
     return isinstance(item, CaseFunction) and WHOLE_RUN in item.fixturenames
 
 
+UNSORTED = ("", 0, 0)
+
+
 def ordered(items: Iterable[pytest.Item], *, as_files: bool = False) -> list[pytest.Item]:
     """Sort items: device by device, and what judges a whole run behind its other cases.
 
@@ -233,12 +242,14 @@ def ordered(items: Iterable[pytest.Item], *, as_files: bool = False) -> list[pyt
     ``as_files`` is for a list that is read: it keeps the cases of a file together.
     """
 
-    def place(item: pytest.Item) -> tuple[int, bool, tuple[bool, Kind, int]]:
-        unsorted = (False, Kind.ORDINARY, 0)
+    def place(item: pytest.Item) -> tuple[int, bool, bool, Kind, int, tuple[str, int, int]]:
         if not isinstance(item, CaseFunction):
-            return (0, False, unsorted)
+            return (0, False, False, Kind.ORDINARY, 0, UNSORTED)
+        if as_files:
+            return (item.node_id, judges_run(item), False, Kind.ORDINARY, 0, UNSORTED)
         kind = Kind.ORDINARY if item.risk is None else item.risk.kind
-        within = unsorted if as_files else place_in_run(item.case_id, kind)
-        return (item.node_id, judges_run(item), within)
+        within = place_in_run(item.case_id, kind)
+        # Also where another plugin has shuffled them.
+        return (item.node_id, judges_run(item), *within, item.written)
 
     return sorted(items, key=place)

@@ -50,3 +50,22 @@ def test_what_shows_most_comes_first(pytester: pytest.Pytester) -> None:
         kinds = [KINDS.get(case_id.partition("[")[0], Kind.ORDINARY) for case_id in part]
         assert kinds == sorted(kinds)
         assert len(set(kinds)) > 1
+
+
+def test_what_another_plugin_has_shuffled_is_in_order_again(pytester: pytest.Pytester) -> None:
+    """Also what the table of worth does not know: that is as it is written."""
+    selected = ("-k", "segmented-upload.restart or segmented-upload.toggle-afterwards")
+    self_test(pytester, "--junitxml=plain.xml", *selected)
+    pytester.makeconftest(
+        """
+        import pytest
+
+        @pytest.hookimpl(tryfirst=True)
+        def pytest_collection_modifyitems(items):
+            items.reverse()
+        """
+    )
+    self_test(pytester, "--junitxml=reversed.xml", *selected)
+    plain, reverse = (case_ids(pytester.path / f"{each}.xml") for each in ("plain", "reversed"))
+    assert len(plain) > 3
+    assert reverse == plain
