@@ -18,7 +18,7 @@ import json
 import os
 import sys
 from collections import defaultdict
-from collections.abc import Collection, Generator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,6 +27,7 @@ from typing import Any
 
 import pytest
 from case_runs import AT_THE_END, FAILED, run_cases
+from counting import ByFile, count
 from cover import CATCHERS, Choice, Costs, by_worth
 from detection import (
     EXAMPLES_OF_FAULTS,
@@ -44,7 +45,7 @@ from conformance.faults.registry import About
 from conformance.generated.server_states import STATES
 from conformance.plugin import worth
 from conformance.plugin.exit_code import ExitCode
-from conformance.plugin.items import CaseFunction, ordered
+from conformance.plugin.items import CaseFunction
 from conformance.run.verdict import CaseResult, Verdict
 
 CATCHES = Path(__file__).with_name("catches.json")
@@ -213,69 +214,6 @@ def prove_quick(names: Sequence[str], workers: int) -> None:
             catches[name] |= found
             write_catches(catches)
     print(f"a quick run catches {1 - len(missed) / len(shown):.1%} of {len(shown)} faults")
-
-
-class Counter:
-    """A pytest plugin that counts the frames that each case sends, by the log of the bus."""
-
-    def __init__(self) -> None:
-        """Nothing has been run yet."""
-        self.verdicts: dict[str, Verdict] = {}
-        self.services: dict[str, str] = {}
-        self._places: dict[str, tuple[int, int]] = {}
-        self._sent = [0]
-
-    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take the place of the frames of a case."""
-        values = getattr(report, "conformance", None)
-        place = getattr(report, "conformance_frames", None)
-        if values is not None and place is not None:
-            self.verdicts[values["case_id"]] = Verdict(values["verdict"])
-            self.services[values["case_id"]] = values["service"]
-            self._places[values["case_id"]] = (place["first"], place["last"])
-
-    @pytest.hookimpl(trylast=True)
-    def pytest_unconfigure(self, config: pytest.Config) -> None:
-        """Read the log while it is there."""
-        (log,) = Path(config.getoption("sdo_report_dir")).glob("*/bus.log")
-        for line in log.read_text("utf-8").splitlines():
-            self._sent.append(self._sent[-1] + line.endswith(" T"))
-
-    @property
-    def requests(self) -> dict[str, int]:
-        """How many frames each case has sent."""
-        return {
-            case: self._sent[last] - self._sent[first - 1] if first <= last else 0
-            for case, (first, last) in self._places.items()
-        }
-
-    @property
-    def total(self) -> int:
-        """How many frames the run has sent, with those beside the cases."""
-        return self._sent[-1]
-
-
-class ByFile:
-    """A pytest plugin that leaves the cases in the order of the files."""
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_collection_modifyitems(
-        self, items: list[pytest.Item]
-    ) -> Generator[None, object, object]:
-        """Undo the order of a run, but for what judges it."""
-        before = ordered(items, as_files=True)
-        outcome = yield
-        items[:] = before
-        return outcome
-
-
-def count(*arguments: str, plugins: Sequence[object] = ()) -> Counter:
-    """Count what the cases send to the built-in device."""
-    counter = Counter()
-    run = run_cases(None, *arguments, plugins=[counter, *plugins])
-    if run.exit_code:
-        raise SystemExit(f"the self-test fails: {run.exit_code}")
-    return counter
 
 
 def needs(catches: Catches, costs: Costs, services: Mapping[str, str]) -> dict[str, set[str]]:

@@ -18,7 +18,9 @@ from spared_tests import spare_tests
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node
 from conformance.reference.host import HostedNode, NodeHost
+from conformance.reference.node import Node
 from conformance.run.bench import private_channel
+from conformance.sdo.can_frame import CanFrame
 
 # pytest-xdist tells its workers how wide its terminal is; lines stay whole where there is none.
 os.environ.pop("COLUMNS", None)
@@ -48,6 +50,28 @@ def self_test(
 ) -> pytest.RunResult:
     """Run cases on the built-in server."""
     return run(pytester, "--self-test", *arguments, plugins=plugins)
+
+
+class Watched:
+    """A node, and the frames that came to it or to others."""
+
+    def __init__(self, node: Node) -> None:
+        self.node = node
+        self.frames: list[CanFrame] = []
+
+    def start(self) -> list[CanFrame]:
+        return self.node.start()
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        self.frames.append(frame)
+        return self.node.receive(frame)
+
+    def advance(self, now: float) -> list[CanFrame]:
+        return self.node.advance(now)
+
+    @property
+    def wake_at(self) -> float | None:
+        return self.node.wake_at
 
 
 @contextmanager

@@ -3,12 +3,11 @@
 from pathlib import Path
 
 import pytest
-from plugin_runs import NODE_ID, hosted, run
+from plugin_runs import NODE_ID, Watched, hosted, run
 
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_eds import eds_of
 from conformance.reference.node import Node
-from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 
 pytest_plugins = ["pytester"]
@@ -19,36 +18,18 @@ LOAD = bytes.fromhex("231110016C6F6164")
 ALL = ("load-defaults", "nmt", "store-parameters", "sdo-parameters")
 
 
-class Watched:
-    """A node, and the frames that came to it."""
-
-    def __init__(self, node: Node) -> None:
-        self.node = node
-        self.received: list[CanFrame] = []
-
-    def start(self) -> list[CanFrame]:
-        return self.node.start()
-
-    def receive(self, frame: CanFrame) -> list[CanFrame]:
-        self.received.append(frame)
-        return self.node.receive(frame)
-
-    def advance(self, now: float) -> list[CanFrame]:
-        return self.node.advance(now)
-
-    @property
-    def wake_at(self) -> float | None:
-        return self.node.wake_at
+class Loaded(Watched):
+    """Counts what came that loads defaults."""
 
     @property
     def loads(self) -> int:
         """How often "load" was written."""
-        return sum(frame.data == LOAD for frame in self.received)
+        return sum(frame.data == LOAD for frame in self.frames)
 
     @property
     def commands(self) -> int:
         """How many NMT commands there were."""
-        return sum(frame.can_id == 0 for frame in self.received)
+        return sum(frame.can_id == 0 for frame in self.frames)
 
     def values(self) -> dict[Multiplexer, bytes]:
         return {mux: entry.value for mux, entry in self.node.objects.items()}
@@ -64,8 +45,8 @@ def described(folder: Path, node: Node, *objects: str) -> str:
 
 def cases(
     pytester: pytest.Pytester, name: str, *options: str, objects: tuple[str, ...] = ()
-) -> tuple[pytest.RunResult, Watched]:
-    watched = Watched(build_node(name, NODE_ID))
+) -> tuple[pytest.RunResult, Loaded]:
+    watched = Loaded(build_node(name, NODE_ID))
     device = described(pytester.path, watched.node, *objects)
     with hosted(watched) as bus:
         chosen = (f"--node-id={NODE_ID}", device, *bus, "-k", DEFAULTS, *options)

@@ -5,15 +5,13 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
-from plugin_runs import NODE_ID, hosted, run
+from plugin_runs import NODE_ID, Watched, hosted, run
 
 from conformance.__main__ import main
 from conformance.device.description import read_description
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_eds import eds_of
-from conformance.reference.node import Node
-from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType
 
@@ -27,28 +25,6 @@ LAST = 0x22FF
 @pytest.fixture(autouse=True)
 def _short_search(monkeypatch: pytest.MonkeyPatch, pytester: pytest.Pytester) -> None:
     monkeypatch.setattr("conformance.proposing.reading.LAST_SEARCHED", LAST)
-
-
-class Watched:
-    """The reference node; keeps what is sent to it and to others."""
-
-    def __init__(self, node: Node) -> None:
-        self.node = node
-        self.frames: list[CanFrame] = []
-
-    def start(self) -> list[CanFrame]:
-        return self.node.start()
-
-    def receive(self, frame: CanFrame) -> list[CanFrame]:
-        self.frames.append(frame)
-        return self.node.receive(frame)
-
-    def advance(self, now: float) -> list[CanFrame]:
-        return self.node.advance(now)
-
-    @property
-    def wake_at(self) -> float | None:
-        return self.node.wake_at
 
 
 def init(bus: Sequence[str], *arguments: str) -> int:

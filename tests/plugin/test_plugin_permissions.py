@@ -4,11 +4,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from plugin_runs import NODE_ID, hosted, run, the_report
+from plugin_runs import NODE_ID, Watched, hosted, run, the_report
 
 from conformance.faults.catalogue import build_node
-from conformance.reference.node import Node
-from conformance.sdo.can_frame import CanFrame
 
 pytest_plugins = ["pytester"]
 
@@ -16,36 +14,26 @@ PLC = Path(__file__).parents[1] / "device" / "files" / "plc.dcf"
 NETWORK = "test_channel or test_nmt"
 
 
-class Watched:
-    """The reference node; keeps NMT commands and what would write to communication objects."""
-
-    def __init__(self, node: Node) -> None:
-        self.node = node
-        self.commands: list[bytes] = []
-        self.writes: set[int] = set()
-
-    def start(self) -> list[CanFrame]:
-        return self.node.start()
-
-    def receive(self, frame: CanFrame) -> list[CanFrame]:
-        if frame.can_id == 0:
-            self.commands.append(frame.data)
-        index = int.from_bytes(frame.data[1:3], "little")
-        if frame.can_id == 0x600 + NODE_ID and frame.data[0] >> 5 == 1 and index < 0x2000:
-            self.writes.add(index)
-        return self.node.receive(frame)
-
-    def advance(self, now: float) -> list[CanFrame]:
-        return self.node.advance(now)
+class Communicating(Watched):
+    """Picks out NMT commands and what would write to communication objects."""
 
     @property
-    def wake_at(self) -> float | None:
-        return self.node.wake_at
+    def commands(self) -> list[bytes]:
+        return [frame.data for frame in self.frames if frame.can_id == 0]
+
+    @property
+    def writes(self) -> set[int]:
+        written = {
+            int.from_bytes(frame.data[1:3], "little")
+            for frame in self.frames
+            if frame.can_id == 0x600 + NODE_ID and frame.data[0] >> 5 == 1
+        }
+        return {index for index in written if index < 0x2000}
 
 
-def cases(pytester: pytest.Pytester, *options: str) -> tuple[pytest.RunResult, Watched]:
+def cases(pytester: pytest.Pytester, *options: str) -> tuple[pytest.RunResult, Communicating]:
     """Run the cases on channels and NMT against a device that is not the built-in one."""
-    watched = Watched(build_node(None, NODE_ID))
+    watched = Communicating(build_node(None, NODE_ID))
     objects = (
         "--sdo-object=2004=unsigned32",
         "--sdo-object=2010=visible_string",
