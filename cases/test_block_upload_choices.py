@@ -69,7 +69,7 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
     """Reserved bits of an acknowledgement (A6h) are ignored, or the upload ends with 05040001h."""
     transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(BlockAck(BLOCK_SIZE, BLOCK_SIZE, reserved_bits=bits))
-    answer = as_segment(sdo.receive())
+    answer = as_segment(sdo.receive(), transfer.known.mux)
     if isinstance(answer, Abort):
         sdo.take_abort(answer, ACKNOWLEDGEMENT_RESERVED_BITS.codes, transfer.known)
         sdo.expect_dead(transfer.due)
@@ -86,7 +86,7 @@ def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     sdo.send(BlockUploadStart())
     sdo.send(BlockAck(1, BLOCK_SIZE))
     sdo.end_transfer()
-    answers = [as_segment(answer) for answer in sdo.fence()]
+    answers = [as_segment(answer, transfer.known.mux) for answer in sdo.fence()]
     segments = [answer for answer in answers if isinstance(answer, BlockSegment)]
     if len(segments) > 2 * BLOCK_SIZE or any(one.sequence > BLOCK_SIZE for one in segments):
         raise sdo.breach(
@@ -112,7 +112,7 @@ def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     for answer in sdo.fence():
         if answer.encode() == end.encode():
             sdo.info("the end frame comes again")
-        elif not isinstance(as_segment(answer), Abort):
+        elif not isinstance(answer, Abort):
             raise sdo.breach(
                 "the same end frame, an abort, or nothing", in_words(as_answer(answer))
             )

@@ -7,23 +7,38 @@ from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
     BlockDownloadInitiateResponse,
+    BlockEnd,
     BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
+    BlockUploadStart,
     DownloadInitiate,
     DownloadInitiateResponse,
     DownloadSegment,
     DownloadSegmentResponse,
     Request,
     Response,
+    Unknown,
     UploadInitiate,
     UploadInitiateResponse,
+    UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 
 OTHER_INITIATES = UploadInitiateResponse | DownloadInitiateResponse | BlockDownloadInitiateResponse
+# What each request that begins nothing continues, by what has come before it.
+CONTINUES: dict[type, tuple[type, ...]] = {
+    UploadSegment: (UploadInitiateResponse, UploadSegmentResponse),
+    DownloadSegment: (DownloadInitiateResponse, DownloadSegmentResponse),
+    BlockUploadStart: (BlockUploadInitiateResponse,),
+    BlockAck: (BlockSegment,),
+    BlockEndResponse: (BlockEnd,),
+    BlockEnd: (BlockAck,),
+    Unknown: (),
+}
+OUT_OF_PLACE = "what is out of place"
 
 
 class TransferTracker:
@@ -33,7 +48,8 @@ class TransferTracker:
     ``may_send_segments`` says that a block upload has begun, and no transfer in several frames
     since: a server may send segments of it even after its end. A block download is ``abandoned``
     when the client has aborted it and the server has not sent anything since: what it sent last
-    ``asks_for_segments``.
+    ``asks_for_segments``. ``asked`` has words for a request that continues no transfer and begins
+    none; they are empty for any other.
     """
 
     def __init__(self) -> None:
@@ -43,13 +59,16 @@ class TransferTracker:
         self.may_send_segments = False
         self.abandoned = False
         self.asks_for_segments = False
+        self.asked = ""
         self._request: Request | None = None
+        self._response: Response | None = None
         self._decoder = Decoder()
 
     def request(self, frame: bytes) -> Request:
         """Take what the client sends; return which request it is."""
         request = self._decoder.request(frame)
         self._request = request
+        self.asked = OUT_OF_PLACE if self._is_out_of_place(request, frame) else ""
         self.abandoned |= self.asks_for_segments and isinstance(request, Abort)
         if isinstance(request, Abort | BlockEndResponse):
             self.open = None
@@ -64,6 +83,7 @@ class TransferTracker:
         self.abandoned = False
         self.asks_for_segments = isinstance(response, BlockDownloadInitiateResponse | BlockAck)
         self._follow(response, self._request)
+        self._response = response
         if self.open is not None:
             self.latest = self.open
         begins = isinstance(response, BlockUploadInitiateResponse)
@@ -74,13 +94,20 @@ class TransferTracker:
     def read(self, frame: bytes) -> Response:
         """Return which response has arrived, as far as that can be told before it is taken.
 
-        Where segments of a block upload may come, exactly 80h is an abort, and 81h a segment.
+        Where segments of a block upload may come, 81h is one, unless what follows it is the object
+        and the code of an abort.
         """
         response = decode_response(frame)
         if not isinstance(response, Abort) or not response.reserved_bits:
             return response
         may_be_segment = self.may_send_segments and not self._decoder.is_answer(response)
         return decode_segment(frame) if may_be_segment else response
+
+    def _is_out_of_place(self, request: Request, frame: bytes) -> bool:
+        before = CONTINUES.get(type(request))
+        if before is None or len(frame) != FRAME_LENGTH:
+            return False
+        return self.open is None or not isinstance(self._response, before)
 
     def _follow(self, response: Response, request: Request | None) -> None:
         match response:

@@ -213,7 +213,7 @@ class Wire:
             self.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
             found = Violation(ANSWERED, expected=expected, actual=actual)
-            found.request = self.last_sent
+            found.request, found.asked = self.last_sent, self.tracker.asked
             raise found
         return self.take(frame)
 

@@ -206,7 +206,10 @@ class Lockstep:
         answer = self._sdo.wire.next_frame()
         if answer is None:
             self._sdo.wire.unanswered()
-            self._find(self.oracle.settled())
+            findings = self.oracle.settled()
+            for silent in findings:
+                silent.asked = silent.asked or self._sdo.tracker.asked
+            self._find(findings)
         return self._taken(answer)
 
     def _what_may_come(self) -> list[Response]:

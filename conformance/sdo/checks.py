@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.decoding import as_answer, as_segment
+from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.decoding import CODES, as_answer, as_segment
 from conformance.sdo.describe import hex_bytes, in_words
 from conformance.sdo.frames import (
     Abort,
@@ -52,7 +52,6 @@ WithMultiplexer = (
     | BlockUploadInitiateResponse
     | Abort
 )
-_KNOWN_CODES = frozenset(AbortCode)
 
 
 class ServerAborted(Exception):
@@ -161,7 +160,7 @@ class ResponseChecks:
 
         ``before`` is how many segments the sub-block had that came before this one.
         """
-        response = as_segment(answer)
+        response = as_segment(answer, mux)
         if isinstance(response, BlockSegment) and response.sequence == sequence:
             return response
         _check_length(response)
@@ -183,9 +182,8 @@ class ResponseChecks:
     def block_end(self, answer: Response, mux: Multiplexer, last_payload: bytes = b"") -> BlockEnd:
         """Check the end of a block upload (7.2.4.3.15) and the unused bytes of its last segment."""
         due = "C1h to DDh, block end"
-        segment = as_segment(answer)
+        segment = as_segment(answer, mux)
         if isinstance(segment, BlockSegment) and not isinstance(as_answer(answer), BlockEnd):
-            # Where segments have been on their way, only exactly 80h is an abort.
             raise Violation(SPECIFIER, expected=due, actual=in_words(segment))
         response = self._read(BlockEnd, answer, mux, due)
         self._zero(FILLER, last_payload[7 - response.unused :], response)
@@ -200,7 +198,7 @@ class ResponseChecks:
         return response
 
     def _check_abort(self, abort: Abort, mux: Multiplexer | None) -> None:
-        if abort.code not in _KNOWN_CODES:
+        if abort.code not in CODES:
             raise Violation(
                 ABORT_CODE, expected="one of the 31 abort codes", actual=in_words(abort)
             )

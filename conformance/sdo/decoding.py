@@ -8,6 +8,7 @@ of CiA 301 defines becomes ``Unknown``.
 from collections.abc import Sequence
 from typing import TypeVar
 
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -33,8 +34,9 @@ from conformance.sdo.frames import (
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Message
+from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 
+CODES = frozenset(AbortCode)
 Kind = TypeVar("Kind", bound=Message)
 
 REQUESTS: tuple[type[RequestMessage], ...] = (
@@ -104,8 +106,20 @@ def as_answer(response: Response) -> Response:
     return response
 
 
-def as_segment(response: Response) -> BlockSegment | Abort | Unknown:
-    """Return what a response is where a segment of a block is due, whatever it was read as."""
-    if isinstance(response, BlockSegment):
-        return response
-    return decode_segment(response.encode())
+def as_segment(response: Response, mux: Multiplexer) -> BlockSegment | Abort | Unknown:
+    """Return what a response is where a segment of a block is due, whatever it was read as.
+
+    ``mux`` is the object that is uploaded.
+    """
+    answer = as_answer(response)
+    if isinstance(answer, Abort) and is_refusal(answer, mux):
+        return answer
+    return response if isinstance(response, BlockSegment) else decode_segment(response.encode())
+
+
+def is_refusal(message: Message | Unknown, *muxes: Multiplexer | None) -> bool:
+    """Say whether this is an abort of one of these objects, also where its reserved bits are set.
+
+    The data of a segment are hardly ever an object and the code of a refusal.
+    """
+    return isinstance(message, Abort) and message.code in CODES and message.mux in muxes

@@ -2,8 +2,13 @@
 
 from functools import singledispatch
 
-from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.decoding import decode_request, decode_response, decode_segment
+from conformance.sdo.abort_codes import describe_code
+from conformance.sdo.decoding import (
+    decode_request,
+    decode_response,
+    decode_segment,
+    is_refusal,
+)
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -27,7 +32,7 @@ from conformance.sdo.frames import (
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Message
+from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 
 # What a positive answer to a request is.
 ANSWERS: dict[type, tuple[type, ...]] = {
@@ -193,7 +198,9 @@ def _(message: Unknown) -> str:
     return f"command specifier {message.frame[0]:02X}h, which is not defined"
 
 
-CODES = frozenset(AbortCode)
+INITIATES = (UploadInitiate, DownloadInitiate, BlockUploadInitiate, BlockDownloadInitiate)
+# The multiplexer of an abort that knows of no transfer.
+NONE = Multiplexer(0)
 
 
 class Decoder:
@@ -212,11 +219,17 @@ class Decoder:
         self._last_sequence = 0
         self._last_marked = False
         self._asked: Request | None = None
+        self._latest: Multiplexer | None = None
+        self._uploaded: Multiplexer | None = None
 
     def request(self, frame: bytes) -> Request:
         """Read a frame of the client and follow where it leads."""
         message = decode_segment(frame) if self._client_sends_segments else decode_request(frame)
         self._asked = message
+        if isinstance(message, INITIATES):
+            self._latest = message.mux
+        if isinstance(message, BlockUploadInitiate):
+            self._uploaded = message.mux
         self._follow(message)
         if isinstance(message, BlockUploadStart):
             self._server_sends_segments = True
@@ -226,15 +239,14 @@ class Decoder:
 
     def response(self, frame: bytes) -> Response:
         """Read a frame of the server and follow where it leads."""
+        message = decode_response(frame)
         if self._server_sends_segments:
-            message: Response = decode_segment(frame)
-        else:
-            message = decode_response(frame)
-            if self._may_send_segments:
-                segment = decode_segment(frame)
-                if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
-                    self._last_sequence = segment.sequence
-                    return segment
+            message = message if self.is_refusal(message) else decode_segment(frame)
+        elif self._may_send_segments:
+            segment = decode_segment(frame)
+            if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
+                self._last_sequence = segment.sequence
+                return segment
         self._follow(message)
         if not isinstance(message, Unknown):
             begins = isinstance(message, BlockUploadInitiateResponse)
@@ -255,12 +267,19 @@ class Decoder:
         return in_sequence or nothing_else
 
     def is_answer(self, message: Response) -> bool:
-        """Say whether this answers the initiate that was sent last."""
+        """Say whether this refuses something, or answers the initiate that was sent last."""
         kinds = ANSWERS.get(type(self._asked), ())
         due = getattr(self._asked, "mux", None)
-        # The data of a segment are hardly ever the object and the code of a refusal.
-        refusal = isinstance(message, Abort) and message.code in CODES
-        return (refusal or isinstance(message, kinds)) and getattr(message, "mux", None) == due
+        answers = isinstance(message, kinds) and getattr(message, "mux", None) == due
+        return answers or self.is_refusal(message)
+
+    def is_refusal(self, message: Response) -> bool:
+        """Say whether this is an abort that is due, also with reserved bits.
+
+        Where no segment is due, one that names no object is as well.
+        """
+        nameless = () if self._server_sends_segments else (NONE,)
+        return is_refusal(message, self._latest, self._uploaded, *nameless)
 
     def _follow(self, message: Request | Response) -> None:
         if isinstance(message, BlockSegment):

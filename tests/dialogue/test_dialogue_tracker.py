@@ -116,3 +116,36 @@ def test_a_response_is_read_by_the_state_in_which_it_comes(
     response = follow(frames).response(data)
     assert type(response) is kind
     assert response.encode() == data
+
+
+IN_SUB_BLOCK = [*BLOCK_UPLOAD, ">A3" + " 00" * 7, "<01 41 42 43 44 45 46 47"]
+END = [*IN_SUB_BLOCK, ">A2 01 7F 00 00 00 00 00", "<C1 12 34 00 00 00 00 00"]
+READ_SEGMENT, START, CONFIRM_END = ">60" + " 00" * 7, ">A3" + " 00" * 7, ">A1" + " 00" * 7
+
+
+@pytest.mark.parametrize(
+    ("conversation", "out_of_place"),
+    [
+        ([*DOWNLOAD, SEGMENT], False),
+        ([*DOWNLOAD, SEGMENT, SEGMENT_CONFIRMED, LAST], False),
+        ([*UPLOAD, READ_SEGMENT], False),
+        ([*BLOCK_UPLOAD, START], False),
+        ([*END, CONFIRM_END], False),
+        ([*DOWNLOAD, *UPLOAD[:1]], False),
+        ([ABORT], False),
+        ([">E0 10 20"], False),
+        ([">E0" + " 00" * 7], True),
+        ([SEGMENT], True),
+        ([*DOWNLOAD, LAST, LAST_CONFIRMED, SEGMENT], True),
+        ([*DOWNLOAD, ABORTED, SEGMENT], True),
+        ([*DOWNLOAD, READ_SEGMENT], True),
+        ([*UPLOAD, START], True),
+        ([*BLOCK_UPLOAD, CONFIRM_END], True),
+        ([*IN_SUB_BLOCK, READ_SEGMENT], True),
+        ([*IN_SUB_BLOCK, READ_SEGMENT, *UPLOAD[:1]], False),
+    ],
+)
+def test_a_request_that_continues_nothing_is_out_of_place(
+    conversation: list[str], out_of_place: bool
+) -> None:
+    assert bool(follow(conversation).asked) is out_of_place

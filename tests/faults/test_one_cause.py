@@ -13,6 +13,9 @@ END = "segmented-upload.segments: the end of a value is left out"
 IN_BLOCKS = "block-upload.first-sub-block: other data"
 BLOCKED = "server.idle-afterwards: abort 08000021h to whatever is asked, until the client aborts"
 CODE = "specifier.unknown: abort 06020000h"
+IGNORED = "response.answered: no answer to what is out of place"
+RESERVED = "response.reserved: reserved bits of byte … are …"
+BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
 
 
 @pytest.mark.parametrize(
@@ -24,6 +27,13 @@ CODE = "specifier.unknown: abort 06020000h"
         ("upload-drops-last-byte", END, 0, FILES),
         ("block-read-of-other-bytes", IN_BLOCKS, 0, ("test_block_upload.py",)),
         ("busy-after-vanished-client", BLOCKED, 2, ("test_vanished_client.py", *FILES)),
+        (
+            "unknown-specifier-ignored",
+            IGNORED,
+            0,
+            ("test_specifiers.py", "test_segmented_download_errors.py", *BLOCK_UPLOADS),
+        ),
+        ("abort-command-81h", RESERVED, 0, ("test_abort.py", *BLOCK_UPLOADS)),
         ("unknown-specifier-code-wrong", CODE, 0, ("test_specifiers.py", *FILES)),
     ],
 )

@@ -231,7 +231,7 @@ SENT = [*RUNNING, "< 82 37 38 39 3A 3B 3C 3D", "> A2 02 7F 00 00 00 00 00"]
 def test_segments_come_unasked_where_a_block_upload_may_be_running(
     conversation: list[str], frame: str, sequence: int
 ) -> None:
-    """81h is segment 1 there, marked as the last, and no abort with reserved bits."""
+    """81h is segment 1 there, marked as the last, unless object and code of an abort follow."""
     decoder = following(conversation)
     data = bytes(int(each, 16) for each in frame[1:].split())
     message = decoder.response(data)
@@ -244,6 +244,10 @@ def test_segments_come_unasked_where_a_block_upload_may_be_running(
     [
         ([*RUNNING, ABORT, READ], "43 00 10 00 91 01 0F 00", UploadInitiateResponse),
         ([*RUNNING, ABORT], "80 08 10 00 00 00 00 08", Abort),
+        ([*RUNNING, ABORT], "81 08 10 00 00 00 00 08", Abort),
+        ([*RUNNING, ABORT], "81 00 00 00 01 00 04 05", Abort),
+        (RUNNING, "81 08 10 00 01 00 04 05", Abort),
+        (RUNNING, "81 00 00 00 01 00 04 05", BlockSegment),
         (SENT, "C1 D2 A8 00 00 00 00 00", BlockEnd),
         ([*START, "> 60 00 00 00 00 00 00 00"], "01 0 0 0 0 0 0 0", UploadSegmentResponse),
         ([READ], "81 00 10 00 00 00 00 08", Abort),

@@ -83,7 +83,16 @@ def test_any_segment_frame_encodes_to_the_same_bytes(frame: bytes) -> None:
 def test_a_response_is_read_as_what_is_due_whatever_it_was_read_as(frame: bytes) -> None:
     for read in (decode_response(frame), decode_segment(frame)):
         assert as_answer(read) == decode_response(frame)
-        assert as_segment(read) == decode_segment(frame)
+        assert as_segment(read, Multiplexer(0xFFFF)) == decode_segment(frame)
+
+
+@pytest.mark.parametrize("byte", ["80", "81", "9F"])
+def test_an_abort_of_the_object_that_is_uploaded_is_no_segment(byte: str) -> None:
+    frame = bytes.fromhex(f"{byte} 10 20 00 01 00 04 05")
+    for read in (decode_response(frame), decode_segment(frame)):
+        assert as_segment(read, Multiplexer(0x2010)) == decode_response(frame)
+    if byte != "80":
+        assert isinstance(as_segment(decode_response(frame), Multiplexer(0x2011)), BlockSegment)
 
 
 @UNHURRIED

@@ -6,7 +6,7 @@ from functools import cache, partial
 from typing import TypeVar
 
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.decoding import decode_response, decode_segment
+from conformance.sdo.decoding import decode_response, decode_segment, is_refusal
 from conformance.sdo.describe import describe, hex_bytes, in_words
 from conformance.sdo.frames import (
     Abort,
@@ -123,9 +123,10 @@ def refusing(
     # What is merely tolerated is not asked for.
     due = [refusal for refusal in refusals if refusal.codes] or refusals
     words = " or ".join(dict.fromkeys(refusal.words() for refusal in due))
+    muxes = [mux for refusal in refusals for mux in refusal.muxes or ()]
 
     def take(frame: bytes) -> Iterable[Branch]:
-        if before.name == BLOCK_UPLOAD and (segment := _segment(frame)):
+        if before.name == BLOCK_UPLOAD and (segment := _segment(frame, muxes)):
             found = Violation(must(rule), expected=words, actual=segment)
             raise Misfit(lambda: found)
         abort = decode_response(frame)
@@ -145,19 +146,23 @@ def _any_of(codes: Codes) -> str:
     return "an abort with " + " or ".join(describe_code(code) for code in codes)
 
 
-def is_segment(frame: bytes) -> bool:
+def is_segment(frame: bytes, muxes: Iterable[Multiplexer]) -> bool:
     """Say whether a frame within a block upload is a segment, though it might look like others.
 
-    Exactly 80h is an abort.
+    Exactly 80h is an abort, and so is what names one of these objects and the code of an abort.
     """
     looks_like = decode_response(frame)
+    if is_refusal(looks_like, *muxes):
+        return False
     return isinstance(looks_like, Abort | UploadSegmentResponse) and isinstance(
         decode_segment(frame), BlockSegment
     )
 
 
-def _segment(frame: bytes) -> str:
-    return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]" if is_segment(frame) else ""
+def _segment(frame: bytes, muxes: Iterable[Multiplexer]) -> str:
+    if not is_segment(frame, muxes):
+        return ""
+    return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]"
 
 
 def violation(rule: Rule, expected: str, frame: bytes) -> Violation:

@@ -59,7 +59,8 @@ def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> E
     running = [(branch, branch.state) for branch in branches if isinstance(branch.state, Running)]
     if not isinstance(abort, Abort) or not running:
         return None
-    if is_segment(frame) and all(state.name == BLOCK_UPLOAD for _, state in running):
+    muxes = [state.mux for _, state in running]
+    if is_segment(frame, muxes) and all(state.name == BLOCK_UPLOAD for _, state in running):
         return None
     own = [(branch, state) for branch, state in running if state.mux == abort.mux] or running
     # What is still to be acknowledged may have been refused for a segment behind it.

@@ -15,7 +15,7 @@ from enum import Enum, auto
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
-from conformance.sdo.decoding import decode_response
+from conformance.sdo.decoding import CODES, decode_response
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
 from conformance.sdo.limits import LARGEST_BLOCK
@@ -174,7 +174,10 @@ class Oracle:
             fits += [_bearing(each) for each in self._branches if _bears(each, fits, near=near)]
         self.ended = None
         unfit = not fits or min(branch.failures for branch in fits) > 0
-        going_on = goes_on(self._branches, data) if unfit and not near else None
+        abort = decode_response(data)
+        refused = bool(fits) and isinstance(abort, Abort) and abort.code in CODES
+        stray = unfit and not near and not refused
+        going_on = goes_on(self._branches, data) if stray else None
         if going_on is not None:
             broken = [going_on]
             memory = self._branches[0].memory.in_doubt()

@@ -1,7 +1,7 @@
 """A block upload that goes on though its client has asked for something else (7.2.4.3.13 to .15).
 
 What comes then are segments, whatever their first bytes would be elsewhere: 81h is no abort with
-reserved bits.
+reserved bits, unless object and code of one that is due follow.
 """
 
 from collections.abc import Iterable
