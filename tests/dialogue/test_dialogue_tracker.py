@@ -118,7 +118,7 @@ def test_a_response_is_read_by_the_state_in_which_it_comes(
     assert response.encode() == data
 
 
-IN_SUB_BLOCK = [*BLOCK_UPLOAD, ">A3" + " 00" * 7, "<01 41 42 43 44 45 46 47"]
+IN_SUB_BLOCK = [*BLOCK_UPLOAD, ">A3" + " 00" * 7, "<81 41 42 43 44 45 46 47"]
 END = [*IN_SUB_BLOCK, ">A2 01 7F 00 00 00 00 00", "<C1 12 34 00 00 00 00 00"]
 READ_SEGMENT, START, CONFIRM_END = ">60" + " 00" * 7, ">A3" + " 00" * 7, ">A1" + " 00" * 7
 
