@@ -1,6 +1,7 @@
 """What python-can tells of when frames arrived, and how to look at those that have."""
 
 import time
+from collections.abc import Callable
 
 import can
 from can.interfaces.socketcan import SocketcanBus
@@ -22,14 +23,20 @@ def shortest_look(bus: can.BusABC) -> float:
     return 0.0 if isinstance(bus, EXACT) else SHORTEST_LOOK
 
 
-def arrival(bus: can.BusABC, message: can.Message) -> float:
-    """Return when a frame that was just taken arrived, in seconds of the monotonic clock.
+def arrivals(bus: can.BusABC) -> Callable[[can.Message], float]:
+    """Return what says when a frame that was just taken arrived, in seconds, monotonic clock.
 
-    Where the bus does not tell, it is the time at which the frame was taken.
+    Where the bus does not tell, that is the time at which the frame was taken.
     """
+    return _stamped if isinstance(bus, STAMPED) else _taken
+
+
+def _stamped(message: can.Message) -> float:
     now = time.monotonic()
-    if isinstance(bus, STAMPED):
-        waited = time.time() - message.timestamp
-        if 0 < waited < LONGEST_WAIT:
-            return now - waited
-    return now
+    waited = time.time() - message.timestamp
+    return now - waited if 0 < waited < LONGEST_WAIT else now
+
+
+def _taken(message: can.Message) -> float:
+    del message
+    return time.monotonic()

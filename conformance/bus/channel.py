@@ -45,6 +45,8 @@ class Channel:
         self.pace = Pace()
         self.at_rest = False
         self.ids = ids or ChannelIds.default(node_id)
+        self.request_id = self.ids.request.can_id
+        self.response_id = self.ids.response.can_id
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.boot_ups = 0
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
@@ -66,16 +68,6 @@ class Channel:
     def is_default(self) -> bool:
         """Whether this is the default channel of the device, which is always there."""
         return self.ids == ChannelIds.default(self.node_id)
-
-    @property
-    def request_id(self) -> int:
-        """The CAN-ID of requests."""
-        return self.ids.request.can_id
-
-    @property
-    def response_id(self) -> int:
-        """The CAN-ID of responses."""
-        return self.ids.response.can_id
 
     def close(self) -> None:
         """Take no more frames from the link."""
@@ -130,15 +122,15 @@ class Channel:
 
     def _next(self, queue: Waiting, timeout: float | None) -> CanFrame | None:
         seconds = self.response_timeout if timeout is None else timeout
-        waits, missed = 0, 0.0
-        while True:
+        frame = self._next_within(queue, Patience(seconds))
+        waits, missed = 1, self.missed
+        while frame is None:
+            if seconds >= self.response_timeout:
+                self.link.check()
+            if not (self.in_doubt and seconds > 0 and waits < MOST_WAITS):
+                break
             frame = self._next_within(queue, Patience(seconds))
             waits, missed = waits + 1, missed + self.missed
-            if frame is None and seconds >= self.response_timeout:
-                self.link.check()
-            again = frame is None and self.in_doubt and seconds > 0 and waits < MOST_WAITS
-            if not again:
-                break
         self.missed, self.waited_again = missed, waits > 1
         return frame
 
@@ -173,7 +165,7 @@ class Channel:
 
     def is_response(self, frame: CanFrame) -> bool:
         """Say whether a frame that has just come is the device's, in the right shape or not."""
-        if frame.can_id == self.ids.response.can_id:
+        if frame.can_id == self.response_id:
             plain = frame.extended == self.ids.response.extended and not (frame.remote or frame.fd)
             return plain or self.strangers.is_answer(frame)
         return self.strangers.confirmed and self.strangers.is_abort(frame)

@@ -11,7 +11,7 @@ from can.interfaces.socketcand import SocketCanDaemonBus
 from can.interfaces.udp_multicast import UdpMulticastBus
 from can.interfaces.virtual import VirtualBus
 
-from conformance.bus.arrivals import arrival, shortest_look
+from conformance.bus.arrivals import arrivals, shortest_look
 from conformance.bus.echoes import UnmarkedEchoes
 from conformance.bus.errors import (
     SecondClient,
@@ -60,6 +60,7 @@ class Link:
         self._receivers: list[Callable[[CanFrame], None]] = []
         # When the frame that was received last arrived, by the monotonic clock, in seconds.
         self.arrived = 0.0
+        self._arrival = arrivals(bus)
         self._shortest_look = shortest_look(bus)
         # SocketCAN marks frames of all processes on this machine as not received, and echoes
         # none of ours unless it was asked to.
@@ -134,13 +135,10 @@ class Link:
         """
         while not patience.over:
             message = self._next(patience.look(self._shortest_look))
-            if message is None:
-                patience.looked(silent=True)
-                continue
-            frame = self._passed_on(message)
+            frame = None if message is None else self._passed_on(message)
             if frame is not None:
                 return frame
-            patience.looked(silent=False)
+            patience.looked(silent=message is None)
         return None
 
     def look(self) -> CanFrame | None:
@@ -168,7 +166,7 @@ class Link:
         elif message.is_rx or not self._marks_echoes:
             frame = to_frame(message)
             if self._unmarked is None or not self._unmarked.is_echo(frame):
-                self.arrived = arrival(self._bus, message)
+                self.arrived = self._arrival(message)
                 for receiver in self._receivers:
                     receiver(frame)
                 if self._listeners:

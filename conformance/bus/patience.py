@@ -51,7 +51,8 @@ class Patience:
 
     def look(self, shortest: float) -> float:
         """Begin a look; return how many seconds it lasts unless a frame ends it."""
-        self._asked = max(shortest, min(LOOK, self.left))
+        asked = self.left if self.left < LOOK else LOOK
+        self._asked = asked if asked > shortest else shortest
         return self._asked
 
     def looked(self, *, silent: bool) -> None:

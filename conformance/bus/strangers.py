@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
-from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.decoding import decode_request, decode_response, has_object
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
 from conformance.sdo.pairing import is_answer, names_object
@@ -32,47 +32,45 @@ class Strangers:
         """Nothing was asked yet."""
         self.confirmed = False
         self._ids = ids
-        self._asked: deque[Request] = deque(maxlen=2)
-        self._oddly = False
-        self._objects: deque[Multiplexer | None] = deque([None], maxlen=RECENT)
+        # The requests as they went out: they are read where somebody else is heard.
+        self._asked: deque[CanFrame] = deque(maxlen=2)
+        # For each of the latest, the one that named the object that it is about.
+        self._naming: deque[CanFrame] = deque([CanFrame(ids.request.can_id)], maxlen=RECENT)
         self._counts: Counter[str] = Counter()
         self._first: dict[str, CanFrame] = {}
 
     def asked(self, frame: CanFrame) -> None:
         """Take what was sent to the device, in whatever format."""
-        if frame.can_id != self._ids.request.can_id:
-            return
-        request = decode_request(whole_frame(frame.data))
-        self._asked.append(request)
-        self._oddly = not self._ids.request.matches(frame)
-        self._objects.append(getattr(request, "mux", self._objects[-1]))
+        if frame.can_id == self._ids.request.can_id:
+            self._asked.append(frame)
+            self._naming.append(frame if has_object(frame.data) else self._naming[-1])
 
     def is_answer(self, frame: CanFrame) -> bool:
         """Say whether a frame of another format holds an answer to what was asked last."""
         if frame.remote or not frame.data or not self._asked:
             return False
         response = decode_response(whole_frame(frame.data))
-        request = self._asked[-1]
+        request, oddly = _request(self._asked[-1]), not self._ids.request.matches(self._asked[-1])
         if isinstance(response, Abort):
             return response.code in _CODES
         # What names no object could be anything, unless the request had the other format too.
-        return is_answer(response, request) and (self._oddly or names_object(request))
+        return is_answer(response, request) and (oddly or names_object(request))
 
     def is_abort(self, frame: CanFrame) -> bool:
         """Say whether a frame on the identifier of the requests may be the device's."""
         if not self._ids.request.matches(frame) or frame.dlc != FRAME_LENGTH:
             return False
         abort = decode_request(frame.data)
-        return isinstance(abort, Abort) and abort.mux in (*self._objects, _NO_OBJECT)
+        return isinstance(abort, Abort) and abort.mux in (*map(_object, self._naming), _NO_OBJECT)
 
     def another_answers(self, abort: CanFrame, frame: CanFrame) -> bool:
         """Say whether a response answers the same request as an abort that came before it."""
         aborted = decode_request(abort.data)
-        answered = getattr(decode_response(frame.data), "mux", self._objects[-1])
+        answered = getattr(decode_response(frame.data), "mux", _object(self._naming[-1]))
         if not isinstance(aborted, Abort) or aborted.mux != answered:
             return False
         # It may answer our own abort: the response is for what was asked behind that.
-        before = self._asked[0]
+        before = _request(self._asked[0])
         return not (isinstance(before, Abort) and before.mux == aborted.mux)
 
     def note(self, frame: CanFrame) -> None:
@@ -88,6 +86,16 @@ class Strangers:
             f"{self._first[kind]}" + (f" and {count - 1} more" if count > 1 else "")
             for kind, count in self._counts.items()
         ]
+
+
+def _request(frame: CanFrame) -> Request:
+    """Read what was asked, whatever the length of the frame."""
+    return decode_request(whole_frame(frame.data))
+
+
+def _object(frame: CanFrame) -> Multiplexer | None:
+    """Return the multiplexer that a request names."""
+    return getattr(_request(frame), "mux", None)
 
 
 def format_of(frame: CanFrame) -> str:

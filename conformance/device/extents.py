@@ -6,6 +6,9 @@ taken for no book, and anything else may have a mebibyte; less once the device w
 data without an end.
 """
 
+from collections import defaultdict
+from dataclasses import dataclass
+
 from conformance.device.known_objects import KnownObject
 from conformance.sdo.client import MOST_UPLOADED
 from conformance.sdo.frames import (
@@ -30,6 +33,14 @@ STATED, TEXT = 1 << 14, 1 << 17
 ALLOWED = ((0, MOST_UPLOADED), (ENOUGH, 1 << 14), (1 << 32, 1 << 10))
 
 
+@dataclass(slots=True)
+class _Sent:
+    """How many bytes the latest download to an object has brought at the most, and any of them."""
+
+    latest: int = 0
+    most: int = 0
+
+
 class Extents:
     """What has been sent to the objects of a device, by object, and how it has served uploads.
 
@@ -39,23 +50,19 @@ class Extents:
     def __init__(self) -> None:
         """Nothing was sent yet."""
         self.endless = 0
-        self._most: dict[Multiplexer, int] = {}
-        self._latest: dict[Multiplexer, int] = {}
-        self._open: Multiplexer | None = None
-        self._bytes = 0
+        self._sent: defaultdict[Multiplexer, _Sent] = defaultdict(_Sent)
+        # To the object of the latest download: that of none as long as there was no download.
+        self._open = _Sent()
 
     def request(self, request: Request) -> None:
         """Take a request that goes out: whatever a device takes of it, it is not more."""
         match request:
             case DownloadInitiate() | BlockDownloadInitiate():
-                self._open, self._bytes = request.mux, 0
+                self._open = self._sent[request.mux]
+                self._open.latest = 0
             case DownloadSegment() | BlockSegment():
-                self._bytes += SEGMENT_LENGTH
-            case _:
-                return
-        if self._open is not None:
-            self._latest[self._open] = self._bytes
-            self._most[self._open] = max(self._most.get(self._open, 0), self._bytes)
+                self._open.latest += SEGMENT_LENGTH
+                self._open.most = max(self._open.most, self._open.latest)
 
     def longest(self, known: KnownObject | None, value: bytes | None) -> int:
         """Return the most bytes that an upload may bring of an object with a ``value`` at first.
@@ -69,9 +76,12 @@ class Extents:
         if known is None:
             return allowed
         stated, kept = known.stated or b"", value or b""
+        sent = self._sent.get(known.mux)
         if value is not None and known.is_steady and self.endless > ENOUGH:
-            return max(self._latest.get(known.mux, len(value)), known.habits.filled) + LITTLE
-        least = max(len(kept), len(stated), known.habits.filled, self._most.get(known.mux, 0))
+            latest = len(value) if sent is None else sent.latest
+            return max(latest, known.habits.filled) + LITTLE
+        most = 0 if sent is None else sent.most
+        least = max(len(kept), len(stated), known.habits.filled, most)
         if value is not None and known.is_steady:
             return least + PADDING
         if known.data_type in TEXT_TYPES:

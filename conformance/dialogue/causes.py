@@ -123,6 +123,7 @@ SERVED = Cause("object.sub-index-missing", "served")
 IN_BLOCKS = Cause("block-upload.first-sub-block", OTHER_DATA)
 VALUES_WRONG = Cause(NOT_REFUSED.id, "values that do not read as they were written")
 STRUCTURE = Cause("dictionary.structure", OTHER_DATA)
+EXCEEDED = tuple(Cause(rule.id, "block segment") for rule in (BLOCK_SIZE, ENDS))
 
 
 def kind_of_answer(actual: str) -> str:
@@ -353,7 +354,7 @@ class Causes:
     @property
     def sub_blocks_are_exceeded(self) -> bool:
         """Whether the device was seen to send more segments in a sub-block than it has."""
-        return any(Cause(rule.id, "block segment") in self._standing for rule in (BLOCK_SIZE, ENDS))
+        return any(cause in self._standing for cause in EXCEEDED)
 
     @property
     def boots_up_as_heartbeat(self) -> bool:

@@ -30,6 +30,8 @@ class Delivered:
         """Nothing has been sent."""
         self._parts: dict[Multiplexer, list[bytearray]] = defaultdict(list)
         self._open: Multiplexer | None = None
+        # What the download that is open has brought.
+        self._part = bytearray()
         self._toggle = 0
         self._due = 1
         self._last = False
@@ -48,7 +50,8 @@ class Delivered:
             case DownloadInitiate(expedited=False) | BlockDownloadInitiate():
                 self._open, self._toggle, self._due = request.mux, 0, 1
                 self._last = False
-                self._parts[request.mux].append(bytearray())
+                self._part = bytearray()
+                self._parts[request.mux].append(self._part)
             case DownloadSegment(toggle=toggle) if toggle == self._toggle:
                 self._take(request.payload)
                 self._toggle ^= 1
@@ -72,8 +75,8 @@ class Delivered:
                 self._open = None
 
     def _take(self, data: bytes) -> None:
-        if self._open is not None and self._parts[self._open]:
-            self._parts[self._open][-1] += data
+        if self._open is not None:
+            self._part += data
 
     def _complete(self) -> None:
         if self._open is not None:

@@ -44,7 +44,8 @@ class Pauses:
         """Take that a frame has just been sent, ``within`` a transfer or not, after a silence."""
         now = time.monotonic()
         if within and self.active_at is not None:
-            self.longest = max(self.longest, now - self.active_at)
+            silent = now - self.active_at
+            self.longest = silent if silent > self.longest else self.longest
         self.active_at = now
 
     def waited(self) -> None:
@@ -54,7 +55,8 @@ class Pauses:
     def received(self, data: bytes, arrived: float, *, within: bool) -> None:
         """Take a response, and when it arrived: since then it may have waited for the bench."""
         if within:
-            self.longest = max(self.longest, time.monotonic() - arrived)
+            waited = time.monotonic() - arrived
+            self.longest = waited if waited > self.longest else self.longest
         if self.longest >= self._limit and is_timeout(decode_response(data)):
             self._given_up = True
         self.active_at = arrived

@@ -49,7 +49,7 @@ class Silence:
         if wire.crossed:
             self._let_pass()
         wire.look_for_abort(data)
-        if self._causes.noisy and wire.tracker.open is None and not wire.owed:
+        if wire.tracker.open is None and not wire.owed and self._causes.noisy:
             self._calm_before(data)
 
     def _let_pass(self) -> None:

@@ -8,7 +8,6 @@ from conformance.sdo.frames import (
     BlockEnd,
     BlockUploadInitiate,
     BlockUploadStart,
-    Request,
 )
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK
@@ -38,7 +37,10 @@ class SubBlocks:
 
     def request(self, frame: bytes) -> None:
         """Take what the client sends."""
-        request: Request | None = decode_request(frame) if len(frame) == FRAME_LENGTH else None
+        if len(frame) != FRAME_LENGTH or frame[0] < LAST:
+            self._superseded = True  # no request of a block upload
+            return
+        request = decode_request(frame)
         goes_on = isinstance(request, BlockAck) and request.sequence + 1 >= self._behind_last
         self._superseded |= not goes_on
         match request:
@@ -53,11 +55,29 @@ class SubBlocks:
             case Abort():
                 self._next = 0
 
+    def takes(self, frame: bytes) -> bool:
+        """Take what the server sent where that is no segment too many for certain.
+
+        So is the segment that is due, and whatever comes as long as none is counted.
+        """
+        if not (self._next or self._beyond or self._behind_last):
+            return True
+        first = frame[0] if frame else 0
+        number = first & ~LAST
+        if not self._next or number != self._next:
+            return False
+        self._next = 0 if first & LAST or number >= self._asked else number + 1
+        self._beyond = number + 1 if not self._next and not first & LAST else 0
+        self._behind_last, self._superseded = number + 1 if first & LAST else 0, False
+        return True
+
     def surplus(self, frame: bytes, *, expected: bool) -> Violation | None:
         """Take what the server sent; return what is wrong with a segment too many.
 
         ``expected``: the device is known to send such segments.
         """
+        if self.takes(frame):
+            return None
         first = frame[0] if frame else 0
         number = first & ~LAST
         if 0 < number == self._behind_last and not self._may_be_answer(frame, expected=expected):
@@ -67,11 +87,6 @@ class SubBlocks:
                 expected="no segment behind the one that is marked as the last",
                 actual=f"block segment {number} [{hex_bytes(frame)}]",
             )
-        if self._next and number == self._next:
-            self._next = 0 if first & LAST or number >= self._asked else number + 1
-            self._beyond = number + 1 if not self._next and not first & LAST else 0
-            self._behind_last, self._superseded = number + 1 if first & LAST else 0, False
-            return None
         if not self._beyond or number != self._beyond or number > LARGEST_BLOCK:
             self._beyond = 0
             return None

@@ -25,9 +25,11 @@ from conformance.sdo.frames import (
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 
-OTHER_INITIATES = UploadInitiateResponse | DownloadInitiateResponse | BlockDownloadInitiateResponse
+OTHER_INITIATES = UploadInitiateResponse, DownloadInitiateResponse, BlockDownloadInitiateResponse
+# What ends a transfer from the side of the client.
+ENDING = Abort, BlockEndResponse
 # What each request that begins nothing continues, by what has come before it.
 CONTINUES: dict[type, tuple[type, ...]] = {
     UploadSegment: (UploadInitiateResponse, UploadSegmentResponse),
@@ -64,13 +66,16 @@ class TransferTracker:
         self._response: Response | None = None
         self._decoder = Decoder()
 
-    def request(self, frame: bytes) -> Request:
-        """Take what the client sends; return which request it is."""
-        request = self._decoder.request(frame)
+    def request(self, frame: bytes, built: Message | None = None) -> Request:
+        """Take what the client sends; return which request it is.
+
+        ``built`` is the message that the frame was made of, if it was.
+        """
+        request = self._decoder.request(frame, built)
         self._request = request
         self.asked = OUT_OF_PLACE if self._is_out_of_place(request, frame) else ""
-        self.abandoned |= self.asks_for_segments and isinstance(request, Abort)
-        if isinstance(request, Abort | BlockEndResponse):
+        if isinstance(request, ENDING):
+            self.abandoned |= self.asks_for_segments and isinstance(request, Abort)
             self.open = None
         return request
 
@@ -89,7 +94,7 @@ class TransferTracker:
         begins = isinstance(response, BlockUploadInitiateResponse)
         if begins or (self.open is not None and isinstance(response, OTHER_INITIATES)):
             self.may_send_segments = begins
-        return response if isinstance(response, BlockSegment) else self.read(frame)
+        return self._or_segment(response, frame)
 
     def read(self, frame: bytes) -> Response:
         """Return which response has arrived, as far as that can be told before it is taken.
@@ -97,7 +102,10 @@ class TransferTracker:
         Where segments of a block upload may come, 81h is one, unless what follows it is the object
         and the code of an abort.
         """
-        response = decode_response(frame)
+        return self._or_segment(decode_response(frame), frame)
+
+    def _or_segment(self, response: Response, frame: bytes) -> Response:
+        """Return what came: an abort with reserved bits may be a segment."""
         if not isinstance(response, Abort) or not response.reserved_bits:
             return response
         may_be_segment = self.may_send_segments and not self._decoder.is_answer(response)
@@ -111,7 +119,15 @@ class TransferTracker:
 
     def _follow(self, response: Response, request: Request | None) -> None:
         match response:
-            case Abort():
+            case BlockSegment():
+                pass
+            case UploadSegmentResponse():
+                if response.last:
+                    self.open = None
+            case DownloadSegmentResponse():
+                if isinstance(request, DownloadSegment) and request.last:
+                    self.open = None
+            case Abort() | BlockEndResponse():
                 self.open = None
             case DownloadInitiateResponse():
                 segmented = isinstance(request, DownloadInitiate) and not request.expedited
@@ -124,11 +140,6 @@ class TransferTracker:
                 | BlockUploadInitiateResponse()
             ):
                 self.open = _object(request)
-            case DownloadSegmentResponse():
-                if isinstance(request, DownloadSegment) and request.last:
-                    self.open = None
-            case UploadSegmentResponse(last=True) | BlockEndResponse():
-                self.open = None
 
 
 def _object(request: Request | None) -> Multiplexer | None:

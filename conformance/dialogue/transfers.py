@@ -103,9 +103,10 @@ class Transfers:
 
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
+        built = request if isinstance(request, Message) else None
         data = request if isinstance(request, bytes) else request.encode()
         self.silence.before(data)
-        self.wire.send(data)
+        self.wire.send(data, built)
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
@@ -374,12 +375,14 @@ class Transfers:
 
     def ask(self, step: Step) -> bool:
         """Send the requests of a step; say whether a response has to come behind them."""
-        burst = step if isinstance(step, Burst) else Burst((step,))
-        for request in burst.requests:
+        if not isinstance(step, Burst):
+            self.send(step)
+            return True
+        for request in step.requests:
             if isinstance(request, BlockSegment) and self.wire.has_left():
                 break
             self.send(request)
-        return burst.awaited
+        return step.awaited
 
     @contextmanager
     def served(self) -> Iterator[None]:

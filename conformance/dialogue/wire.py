@@ -12,11 +12,11 @@ from conformance.bus.channel import Channel
 from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
-from conformance.device.protected_objects import OTHER_NODES, READ_ONLY_PROBES
-from conformance.device.safety import written_by
+from conformance.device.protected_objects import OTHER_NODES
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered
 from conformance.dialogue.early import INITIATES, is_early
+from conformance.dialogue.effects import READING, Effects
 from conformance.dialogue.odd_frames import check_shape
 from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.dialogue.pauses import Pauses
@@ -35,27 +35,18 @@ from conformance.sdo.frames import (
     BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
-    BlockUploadStart,
     Request,
     Response,
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.layout import FRAME_LENGTH, whole_frame
+from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
-from conformance.sdo.storage_commands import COMMANDS
 
 SEGMENTS_PER_LOOK = 4
 ABORTS = b"\x80"
-# What changes no value; nor does an abort where nothing was written.
-READING = (
-    UploadInitiate,
-    UploadSegment,
-    BlockUploadInitiate,
-    BlockUploadStart,
-    BlockAck,
-    BlockEndResponse,
-)
+UPLOADS = UploadInitiate, BlockUploadInitiate
+PLAIN_READING = UploadInitiate, UploadSegment
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 
 
@@ -81,6 +72,7 @@ class Wire:
         self.record = record
         self.tracker = TransferTracker()
         self.delivered = Delivered()
+        self.effects = Effects(device, record)
         self.pauses = Pauses(device.server_timeout)
         self.timing = Timing(channel.pace)
         self.seen = device.keeping.seen
@@ -103,23 +95,23 @@ class Wire:
 
     # What is sent
 
-    def send(self, data: bytes) -> None:
-        """Send a request of the case: 0 to 8 data bytes.
+    def send(self, data: bytes, built: Message | None = None) -> None:
+        """Send a request of the case: 0 to 8 data bytes, and what was ``built`` of them if it was.
 
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
         running = self.tracker.open
-        self.transmit(data)
+        self.transmit(data, built)
         self.data = data
         confirmed = isinstance(self.last_sent, BlockEndResponse) and self.tracker.open is None
         self.owed = not (self.has_aborted or (running is not None and confirmed))
 
-    def transmit(self, data: bytes) -> None:
+    def transmit(self, data: bytes, built: Message | None = None) -> None:
         """Send a request of the case or of a fence."""
         running = self.tracker.open
         within = running is not None
         self._sub_blocks.request(data)
-        decoded = self.tracker.request(data)
+        decoded = self.tracker.request(data, built)
         if isinstance(decoded, Abort):
             self.record.early.aborted(running)
         self.delivered.request(decoded)
@@ -129,7 +121,7 @@ class Wire:
         self._about_to_send(decoded)
         self.channel.send(data)
         self.pauses.sent(within=within)
-        if isinstance(decoded, UploadInitiate | BlockUploadInitiate) and self.tracker.open is None:
+        if not within and isinstance(decoded, UPLOADS):
             self._read = data
 
     def send_frame(self, frame: CanFrame) -> None:
@@ -168,29 +160,18 @@ class Wire:
 
         Raises WriteNotPermitted or NotTestable.
         """
-        target = written_by(request)
-        if target is not None and self.device.policy.needs_probes(target):
-            raise NotTestable(
-                f"needs permission to write to {target}, which a correct device refuses: "
-                f"add --sdo-allow={READ_ONLY_PROBES}"
-            )
-        self.device.policy.check(request)
+        reads = isinstance(request, READING)
+        if not reads:
+            self.effects.permit(request)
         self.sent_before, self.last_sent = self.last_sent, request
         if not self.fencing:
             self.record.early.sent(request)
         self.segments = self.segments + 1 if isinstance(request, BlockSegment) else 0
         self.timing.sent()
         self._read = b""
-        self.device.extents.request(request)
-        self.is_proven &= isinstance(request, UploadInitiate | UploadSegment)
-        if not isinstance(request, READING) and (self.record.written or not self.has_aborted):
-            self.seen.clear()
-        if target is not None:
-            self.device.will_change(target)
-            self.record.written.add(target)
-            self.record.reset.pop(target, None)
-            if target.index in COMMANDS:
-                self.device.keeping.brought_back.clear()
+        self.is_proven &= isinstance(request, PLAIN_READING)
+        if not reads:
+            self.effects.note(request)
 
     @property
     def has_aborted(self) -> bool:
@@ -278,6 +259,8 @@ class Wire:
 
     def _is_surplus(self, frame: CanFrame) -> bool:
         """Say whether this is a segment beyond its sub-block, and note that: no answer is."""
+        if self._sub_blocks.takes(frame.data):
+            return False
         exceeded = self.record.causes.sub_blocks_are_exceeded
         found = self._sub_blocks.surplus(frame.data, expected=exceeded)
         if found is not None:

@@ -9,7 +9,7 @@ from typing import Protocol, Self
 import can
 
 from conformance.bus.alarm import Alarm
-from conformance.bus.arrivals import arrival, shortest_look
+from conformance.bus.arrivals import arrivals, shortest_look
 from conformance.bus.errors import buffer_is_full
 from conformance.bus.messages import to_frame, to_message
 from conformance.sdo.can_frame import CanFrame
@@ -51,7 +51,7 @@ class NodeClock:
 
     def __init__(self, bus: can.BusABC) -> None:
         """Take the bus that tells when frames arrived."""
-        self._bus = bus
+        self._arrival = arrivals(bus)
         self._held = 0.0
         self._last = -math.inf
 
@@ -59,7 +59,7 @@ class NodeClock:
         """Return the node's time when it takes a frame, or none, at a time of the machine."""
         taken = now - self._held
         if message is not None:
-            arrived = max(self._last, arrival(self._bus, message) - self._held)
+            arrived = max(self._last, self._arrival(message) - self._held)
             if taken - arrived > LONG:
                 self._held, taken = now - arrived, arrived
         self._last = taken

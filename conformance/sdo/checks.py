@@ -23,11 +23,12 @@ from conformance.sdo.frames import (
     DownloadInitiateResponse,
     DownloadSegmentResponse,
     Response,
+    Unknown,
     UploadInitiateResponse,
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
-from conformance.sdo.limits import LARGEST_BLOCK
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import (
     ABORT_CODE,
     BLOCK_ACK,
@@ -117,7 +118,7 @@ class ResponseChecks:
         response = self._read(UploadSegmentResponse, answer, mux, due)
         if response.toggle != toggle:
             raise Violation(TOGGLE, expected=due, actual=in_words(response))
-        self._zero(FILLER, response.payload[len(response.data) :], response)
+        self._zero(FILLER, response.payload[SEGMENT_LENGTH - response.unused :], response)
         return response
 
     def block_download_initiate(
@@ -224,14 +225,15 @@ class ResponseChecks:
             self.note(Violation(RESERVED, expected="0", actual=actual))
 
     def _zero(self, rule: Rule, rest: bytes, response: Message) -> None:
-        if any(rest):
+        if rest.strip(b"\0"):
             actual = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(response.encode())}]"
             self.note(Violation(rule, expected="00 in bytes without data", actual=actual))
 
 
 def _check_length(response: Response) -> None:
-    frame = response.encode()
-    if len(frame) != FRAME_LENGTH:
+    """Raise Violation for what has not 8 bytes: any message but an unknown one has them."""
+    if isinstance(response, Unknown) and len(response.frame) != FRAME_LENGTH:
+        frame = response.frame
         raise Violation(
             FRAME_SHAPE, expected="8 data bytes", actual=f"{len(frame)}: {hex_bytes(frame)}"
         )

@@ -84,10 +84,11 @@ class Client:
         while not last:
             answer = yield UploadSegment(toggle)
             response = self.checks.upload_segment(answer, mux, toggle)
-            data += response.data
+            brought = response.data
+            data += brought
             last = response.last
             segments += 1
-            empty += not response.data
+            empty += not brought
             toggle ^= 1
             if announced is not None and (len(data) > announced or last) and len(data) != announced:
                 raise Violation(

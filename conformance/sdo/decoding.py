@@ -5,8 +5,8 @@ the transfer tells them from the others. Hence three decoders. Each takes any by
 of CiA 301 defines becomes ``Unknown``.
 """
 
-from collections.abc import Sequence
-from typing import TypeVar
+from collections.abc import Callable, Sequence
+from typing import TypeGuard, TypeVar
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -66,27 +66,51 @@ RESPONSES: tuple[type[ResponseMessage], ...] = (
 )
 
 
-def _by_command(kinds: Sequence[type[Kind]]) -> tuple[type[Kind] | None, ...]:
+def _by_command(kinds: Sequence[type[Kind]]) -> tuple[Callable[[bytes], Kind] | None, ...]:
+    """Return, for each value of byte 0, what reads such a message."""
     return tuple(
-        next((kind for kind in kinds if kind.matches(command)), None) for command in range(256)
+        next((kind.decode for kind in kinds if kind.matches(command)), None)
+        for command in range(256)
+    )
+
+
+def _with_object(kinds: Sequence[type[Kind]]) -> frozenset[bytes]:
+    """Return the values of byte 0 of messages that name an object."""
+    return frozenset(
+        bytes((command,))
+        for command in range(256)
+        for kind in kinds
+        if kind.matches(command) and "mux" in kind.LAYOUT.body
     )
 
 
 _REQUEST_BY_COMMAND = _by_command(REQUESTS)
 _RESPONSE_BY_COMMAND = _by_command(RESPONSES)
+_PLAIN_REQUESTS = frozenset(REQUESTS)
+_REQUEST_WITH_OBJECT = _with_object(REQUESTS)
 _ABORT_COMMAND = 0x80
 
 
 def decode_request(frame: bytes) -> Request:
     """Read what a client sent outside a sub-block of a block download."""
-    kind = _REQUEST_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
-    return kind.decode(frame) if kind else Unknown(bytes(frame))
+    decode = _REQUEST_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
+    return decode(frame) if decode else Unknown(bytes(frame))
 
 
 def decode_response(frame: bytes) -> Response:
     """Read what a server sent outside a sub-block of a block upload."""
-    kind = _RESPONSE_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
-    return kind.decode(frame) if kind else Unknown(bytes(frame))
+    decode = _RESPONSE_BY_COMMAND[frame[0]] if len(frame) == FRAME_LENGTH else None
+    return decode(frame) if decode else Unknown(bytes(frame))
+
+
+def is_plain(message: Message | None) -> TypeGuard[RequestMessage]:
+    """Say whether the bytes of a message are read as it, sent outside a sub-block."""
+    return type(message) in _PLAIN_REQUESTS
+
+
+def has_object(frame: bytes) -> bool:
+    """Say whether a request of these bytes names an object."""
+    return frame[:1] in _REQUEST_WITH_OBJECT
 
 
 def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
@@ -111,6 +135,8 @@ def as_segment(response: Response, mux: Multiplexer) -> BlockSegment | Abort | U
 
     ``mux`` is the object that is uploaded.
     """
+    if isinstance(response, BlockSegment) and not response.last:
+        return response  # an abort has this bit set
     answer = as_answer(response)
     if isinstance(answer, Abort) and is_refusal(answer, mux):
         return answer

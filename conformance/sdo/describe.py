@@ -7,6 +7,7 @@ from conformance.sdo.decoding import (
     decode_request,
     decode_response,
     decode_segment,
+    is_plain,
     is_refusal,
 )
 from conformance.sdo.frames import (
@@ -222,9 +223,19 @@ class Decoder:
         self._latest: Multiplexer | None = None
         self._uploaded: Multiplexer | None = None
 
-    def request(self, frame: bytes) -> Request:
-        """Read a frame of the client and follow where it leads."""
-        message = decode_segment(frame) if self._client_sends_segments else decode_request(frame)
+    def request(self, frame: bytes, built: Message | None = None) -> Request:
+        """Read a frame of the client and follow where it leads.
+
+        ``built`` is the message that the frame was made of: it need not be read again where these
+        bytes stand for it.
+        """
+        message: Request
+        if not self._client_sends_segments:
+            message = built if is_plain(built) else decode_request(frame)
+        elif isinstance(built, BlockSegment) and built.sequence:
+            message = built
+        else:
+            message = decode_segment(frame)
         self._asked = message
         if isinstance(message, INITIATES):
             self._latest = message.mux
@@ -239,14 +250,19 @@ class Decoder:
 
     def response(self, frame: bytes) -> Response:
         """Read a frame of the server and follow where it leads."""
-        message = decode_response(frame)
+        message: Response
         if self._server_sends_segments:
-            message = message if self.is_refusal(message) else decode_segment(frame)
-        elif self._may_send_segments:
-            segment = decode_segment(frame)
-            if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
-                self._last_sequence = segment.sequence
-                return segment
+            message = decode_segment(frame)
+            if isinstance(message, BlockSegment) and message.last:  # as an abort has this bit set
+                refusal = decode_response(frame)
+                message = refusal if self.is_refusal(refusal) else message
+        else:
+            message = decode_response(frame)
+            if self._may_send_segments:
+                segment = decode_segment(frame)
+                if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
+                    self._last_sequence = segment.sequence
+                    return segment
         self._follow(message)
         if not isinstance(message, Unknown):
             begins = isinstance(message, BlockUploadInitiateResponse)

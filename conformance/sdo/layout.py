@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from operator import attrgetter, itemgetter
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 FRAME_LENGTH = 8
 
@@ -20,11 +20,10 @@ def whole_frame(data: bytes) -> bytes:
     return data[:FRAME_LENGTH].ljust(FRAME_LENGTH, b"\0")
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Multiplexer:
+class Multiplexer(NamedTuple):
     """Index and sub-index: which entry of the object dictionary a transfer is about."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # it hides a method of tuples, which none needs here
     sub_index: int = 0
 
     def __str__(self) -> str:
@@ -88,7 +87,7 @@ class Message:
             place = bits << layout.shifts["reserved_bits"]
             found.append(f"reserved bits of byte 0 are {place:02X}h")
         rest: bytes = getattr(self, "reserved", b"")
-        if any(rest):
+        if rest.strip(b"\0"):
             start, stop = layout.body["reserved"]
             shown = rest.hex(" ").upper()
             found.append(f"reserved bytes {start} to {stop - 1} are {shown}")

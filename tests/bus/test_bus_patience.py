@@ -7,7 +7,8 @@ import can
 import pytest
 from bus_fakes import ANSWER, Bench, message
 
-from conformance.bus.channel import MOST_WAITS
+from conformance.bus.channel import MOST_WAITS, Channel
+from conformance.bus.link import Link
 from conformance.bus.patience import LOOK, MOST_LATE
 from conformance.reference.host import NodeClock
 from conformance.sdo.can_frame import CanFrame
@@ -101,15 +102,17 @@ def test_a_pause_of_the_client_is_as_long_as_the_clock_says(bench: Bench) -> Non
 def test_frames_have_the_time_at_which_they_arrived(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conformance.bus.arrivals.STAMPED", (type(bench.bus),))
+    monkeypatch.setattr("conformance.bus.arrivals.STAMPED", (can.BusABC,))
+    link = Link(bench.bus, "stamped")
+    channel = Channel(link, 5, 0.5)
     early = message(0x585, ANSWER)
     early.timestamp = 999.25
     unstamped, foreign = message(0x585, ANSWER), message(0x585, ANSWER)
     foreign.timestamp = 12.0  # by the clock of an adapter
     for frame, arrived in ((early, 999.25), (unstamped, 1000.0), (foreign, 1000.0)):
         bench.bus.incoming.append(frame)
-        assert bench.channel.receive() == RESPONSE
-        assert bench.channel.arrived == arrived
+        assert channel.receive() == RESPONSE
+        assert channel.arrived == arrived
 
 
 @pytest.mark.parametrize("backlog", [1, 3])

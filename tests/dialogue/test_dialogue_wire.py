@@ -6,16 +6,20 @@ from run_bench import (
     HASTY,
     NUMBER,
     READ,
+    RULE,
     Scripted,
     discovered,
     recording,
     undiscovered,
 )
 
+from conformance.bus.channel import Channel
 from conformance.bus.errors import SecondClient, WriteNotPermitted
 from conformance.bus.strangers import asked_by_others
 from conformance.dialogue.causes import Cause
+from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import check_shape
+from conformance.dialogue.record import CaseRecord
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
@@ -74,8 +78,9 @@ def test_silence_is_a_violation_and_the_wait_is_counted() -> None:
 def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -> None:
     node = Scripted(lambda data: [CanFrame(0x586, BASELINE), CanFrame(0x585, BASELINE, True)])
     with undiscovered(node, timeout=HASTY) as bench:
-        sdo = bench.dialogue()
-        sdo.channel.ids = ChannelIds(CobId(0x605), CobId(0x584))
+        ids = ChannelIds(CobId(0x605), CobId(0x584))
+        channel = Channel(bench.channel.link, 5, HASTY, ids)
+        sdo = Dialogue(channel, bench.device, CaseRecord(RULE), seed=1)
         sdo.send(READ)
         with pytest.raises(Violation) as raised:
             sdo.receive()

@@ -1,11 +1,13 @@
 """The worked exchanges of vectors.json: real ones from manuals, logs and other test suites."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import Multiplexer
 
 PATH = Path(__file__).with_name("vectors.json")
@@ -46,7 +48,10 @@ class Vector:
     def decoded(self) -> list[str]:
         """Return each frame in words, with an arrow for its direction."""
         decoder = Decoder()
-        read = {"request": decoder.request, "response": decoder.response}
+        read: dict[str, Callable[[bytes], Request | Response]] = {
+            "request": decoder.request,
+            "response": decoder.response,
+        }
         return [
             f"{step.arrow} {describe(read[step.direction](step.frame))}"
             for step in self.steps

@@ -191,7 +191,7 @@ class RefusedOfNothing(_OnInitiate):
     def refuse(self, request: Request, code: AbortCode) -> list[Response]:
         responses = super().refuse(request, code)
         if isinstance(request, INITIATES) and code is AbortCode.COMMAND_NOT_VALID:
-            return [replace(self.aborted(responses), mux=replace(request.mux, index=0))]
+            return [replace(self.aborted(responses), mux=request.mux._replace(index=0))]
         return responses
 
     def aborted(self, responses: list[Response]) -> Abort:

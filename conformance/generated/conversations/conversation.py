@@ -74,7 +74,10 @@ Conversation = tuple[Transfer, ...]
 
 def to_lines(conversation: Conversation) -> list[str]:
     """Write a conversation as JSON, a line each transfer."""
-    return [json.dumps(asdict(transfer)) for transfer in conversation]
+    return [
+        json.dumps({**asdict(transfer), "target": transfer.target._asdict()})
+        for transfer in conversation
+    ]
 
 
 def from_lines(lines: Iterable[str]) -> Conversation:

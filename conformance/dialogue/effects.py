@@ -1,0 +1,61 @@
+"""What a request may change of the device: permitted before it goes out, and noted then."""
+
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
+from conformance.device.protected_objects import READ_ONLY_PROBES
+from conformance.device.safety import written_by
+from conformance.dialogue.record import CaseRecord
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockEndResponse,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    Request,
+    UploadInitiate,
+    UploadSegment,
+)
+from conformance.sdo.storage_commands import COMMANDS
+
+# What changes no value; nor does an abort where nothing was written.
+READING = (
+    UploadInitiate,
+    UploadSegment,
+    BlockUploadInitiate,
+    BlockUploadStart,
+    BlockAck,
+    BlockEndResponse,
+)
+
+
+class Effects:
+    """What the requests of one case may change, on one channel of a device."""
+
+    def __init__(self, device: Device, record: CaseRecord) -> None:
+        """Take the device, and what is known of the case."""
+        self._device = device
+        self._record = record
+
+    def permit(self, request: Request) -> None:
+        """Raise WriteNotPermitted or NotTestable for a write that the user has not allowed."""
+        target = written_by(request)
+        if target is not None and self._device.policy.needs_probes(target):
+            raise NotTestable(
+                f"needs permission to write to {target}, which a correct device refuses: "
+                f"add --sdo-allow={READ_ONLY_PROBES}"
+            )
+        self._device.policy.check(request)
+
+    def note(self, request: Request) -> None:
+        """Note what goes out next: what a device has read as may not be what it holds any more."""
+        device, record = self._device, self._record
+        device.extents.request(request)
+        if record.written or not isinstance(request, Abort):
+            device.keeping.seen.clear()
+        target = written_by(request)
+        if target is not None:
+            device.will_change(target)
+            record.written.add(target)
+            record.reset.pop(target, None)
+            if target.index in COMMANDS:
+                device.keeping.brought_back.clear()
