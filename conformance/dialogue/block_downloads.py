@@ -1,6 +1,8 @@
 """Block downloads step by step: begun and not ended, and with a segment that is lost."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
@@ -9,7 +11,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import segments_of
 from conformance.sdo.crc import crc16
-from conformance.sdo.frames import BlockDownloadInitiateResponse
+from conformance.sdo.frames import BlockDownloadInitiateResponse, BlockEnd, BlockSegment
 
 
 def begin_block_download(
@@ -28,18 +30,33 @@ def send_blocks(
     sdo: Dialogue, known: KnownObject, data: bytes, segments: int | None
 ) -> BlockDownloadInitiateResponse:
     """Start a block download, send its first ``segments``, or all; return the first answer."""
+    response = Blocks(sdo).initiate_download(known, len(data))
+    count = len(segments_of(data)[:segments])
+    next(islice(send_step_by_step(sdo, known, data, response), count, None))
+    return response
+
+
+def send_step_by_step(
+    sdo: Dialogue, known: KnownObject, data: bytes, response: BlockDownloadInitiateResponse
+) -> Iterator[BlockSegment | BlockEnd]:
+    """Send a block download that was initiated, each request as the next is asked for.
+
+    Yields what is due: the segments, then the end.
+    """
     blocks = Blocks(sdo)
-    response = blocks.initiate_download(known, len(data))
     block_size = response.block_size
     chunks = segments_of(data)
     pending = 0
-    for number, chunk in enumerate(chunks[:segments]):
+    for number, chunk in enumerate(chunks):
         last = number == len(chunks) - 1
+        yield BlockSegment.with_data(pending + 1, chunk, last=last)
         blocks.send_segments([chunk], first=pending + 1, last=last)
         pending += 1
         if last or pending == block_size:
             block_size, pending = blocks.acknowledged(known, pending).block_size, 0
-    return response
+    unused, crc = unused_in(data), crc16(data) if response.crc_supported else 0
+    yield BlockEnd(unused, crc)
+    blocks.end_download(known, unused=unused, crc=crc)
 
 
 def unused_in(data: bytes) -> int:

@@ -4,25 +4,17 @@ A step that is not the point of a case fails as what it is: a breach of the gene
 answer broke, not of the rule that the case is about.
 """
 
-import random
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Self
 
-from conformance.bus.channel import Channel
-from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.payload import MOST_PLAIN, text
-from conformance.dialogue.record import CaseRecord
-from conformance.dialogue.silence import Silence
+from conformance.dialogue.exchange import Exchange, InitiateRefused
 from conformance.dialogue.values import check_constant, of_another_length
-from conformance.dialogue.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.block_client import BlockClient, Burst, Step
-from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.checks import ResponseChecks, ServerAborted
+from conformance.sdo.block_client import Burst, Step
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import describe, hex_bytes, in_words
@@ -33,13 +25,12 @@ from conformance.sdo.frames import (
     DownloadInitiateResponse,
     DownloadSegment,
     Response,
-    Unknown,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
     NOT_REFUSED,
     SIZE,
@@ -72,103 +63,8 @@ def mux_of(target: Target) -> Multiplexer:
     return target.mux if isinstance(target, KnownObject) else target
 
 
-class Transfers:
-    """Exchanges and transfers of one case on one channel of a device.
-
-    The ``wire`` has the frames, the ``silence`` proves that nothing was answered, and the
-    ``record`` is what is known of the case. ``checks`` hold responses to what every response has to
-    be, the ``client`` makes the requests of whole transfers.
-    """
-
-    def __init__(self, channel: Channel, device: Device, record: CaseRecord, seed: int) -> None:
-        """``seed`` decides on the bytes that are written."""
-        self.channel = channel
-        self.device = device
-        self.record = record
-        self.wire = Wire(channel, device, record)
-        self.silence = Silence(self.wire)
-        self.tracker = self.wire.tracker
-        self.checks = ResponseChecks(self.wire.note)
-        self.client = BlockClient(self.checks, device.longest)
-        self._random = random.Random(f"{seed}/{record.rule.id}")
-
-    def beside(self, channel: Channel) -> Self:
-        """Return the same case on another channel of the device."""
-        return type(self)(channel, self.device, self.record, 0)
-
-    # Frames
-
-    def send(self, request: Message | Unknown | bytes) -> None:
-        """Send a request: a message, or 0 to 8 data bytes as they are.
-
-        Raises WriteNotPermitted for one that would write where the user has not allowed it.
-        """
-        built = request if isinstance(request, Message) else None
-        data = request if isinstance(request, bytes) else request.encode()
-        self.silence.before(data)
-        self.wire.send(data, built)
-
-    def send_frame(self, frame: CanFrame) -> None:
-        """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
-        self.wire.send_frame(frame)
-
-    def receive(self) -> Response:
-        """Return the next response, which has to come, read by the state in which it came.
-
-        Raises Violation when none comes in time, or one that has not the shape of a response.
-        """
-        return self.wire.receive()
-
-    def wait(self, seconds: float) -> Response | None:
-        """Send nothing for a time; return the response that is due within it."""
-        return self.wire.wait(seconds)
-
-    def fence(self) -> list[Response]:
-        """Read 1000h, and return what came before its answer."""
-        return self.silence.fence()
-
-    def reaction(self) -> Response | None:
-        """Return the answer to what was sent last, or None when there was none.
-
-        Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
-        Raises Violation when more than one answer came.
-        """
-        return self.silence.reaction()
-
-    def drain(self) -> list[CanFrame]:
-        """Return the responses that are there though nothing was asked."""
-        return self.silence.drain()
-
-    def end_transfer(self) -> None:
-        """Abort the open transfer from the client's side; a server never answers that."""
-        self.silence.end_transfer()
-
-    # Findings
-
-    def note(self, violation: Violation) -> None:
-        """Keep a breach that does not stop a transfer."""
-        self.wire.note(violation)
-
-    def info(self, note: str) -> None:
-        """Record what the device does where the specification says nothing."""
-        self.record.notes.append(note)
-
-    def breach(self, expected: str, actual: str) -> Violation:
-        """Build a breach of the case's rule."""
-        return self.record.breach(expected, actual)
-
-    def payload(self, size: int) -> bytes:
-        """Return printable bytes, others with every call and the same in every run.
-
-        Raises NotTestable for what might be written elsewhere (see ``payload``).
-        """
-        nowhere = self.device.beliefs.nowhere
-        if size > MOST_PLAIN and not nowhere:
-            raise NotTestable(
-                f"needs an object that the device lacks: a device may take some of the {size} "
-                "bytes for requests, which have to name it; no read was refused so far"
-            )
-        return text(self._random, size, nowhere)
+class Transfers(Exchange):
+    """Exchanges and transfers of one case on one channel of a device."""
 
     # One exchange each
 
@@ -329,30 +225,18 @@ class Transfers:
         initiate = next(transfer)
         if isinstance(initiate, Burst):
             raise TypeError("a transfer begins with one request")
-        superseded = self.tracker.open
-        self.send(initiate)
-        response = as_answer(self.receive())
+        try:
+            with self.superseding():
+                self.send(initiate)
+                response = as_answer(self.receive())
+        except InitiateRefused as refused:
+            return refused.abort
         if isinstance(response, Abort):
             self.checks.abort(response, None)
-            served = self.behind_superseded(response, superseded) if superseded else None
-            if served is None:
-                return response
-            response = served
+            return response
         step = advance(transfer, response)
         with self.served():
             return self.go_on(transfer, step)
-
-    def behind_superseded(self, abort: Abort, superseded: Multiplexer) -> Response | None:
-        """Return the answer to a new initiate that follows an abort of the superseded transfer.
-
-        None where there is none: the server has refused the new one.
-        """
-        if abort.mux != superseded:
-            return None
-        response = self.wait(self.channel.pace.soon(self.channel.response_timeout))
-        if response is not None:
-            self.info("the superseded transfer is aborted, and the new one is served")
-        return response
 
     # What transfers are made of
 

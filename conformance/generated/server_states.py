@@ -10,14 +10,14 @@ All cases that are about a state take it from here: those that send each frame i
 of a client that falls silent, and those of one service. Their ids have its name.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from conformance.device.device import THREE_SEGMENTS, TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.block_downloads import begin_block_download, send_blocks, unused_in
+from conformance.dialogue.block_downloads import Gap, send_again, send_step_by_step
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -29,6 +29,7 @@ from conformance.generated.matrix.stimuli import (
     Stimulus,
 )
 from conformance.run.risks import LOST_SEGMENT, Risk
+from conformance.sdo.client import MOST_EMPTY_SEGMENTS
 from conformance.sdo.crc import crc16
 from conformance.sdo.frames import (
     BlockAck,
@@ -41,6 +42,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
+from conformance.sdo.rules import UPLOAD_ENDS, Violation
 
 # Three segments, the last one with 6 bytes of data.
 SIZE = 20
@@ -49,10 +51,12 @@ BLOCK_SIZE = 2
 # What any sub-block can take.
 LONGEST = LARGEST_BLOCK * SEGMENT_LENGTH
 Due_co = TypeVar("Due_co", bound=Request | None, covariant=True)
-Reach = Callable[[Dialogue, KnownObject, int], Due_co]
-"""Leads an idle server into a state by a transfer of an object, of a size in bytes.
+Due = TypeVar("Due", bound=Request)
+Way = Callable[[Dialogue, KnownObject, int], Iterator[Due_co]]
+"""A transfer of an object, of a size in bytes, from an idle server on, with one stop.
 
-Returns the request with which the client would go on; None where no transfer runs.
+That is where the state is reached: it yields the request with which the client would go on, None
+where no transfer runs. Resumed, it goes on to its end.
 """
 
 
@@ -69,7 +73,7 @@ class State(Generic[Due_co]):
 
     name: str
     sentence: str
-    reach: Reach[Due_co]
+    way: Way[Due_co]
     downloads: bool = False
     least: int = 1
     segment: int | None = None
@@ -77,157 +81,197 @@ class State(Generic[Due_co]):
     stimuli: Mapping[str, Stimulus] = field(default_factory=lambda: STIMULI)
     risk: Risk | None = None
 
+    def reach(self, sdo: Dialogue, known: KnownObject, size: int) -> Due_co:
+        """Lead an idle server there, and stay; return what the client would send next."""
+        return next(self.way(sdo, known, size))
 
-def _idle(sdo: Dialogue, known: KnownObject, size: int) -> None:
+
+def _idle(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[None]:
     """Stay where every case begins."""
+    yield None
 
 
-def _segmented_download(segments: int) -> Reach[DownloadSegment]:
-    """Return the way into a download: ``segments`` were sent or, if negative, are to come."""
+def _stopping(requests: Iterator[Due], stop: int) -> Iterator[Due]:
+    """Send the requests of a transfer, each as the next is asked for, with one stop."""
+    for number, due in enumerate(requests):
+        if number == stop:
+            yield due
 
-    def reach(sdo: Dialogue, known: KnownObject, size: int) -> DownloadSegment:
+
+def _segmented_download(stop: int) -> Way[DownloadSegment]:
+    """Return the way to one of the segments, counted from the last where it is negative."""
+
+    def way(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[DownloadSegment]:
         chunks = segments_of(sdo.payload(size))
-        sdo.initiate_download(known, size)
-        sent = len(chunks[:segments])
-        for number, chunk in enumerate(chunks[:sent]):
-            sdo.download_segment(chunk, toggle=number % 2)
-        last = sent == len(chunks) - 1
-        return DownloadSegment.with_data(chunks[sent], toggle=sent % 2, last=last)
+        return _stopping(_download_segments(sdo, known, size, chunks), stop % len(chunks))
 
-    return reach
+    return way
 
 
-def _segmented_upload(segments: int) -> Reach[UploadSegment]:
-    """Return the way into an upload: ``segments`` came or, if negative, are to come."""
+def _download_segments(
+    sdo: Dialogue, known: KnownObject, size: int, chunks: Sequence[bytes]
+) -> Iterator[DownloadSegment]:
+    sdo.initiate_download(known, size)
+    for number, chunk in enumerate(chunks):
+        toggle, last = number % 2, number == len(chunks) - 1
+        yield DownloadSegment.with_data(chunk, toggle=toggle, last=last)
+        sdo.download_segment(chunk, toggle=toggle, last=last)
 
-    def reach(sdo: Dialogue, known: KnownObject, size: int) -> UploadSegment:
-        sdo.start_segmented_upload(known)
-        taken = len(segments_of(bytes(size))[:segments])
-        for number in range(taken):
-            if sdo.upload_segment(toggle=number % 2).last:
+
+def _segmented_upload(stop: int) -> Way[UploadSegment]:
+    """Return the way to one of the requests, counted from the last where it is negative."""
+
+    def way(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[UploadSegment]:
+        at = stop % len(segments_of(bytes(size)))
+        return _stopping(_upload_requests(sdo, known, size, at), at)
+
+    return way
+
+
+def _upload_requests(
+    sdo: Dialogue, known: KnownObject, size: int, least: int
+) -> Iterator[UploadSegment]:
+    sdo.start_segmented_upload(known)
+    for number in range(size + MOST_EMPTY_SEGMENTS):
+        yield UploadSegment(number % 2)
+        if sdo.upload_segment(toggle=number % 2).last:
+            if number < least:
                 raise NotTestable(f"{known} is uploaded in {number + 1} segments: too few")
-        return UploadSegment(taken % 2)
+            return
+    raise Violation(
+        UPLOAD_ENDS,
+        expected=f"a last segment within {size} bytes",
+        actual=f"{size + MOST_EMPTY_SEGMENTS} segments and none marked as last",
+    )
 
-    return reach
 
+def _block_download(stop: int) -> Way[BlockSegment | BlockEnd]:
+    """Return the way to one of the segments, or to the end, which is the last request: -1."""
 
-def _block_download(segments: int) -> Reach[BlockSegment]:
-    """Return the way into a block download of which ``segments`` were sent."""
-
-    def reach(sdo: Dialogue, known: KnownObject, size: int) -> BlockSegment:
+    def way(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[BlockSegment | BlockEnd]:
         data = sdo.payload(size)
-        block_size = send_blocks(sdo, known, data, segments).block_size
-        chunks = segments_of(data)
-        last = segments == len(chunks) - 1
-        return BlockSegment.with_data(segments % block_size + 1, chunks[segments], last=last)
+        response = Blocks(sdo).initiate_download(known, size)
+        requests = send_step_by_step(sdo, known, data, response)
+        yield from _stopping(requests, stop % (len(segments_of(data)) + 1))
 
-    return reach
+    return way
 
 
-def _block_download_between(sdo: Dialogue, known: KnownObject, size: int) -> BlockSegment:
+def _block_download_between(
+    sdo: Dialogue, known: KnownObject, size: int
+) -> Iterator[BlockSegment | BlockEnd]:
     """Have a sub-block acknowledged: a whole one, or where a transfer is shorter, up to a gap."""
     if size >= LONGEST:
-        return _whole_sub_block(sdo, known)
+        yield from _whole_sub_block(sdo, known)
+        return
     blocks = Blocks(sdo)
-    chunks = segments_of(sdo.payload(size))
-    taken = blocks.initiate_download(known, size).block_size
+    data = sdo.payload(size)
+    chunks = segments_of(data)
+    response = blocks.initiate_download(known, size)
+    taken = response.block_size
     if taken < len(chunks):
         blocks.send_segments(chunks[:taken])
+        ack = blocks.acknowledged(known, taken)
     else:
         # A gap ends a sub-block as well, however long the server wants them.
         taken = min(1, len(chunks) - 2)
         blocks.send_segments(chunks[:taken])
         blocks.send_segments(chunks[taken + 1 :], first=taken + 2, last=True)
-        if blocks.gap_acknowledged(known, taken) is None:
+        gap = blocks.gap_acknowledged(known, taken)
+        if gap is None:
             raise NotTestable("the server does not acknowledge the gap that leads to this state")
-        return BlockSegment.with_data(1, chunks[taken], last=taken == len(chunks) - 1)
-    blocks.acknowledged(known, taken)
-    return BlockSegment.with_data(1, chunks[taken], last=taken == len(chunks) - 1)
+        ack = gap
+    crc = crc16(data) if response.crc_supported else 0
+    yield BlockSegment.with_data(1, chunks[taken], last=taken == len(chunks) - 1)
+    send_again(sdo, known, Gap(data, chunks[taken:], taken, ack.block_size, crc))
 
 
-def _whole_sub_block(sdo: Dialogue, known: KnownObject) -> BlockSegment:
-    """Have a whole sub-block acknowledged, of as many bytes as the server's block size asks for."""
+def _whole_sub_block(sdo: Dialogue, known: KnownObject) -> Iterator[BlockSegment | BlockEnd]:
+    """Have a whole sub-block acknowledged, of as many bytes as the server's block size asks for.
+
+    There is one segment more to come.
+    """
     room, blocks = Room(sdo), Blocks(sdo)
-    block_size = blocks.initiate_download(known, None).block_size
+    response = blocks.initiate_download(known, None)
+    block_size = response.block_size
     if not room.has(known, 7 * block_size):
         # What follows its abort would be requests to the server, which might do anything.
         sdo.end_transfer()
         room.need(known, 7 * block_size)
-        following = blocks.initiate_download(known, None).block_size
-        if following > block_size:
+        response = blocks.initiate_download(known, None)
+        if response.block_size > block_size:
             raise NotTestable(
-                f"the server asked for sub-blocks of {block_size} segments, then of {following}: "
-                f"{known} is too short for these"
+                f"the server asked for sub-blocks of {block_size} segments, then of "
+                f"{response.block_size}: {known} is too short for these"
             )
-        block_size = following
+        block_size = response.block_size
     data = sdo.payload(7 * block_size)
-    blocks.send_segments(segments_of(data))
-    blocks.acknowledged(known, block_size)
-    return BlockSegment.with_data(1, data[:7])
+    requests = send_step_by_step(sdo, known, data + data[:7], response)
+    yield from _stopping(requests, block_size)
 
 
-def _block_download_end(sdo: Dialogue, known: KnownObject, size: int) -> BlockEnd:
-    data = begin_block_download(sdo, known, None, size)
-    return BlockEnd(unused_in(data), crc16(data))
+def _block_upload(stop: int) -> Way[Request]:
+    """Return the way to one of the requests: the start, acknowledgements, and that of the end.
 
-
-def _two_sub_blocks(size: int) -> int:
-    """Return the block size with which an upload of ``size`` bytes takes two sub-blocks."""
-    return BLOCK_SIZE if size >= THREE_SEGMENTS else 1
-
-
-def _block_upload_initiated(sdo: Dialogue, known: KnownObject, size: int) -> BlockUploadStart:
-    Blocks(sdo).initiate_upload(known, block_size=_two_sub_blocks(size))
-    return BlockUploadStart()
-
-
-def _block_upload_between(sdo: Dialogue, known: KnownObject, size: int) -> BlockAck:
-    block_size = _two_sub_blocks(size)
-    Blocks(sdo).initiate_upload(known, block_size=block_size)
-    Blocks(sdo).start_upload(known, block_size)
-    return BlockAck(block_size, block_size)
-
-
-def _block_upload_sent(sdo: Dialogue, known: KnownObject, size: int) -> BlockAck:
-    """Take all sub-blocks, and acknowledge all but the last.
-
-    Of a server that sends more segments than it is asked for, all are taken at once.
+    It is counted from the last where it is negative. Of a server that sends more segments than it
+    is asked for, all are taken at once where the last of them was sent.
     """
+
+    def way(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[Request]:
+        count = len(segments_of(bytes(size)))
+        block_size = BLOCK_SIZE if size >= THREE_SEGMENTS else 1
+        exceeded = sdo.record.causes.sub_blocks_are_exceeded
+        if stop < 0 and exceeded and count <= LARGEST_BLOCK:
+            block_size = LARGEST_BLOCK
+        sub_blocks = -(-count // block_size)
+        at = stop % (1 + sub_blocks + 1)
+        requests = _block_upload_requests(sdo, known, block_size, sub_blocks, at)
+        return _stopping(requests, at)
+
+    return way
+
+
+def _block_upload_requests(
+    sdo: Dialogue, known: KnownObject, block_size: int, sub_blocks: int, least: int
+) -> Iterator[Request]:
+    """Send the requests of a block upload, of so many sub-blocks if it does not end early."""
     blocks = Blocks(sdo)
-    count, block_size = len(segments_of(bytes(size))), _two_sub_blocks(size)
-    if sdo.record.causes.sub_blocks_are_exceeded and count <= LARGEST_BLOCK:
-        block_size = LARGEST_BLOCK
     blocks.initiate_upload(known, block_size=block_size)
-    blocks.start_upload(known, block_size)
-    for _ in range(block_size, count, block_size):
-        blocks.sub_block(known, BlockAck(block_size, block_size), block_size)
-    return BlockAck((count - 1) % block_size + 1, block_size)
+    request: Request = BlockUploadStart()
+    acknowledgement = BlockAck(0, block_size)
+    for number in range(sub_blocks):
+        yield request
+        segments = blocks.sub_block(known, request, block_size)
+        request = acknowledgement = BlockAck(len(segments), block_size)
+        if segments[-1].last and number + 1 < sub_blocks:
+            if number < least:
+                raise NotTestable(f"{known} is uploaded in {number + 1} sub-blocks: too few")
+            break
+    yield acknowledgement
+    blocks.end_of_upload(known, acknowledgement)
+    yield BlockEndResponse()
+    sdo.send(BlockEndResponse())
 
 
-def _block_upload_end(sdo: Dialogue, known: KnownObject, size: int) -> BlockEndResponse:
-    Blocks(sdo).end_of_upload(known, _block_upload_sent(sdo, known, size))
-    return BlockEndResponse()
-
-
-IDLE: State[None] = State(name="idle", sentence="No transfer runs.", reach=_idle)
+IDLE: State[None] = State(name="idle", sentence="No transfer runs.", way=_idle)
 
 SEGMENTED_DOWNLOAD_FIRST = State(
     name="segmented-download-first",
     sentence="A download was initiated: its first segment is due.",
-    reach=_segmented_download(0),
+    way=_segmented_download(0),
     downloads=True,
 )
 SEGMENTED_DOWNLOAD_MIDDLE = State(
     name="segmented-download-middle",
     sentence="A segment of a download was confirmed: another one is due.",
-    reach=_segmented_download(1),
+    way=_segmented_download(1),
     downloads=True,
     least=TWO_SEGMENTS,
 )
 SEGMENTED_DOWNLOAD_LAST = State(
     name="segmented-download-last",
     sentence="All segments of a download but one were confirmed: the last is due.",
-    reach=_segmented_download(-1),
+    way=_segmented_download(-1),
     downloads=True,
     short=True,
     least=TWO_SEGMENTS,
@@ -236,26 +280,26 @@ SEGMENTED_DOWNLOAD_LAST = State(
 SEGMENTED_UPLOAD_FIRST = State(
     name="segmented-upload-first",
     sentence="An upload was initiated: its first segment is to be asked for.",
-    reach=_segmented_upload(0),
+    way=_segmented_upload(0),
     least=TWO_SEGMENTS,
 )
 SEGMENTED_UPLOAD_MIDDLE = State(
     name="segmented-upload-middle",
     sentence="A segment of an upload was sent: another one is to be asked for.",
-    reach=_segmented_upload(1),
+    way=_segmented_upload(1),
     least=TWO_SEGMENTS,
 )
 SEGMENTED_UPLOAD_LAST = State(
     name="segmented-upload-last",
     sentence="All segments of an upload but one were sent: the last is to be asked for.",
-    reach=_segmented_upload(-1),
+    way=_segmented_upload(-1),
     least=TWO_SEGMENTS,
 )
 
 BLOCK_DOWNLOAD_FIRST = State(
     name="block-download-first",
     sentence="A block download was initiated: the first segment of its first sub-block is due.",
-    reach=_block_download(0),
+    way=_block_download(0),
     downloads=True,
     segment=1,
     stimuli=SUB_BLOCK_STIMULI,
@@ -263,7 +307,7 @@ BLOCK_DOWNLOAD_FIRST = State(
 BLOCK_DOWNLOAD_INSIDE = State(
     name="block-download-inside",
     sentence="Segments of a sub-block of a download were sent: the next one is due.",
-    reach=_block_download(1),
+    way=_block_download(1),
     downloads=True,
     least=TWO_SEGMENTS,
     segment=2,
@@ -272,7 +316,7 @@ BLOCK_DOWNLOAD_INSIDE = State(
 BLOCK_DOWNLOAD_BETWEEN = State(
     name="block-download-between",
     sentence="A sub-block of a download was acknowledged: the first segment of the next is due.",
-    reach=_block_download_between,
+    way=_block_download_between,
     downloads=True,
     least=TWO_SEGMENTS,
     segment=1,
@@ -282,7 +326,7 @@ BLOCK_DOWNLOAD_BETWEEN = State(
 BLOCK_DOWNLOAD_END = State(
     name="block-download-end",
     sentence="All sub-blocks of a download were acknowledged: its end is due.",
-    reach=_block_download_end,
+    way=_block_download(-1),
     downloads=True,
     short=True,
 )
@@ -290,24 +334,24 @@ BLOCK_DOWNLOAD_END = State(
 BLOCK_UPLOAD_INITIATED = State(
     name="block-upload-initiated",
     sentence="A block upload was initiated: its start is due.",
-    reach=_block_upload_initiated,
+    way=_block_upload(0),
 )
 BLOCK_UPLOAD_BETWEEN = State(
     name="block-upload-between",
     sentence="A sub-block of an upload was sent, not the last: its acknowledgement is due.",
-    reach=_block_upload_between,
+    way=_block_upload(1),
     least=TWO_SEGMENTS,
 )
 BLOCK_UPLOAD_SENT = State(
     name="block-upload-sent",
     sentence="The last sub-block of an upload was sent: its acknowledgement is due.",
-    reach=_block_upload_sent,
+    way=_block_upload(-2),
     least=TWO_SEGMENTS,
 )
 BLOCK_UPLOAD_END = State(
     name="block-upload-end",
     sentence="The end of a block upload was sent: its confirmation is due.",
-    reach=_block_upload_end,
+    way=_block_upload(-1),
     least=TWO_SEGMENTS,
 )
 

@@ -25,7 +25,7 @@ from conformance.run.session import DeviceSession
 from conformance.run.verdict import BREACHES, CaseResult
 
 # Services of which a machine has made the cases.
-GENERATED = ("matrix",)
+GENERATED = ("matrix", "state pairs")
 
 
 def begin(session: DeviceSession, case: ItemCase) -> CaseRun:

@@ -16,7 +16,8 @@ from conformance.plugin.items import (
 from conformance.plugin.marks import check_expression, mark
 from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.selection import NAMED, is_beside
-from conformance.plugin.state import STATE, is_left_to
+from conformance.plugin.state import STATE, RunState, is_left_to
+from conformance.run.case import case_info
 
 
 class Collecting:
@@ -46,8 +47,13 @@ class Collecting:
     def pytest_pycollect_makeitem(
         self, collector: pytest.Collector, obj: object
     ) -> list[CaseFunction] | None:
-        """Turn marked functions into cases."""
+        """Turn marked functions into cases, some only in a thorough run or where they are named."""
         state = collector.config.stash.get(STATE, None)
+        info = case_info(obj)
+        if info is not None and info.thorough and not _is_asked_for(collector, state):
+            if state is not None:
+                state.reserved.append(info)
+            return []
         listings = {0: Listing()} if state is None else state.options.run.all_listings
         alone = state is None or len(state.options.node_ids) == 1
         items = make_items(collector, obj, listings, alone=alone)
@@ -81,6 +87,12 @@ class Collecting:
             items[:] = [
                 item for place, item in enumerate(items) if is_left_to(state.options, item, place)
             ]
+
+
+def _is_asked_for(collector: pytest.Collector, state: RunState | None) -> bool:
+    """Say whether the cases of a file are run that are not for any run."""
+    thorough = state is not None and state.options.thorough
+    return thorough or collector.session.isinitpath(collector.path)
 
 
 def _deselect(

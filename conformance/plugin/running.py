@@ -1,7 +1,7 @@
 """A run within pytest: the bench is opened, each case judged; ``final_report`` reports on it."""
 
 from collections import defaultdict
-from collections.abc import Generator, Sequence
+from collections.abc import Collection, Generator, Sequence
 from contextlib import suppress
 from functools import partial
 from typing import NoReturn
@@ -67,15 +67,21 @@ class Running:
         some = config.args_source is pytest.Config.ArgsSource.ARGS or config.getoption(
             "lf", default=False
         )
-        cases = [case_of(item) for item in items]
-        self._scope = Scope(options.deviations, [case.tested_rules for case in cases])
+        cases = [(case.case_id, case.tested_rules) for case in map(case_of, items)]
+        reserved = [
+            (case_id, info.tested_rules)
+            for info in self._state.reserved
+            for case_id, _ in info.variations()
+        ]
+        self._scope = Scope(options.deviations, [tested for _, tested in (*cases, *reserved)])
         if some:
             self._state.findings.partly += map(str, self._scope.shared)
             return
+        self._note_left_out(reserved)
         unknown = unknown_case(
             options.deviations,
-            (case.case_id for case in cases),
-            {rule.id for rule in RULES}.union(*[case.tested_rules for case in cases]),
+            (case_id for case_id, _ in (*cases, *reserved)),
+            {rule.id for rule in RULES}.union(*[tested for _, tested in cases]),
         )
         if unknown is None:
             return
@@ -86,13 +92,15 @@ class Running:
 
     def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
         """Note which known deviations a selection says nothing of: it leaves out their cases."""
+        self._note_left_out([(case.case_id, case.tested_rules) for case in map(case_of, items)])
+
+    def _note_left_out(self, cases: Collection[tuple[str, Collection[str]]]) -> None:
         if self._scope is None:
             return
-        cases = [case_of(item) for item in items]
         self._state.findings.partly += [
             str(known)
             for known in self._scope.shared
-            if any(self._scope.is_about(known, case.case_id, case.tested_rules) for case in cases)
+            if any(self._scope.is_about(known, case_id, tested) for case_id, tested in cases)
         ]
 
     # The bench

@@ -19,6 +19,7 @@ from conformance.plugin.unrestored import Values
 from conformance.reporting.bus_log import BusLog
 from conformance.reporting.journal import NAME
 from conformance.run.bench import Bench
+from conformance.run.case import CaseInfo
 from conformance.run.case_run import CaseRun
 from conformance.run.risks import Risk
 from conformance.run.session import DeviceSession
@@ -33,7 +34,8 @@ class RunState:
     ``judged_late_answers`` says how many answers a case has judged that came late from a device:
     others may come while the next device is tested. What was ``discovered`` of the devices goes
     with the first report. ``stop`` is told of the signals that end a run. ``seconds_left`` says for
-    how long a device, by its node-ID, may be tested yet.
+    how long a device, by its node-ID, may be tested yet. The cases that are ``reserved`` for a
+    thorough run are no part of this one.
     """
 
     options: Options
@@ -46,6 +48,7 @@ class RunState:
     discovered: list[dict[str, Any]] = field(default_factory=list)
     seconds_left: Callable[[int], float] = lambda node_id: inf
     judged_late_answers: Counter[int] = field(default_factory=Counter)
+    reserved: list[CaseInfo] = field(default_factory=list)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     @property

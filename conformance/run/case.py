@@ -29,7 +29,8 @@ class CaseInfo:
     """What the decorator said: what the case requires, and the values for which it is run.
 
     ``rule`` is the requirement as the case puts it; ``cites`` are the rules of the registry that it
-    tests. A ``slow`` case waits for a time that the device declares.
+    tests. A ``slow`` case waits for a time that the device declares; a ``thorough`` one is run with
+    --sdo-thorough, or where it is named.
     ``risk`` is what it sends that a device may not survive; a function says it of each value.
     """
 
@@ -39,6 +40,12 @@ class CaseInfo:
     values: Mapping[str, object] | OfListing = field(default_factory=dict)
     slow: bool = False
     risk: Risk | RiskOf | None = None
+    thorough: bool = False
+
+    @property
+    def tested_rules(self) -> set[str]:
+        """The ids of the rules that the case tests, with its own."""
+        return {self.rule.id, *(rule.id for rule in self.cites)}
 
     def risk_of(self, arguments: Mapping[str, object]) -> Risk | None:
         """Return the risk of a case, by the arguments that ``variations`` gives for it."""
@@ -61,6 +68,7 @@ def must(
     *rules: str,
     clause: str | None = None,
     slow: bool = False,
+    thorough: bool = False,
     risk: Risk | RiskOf | None = None,
     **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
@@ -75,7 +83,7 @@ def must(
 
     Raises UnknownRule for a rule that is not in the registry, ValueError for one named twice.
     """
-    return _case(Level.MUST, id_, rules, clause, each, slow=slow, risk=risk)
+    return _case(Level.MUST, id_, rules, clause, each, slow=slow, thorough=thorough, risk=risk)
 
 
 def should(
@@ -108,6 +116,7 @@ def _case(
     each: dict[str, Values | OfListing],
     *,
     slow: bool = False,
+    thorough: bool = False,
     risk: Risk | RiskOf | None = None,
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
@@ -127,7 +136,7 @@ def _case(
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping) and not callable(values):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, values, slow, risk))
+        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, values, slow, risk, thorough))
         return function
 
     return mark

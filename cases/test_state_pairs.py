@@ -1,0 +1,30 @@
+"""Every pair of states: one is left, and the transfer that passes the other knows nothing of it.
+
+They are run with --sdo-thorough. What is allowed is not written here: the oracle follows each
+conversation and knows.
+"""
+
+from conformance.dialogue.dialogue import Dialogue
+from conformance.generated.state_pairs import BEHIND_ABORT, SUPERSEDED, Pair, perform, risk_in
+from conformance.run.case import must
+
+ABOUT = ("server.idle-afterwards", "server.nothing-afterwards")
+
+
+@must("pairs.behind-abort", *ABOUT, thorough=True, risk=risk_in, pair=BEHIND_ABORT)
+def test_behind_abort(sdo: Dialogue, pair: Pair) -> None:
+    """What the client aborted in a state does not show in a transfer that passes another."""
+    perform(pair, sdo, superseding=False)
+
+
+@must(
+    "pairs.superseded",
+    *ABOUT,
+    "server.new-initiate-served",
+    thorough=True,
+    risk=risk_in,
+    pair=SUPERSEDED,
+)
+def test_superseded(sdo: Dialogue, pair: Pair) -> None:
+    """What a new initiate ended in a state does not show in its transfer, which passes another."""
+    perform(pair, sdo, superseding=True)
