@@ -129,11 +129,12 @@ def _rule(rule: Rule) -> Iterator[str]:
 
 
 def _ids(case: CaseInfo) -> str:
-    """Return the id of a case, and for how many values it is run."""
-    if case.argument is None:
-        return f"`{case.rule.id}`"
+    """Return the id of a case, for how many values it is run, and when."""
     many = len(case.variations())
-    return f"`{case.rule.id}[…]`" + (f" ({many} of them)" if many > 1 else "")
+    told = [f"{many} of them"] if many > 1 else []
+    told += ["with `--sdo-thorough`"] if case.thorough else []
+    name = f"`{case.rule.id}`" if case.argument is None else f"`{case.rule.id}[…]`"
+    return f"{name} ({', '.join(told)})" if told else name
 
 
 def _catchers(fault: Deviation) -> set[str]:

@@ -24,6 +24,8 @@ from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT
 
 # A family stands alone that has this share of all answers, silences or time; a case by its answers.
 PART = 0.002
+# The file of the cases that only a thorough run has beside the usual ones.
+RESERVED = "cases/test_state_pairs.py"
 
 
 @dataclass
@@ -94,13 +96,14 @@ class Timer:
         return Count(1, answers, self._waited / DEFAULT_RESPONSE_TIMEOUT, time.process_time())
 
 
-def run() -> dict[str, Count]:
-    """Run all cases against the built-in device."""
+def run(*chosen: str) -> dict[str, Count]:
+    """Run all cases of a usual run, or those that are chosen, against the built-in device."""
     timer = Timer()
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
         here = os.getcwd()
         os.chdir(folder)
         arguments = ["--self-test", "-q", "-p", "no:cacheprovider", "--sdo-report-dir=reports"]
+        arguments += chosen
         try:
             status = pytest.main([*arguments, f"--rootdir={folder}"], plugins=[timer])
         finally:
@@ -134,5 +137,7 @@ def table(cases: dict[str, Count]) -> dict[str, list[float]]:
 
 
 if __name__ == "__main__":
-    lines = [f" {json.dumps(name)}: {values}" for name, values in table(run()).items()]
+    lines = [
+        f" {json.dumps(name)}: {values}" for name, values in table(run() | run(RESERVED)).items()
+    ]
     print("{\n" + ",\n".join(lines) + "\n}")

@@ -18,6 +18,7 @@ A run has to fail a faulty server, and to pass an unusual one. To see it do so:
   NAME [kind of defect]        the case by which it fails first
       What it does.
   (SHOULD)    fails only with --strict: it breaks no MUST
+  (thorough)  fails only with --sdo-thorough, or by chance
   (time-out)  fails only where its time-out is declared: --sdo-server-timeout=SECONDS
 """
 
@@ -59,7 +60,8 @@ def _lines(deviations: Sequence[Deviation]) -> Iterator[str]:
         case = f"  {each.caught_by[0]}" if each.caught_by else ""
         soft = " (SHOULD)" if each.soft else ""
         timed = " (time-out)" if each.timed else ""
-        yield f"  {each.name}{defect}{soft}{timed}{case}"
+        thorough = " (thorough)" if each.thorough else ""
+        yield f"  {each.name}{defect}{soft}{timed}{thorough}{case}"
         yield f"      {each.sentence}"
 
 

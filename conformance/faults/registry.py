@@ -71,6 +71,8 @@ class Deviation:
     """It misses a SHOULD, and no MUST."""
     timed: bool = False
     """It shows where the server's own time-out is declared, and nowhere else."""
+    thorough: bool = False
+    """It shows in a thorough run, and else by chance."""
     lacking: frozenset[Multiplexer] = NOTHING
     """Entries of the built-in device that it is without."""
     server: type[SegmentedServer] = Server
@@ -106,6 +108,7 @@ def combine(first: Deviation, second: Deviation) -> Deviation:
         sentence=f"{first.sentence} {second.sentence}",
         soft=first.soft and second.soft,
         timed=first.timed or second.timed,
+        thorough=first.thorough and second.thorough,
         lacking=first.lacking | second.lacking,
         server=_joined(name, servers) if nodes and servers else Server,
     )
@@ -130,6 +133,7 @@ def fault(
     about: About = About.TRANSFERS,
     soft: bool = False,
     timed: bool = False,
+    thorough: bool = False,
 ) -> Callable[[Kind], Kind]:
     """Mark a faulty server or node; its docstring says what is wrong with it."""
 
@@ -144,6 +148,7 @@ def fault(
                 about=about,
                 soft=soft,
                 timed=timed,
+                thorough=thorough,
             )
         )
 

@@ -215,7 +215,8 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--sdo-thorough",
         action="store_true",
-        help=f"{THOROUGH_EXAMPLES} random conversations for each case random.*",
+        help=f"{THOROUGH_EXAMPLES} random conversations for each case random.*, and every pair of "
+        "states, the cases pairs.*",
     )
 
 

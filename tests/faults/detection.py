@@ -11,7 +11,7 @@ An unusual server meets one in eight of the scripts on the same subject, but for
 bytes; the others take turns from server to server. Without ``--quick`` an unusual server meets all
 cases, the matrix and the random ones as well. A faulty one meets them too, until a script, the
 matrix and a random conversation have each caught it; from then on only cases that no server has
-failed yet.
+failed yet. The pairs of states meet the unusual servers, and the faults that show nowhere else.
 """
 
 import argparse
@@ -25,6 +25,7 @@ from case_runs import AT_THE_END, Choice, Run, run_cases
 
 from conformance.faults.catalogue import all_deviations, unusual
 from conformance.faults.registry import About, Deviation
+from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import CaseFunction
 from conformance.run.case_files import CASES, case_files
@@ -63,9 +64,12 @@ FILES = {
     "od": "test_object_dictionary",
     "matrix": "test_matrix",
     "random": "test_random",
+    "pairs": "test_state_pairs",
     "run": "test_whole_run",
 }
-GENERATED = ("test_matrix", "test_random")
+GENERATED = ("test_matrix", "test_random", "test_state_pairs")
+# What there is in a thorough run, without its many examples.
+THOROUGH = ("--sdo-thorough", f"--sdo-examples={DEFAULT_EXAMPLES}")
 # An unusual server that is about these meets the files below as well when it is quick.
 MORE_THAN_TRANSFERS = (About.LENGTHS, About.OBJECTS, About.CHANNELS, About.NMT)
 BEYOND_TRANSFERS = (
@@ -120,14 +124,14 @@ class Sieve:
         return not any(kind_of(case) == kind_of(case_id) for case in failed)
 
 
-def timing_of(deviation: Deviation) -> list[str]:
-    """Return what declares a time-out of the server, for those servers that need one.
+def conditions_of(deviation: Deviation) -> list[str]:
+    """Return the options without which a server shows nothing.
 
     Cases on time-outs look at the clock, which stands still on a simulated bus.
     """
-    if not deviation.timed:
-        return []
-    return [SERVER_TIMEOUT_OF_FAULTS if deviation.is_fault else SERVER_TIMEOUT]
+    if deviation.timed:
+        return [SERVER_TIMEOUT_OF_FAULTS if deviation.is_fault else SERVER_TIMEOUT]
+    return [*THOROUGH] if deviation.thorough else []
 
 
 def files_of(*begins: str) -> list[str]:
@@ -175,7 +179,7 @@ def run_fault(
     examples = [f"--sdo-examples={EXAMPLES_OF_FAULTS}"] if deviation.about is About.HISTORY else []
     run_cases(
         deviation.name,
-        *timing_of(deviation),
+        *conditions_of(deviation),
         *arguments,
         f"--sdo-response-timeout={TIMEOUT_OF_FAULTS}",
         *examples,
@@ -188,10 +192,10 @@ def run_fault(
 def run_unusual(deviation: Deviation, *, quick: bool) -> Run:
     """Run the cases against an unusual server."""
     if deviation.timed:  # in all else it is the reference server
-        timed = (*timing_of(deviation), *files_of("server-timeout"))
+        timed = (*conditions_of(deviation), *files_of("server-timeout"))
         return run_cases(deviation.name, *timed, simulated=False)
     if not quick:
-        return run_cases(deviation.name)
+        return run_cases(deviation.name, *THOROUGH)
     beyond = () if deviation.about in MORE_THAN_TRANSFERS else BEYOND_TRANSFERS
     choice = Choice(share=QUICK_SHARE, turn=unusual().index(deviation))
     return run_cases(deviation.name, *scripts(*beyond), "-k", f"not {HUGE}", plugins=[choice])
@@ -224,12 +228,12 @@ def problem_with(deviation: Deviation, run: Run, *, whole: bool = False) -> str:
 def kind_of(case_id: str) -> str:
     """Say which kind of case an id belongs to."""
     stem = case_id.partition(".")[0]
-    return stem if stem in ("matrix", "random") else "scripts"
+    return stem if stem in ("matrix", "random", "pairs") else "scripts"
 
 
 def subject_of(case_id: str) -> str:
-    """Return what has to be proven able to fail: a case, or a state of the matrix."""
-    return case_id.partition("[")[0] if kind_of(case_id) == "matrix" else case_id
+    """Return what has to be proven able to fail: a case, a state of the matrix, or all pairs."""
+    return case_id.partition("[")[0] if kind_of(case_id) in ("matrix", "pairs") else case_id
 
 
 def row(deviation: Deviation, run: Run) -> str:
@@ -276,7 +280,7 @@ def run_all(
 
 def clean_run() -> Run:
     """Run all cases against the reference server."""
-    run = run_cases(None)
+    run = run_cases(None, *THOROUGH)
     timed = run_cases(None, SERVER_TIMEOUT, *files_of("server-timeout"), simulated=False)
     run.verdicts |= timed.verdicts
     return run

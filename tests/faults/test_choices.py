@@ -28,6 +28,24 @@ def test_choice_passes(name: str) -> None:
     assert not run.failed(), run.output
 
 
+# They refuse what begins in the middle of another transfer, end that aloud, keep a part of what was
+# aborted, or have room for none of the states of uploads.
+PASSED_THROUGH = (
+    "superseded-transfer-aborted",
+    "new-initiate-in-block-refused",
+    "string-keeps-part-of-aborted-write",
+    "strings-of-4-bytes",
+)
+
+
+@pytest.mark.parametrize("name", PASSED_THROUGH)
+def test_choice_passes_through_pairs_of_states(name: str) -> None:
+    run = run_cases(name, "pairs", "-k", "then-block-upload-initiated or then-idle")
+    assert len(run.verdicts) == 2 * (15 + 11)
+    assert not run.failed(strict=True), run.output
+    assert Verdict.PASS in run.verdicts.values()
+
+
 def test_gap_is_waited_for_as_long_as_is_declared() -> None:
     chosen = ("-k", "block-download.lost and not twice", SERVER_TIMEOUT)
     run = run_cases("gap-acknowledged-by-time-out", *chosen, simulated=False)

@@ -40,6 +40,14 @@ def test_a_fault_names_cases_that_there_are(fault: Deviation) -> None:
         assert stem in CASES if variation else any(case.startswith(begin) for case in CASES)
 
 
+def test_a_fault_takes_a_thorough_run_if_only_such_a_run_has_the_cases_that_it_names() -> None:
+    reserved = {case.rule.id for case in scripted_cases() if case.thorough}
+    assert reserved
+    for fault in faults():
+        named = {begin.partition("[")[0] for begin in fault.caught_by}
+        assert fault.thorough == (named <= reserved), fault.name
+
+
 @pytest.mark.parametrize("case", SHOWN_ELSEWHERE)
 def test_what_is_shown_elsewhere_is_a_case(case: str) -> None:
     assert case in CASES

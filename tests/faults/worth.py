@@ -6,8 +6,9 @@
 
 ``catches`` adds the faults to ``catches.json`` that are not in it yet, one after another; it may be
 ended and begun again. NAMEs are measured anew. It takes scripts of few requests; a fault that they
-do not catch meets the cases that it names. ``order`` counts the requests of each case, and writes
-``conformance/plugin/worth.json``, by which a run orders its cases and ``--sdo-quick`` chooses them.
+do not catch meets the cases that it names. Faults that take a thorough run are left out. ``order``
+counts the requests of each case, and writes ``conformance/plugin/worth.json``, by which a run
+orders its cases and ``--sdo-quick`` chooses them.
 ``quick`` runs that choice against all faults that show without a declared time-out. What catches
 one there is added to ``catches.json``; what does not, though it has in another order, is taken out
 where no other case catches the fault either. The next ``order`` chooses by that.
@@ -33,10 +34,10 @@ from detection import (
     EXAMPLES_OF_FAULTS,
     HUGE,
     TIMEOUT_OF_FAULTS,
+    conditions_of,
     files_of,
     kind_of,
     scripts,
-    timing_of,
 )
 from pairs import spread
 
@@ -116,7 +117,7 @@ def catchers_of(name: str, left_out: frozenset[str]) -> dict[str, float]:
     for catchers, number, arguments in tries[deviation.timed :]:
         run_cases(
             name,
-            *timing_of(deviation),
+            *conditions_of(deviation),
             f"--sdo-response-timeout={TIMEOUT_OF_FAULTS}",
             f"--sdo-examples={number}",
             *arguments,
@@ -174,7 +175,7 @@ def write_catches(catches: Catches) -> None:
 def measure(names: Sequence[str], workers: int) -> None:
     """Add what is not known yet, fault by fault."""
     catches = {name: found for name, found in read_catches().items() if name not in names}
-    wanted = [fault.name for fault in faults() if fault.name not in catches]
+    wanted = [each.name for each in faults() if not each.thorough and each.name not in catches]
     wanted = [name for name in wanted if name in names or not names]
     Random(1).shuffle(wanted)
     costs = count(*scripts(), plugins=[ByFile()]).requests
@@ -200,7 +201,11 @@ def caught_by_quick(name: str) -> tuple[bool, dict[str, float]]:
 
 def prove_quick(names: Sequence[str], workers: int) -> None:
     """Run a quick run against faults, and let what was measured say what it shows."""
-    shown = [each.name for each in faults() if not each.timed and (each.name in names or not names)]
+    shown = [
+        each.name
+        for each in faults()
+        if not (each.timed or each.thorough) and (each.name in names or not names)
+    ]
     chosen = {case for case, known in worth.table().items() if known.quick}
     catches = read_catches()
     missed = []

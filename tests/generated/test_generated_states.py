@@ -6,17 +6,22 @@ import pytest
 from run_bench import NODE_ID, discovered
 
 from conformance.bus.link import Captured, Direction
+from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
+from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
 from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_BETWEEN,
     BLOCK_DOWNLOADS,
+    BLOCK_UPLOAD_SENT,
     BLOCK_UPLOADS,
     LONGEST,
     SEGMENTED_DOWNLOADS,
+    SEGMENTED_UPLOAD_LAST,
     SEGMENTED_UPLOADS,
     SILENT,
+    SIZE,
     STATES,
     State,
 )
@@ -49,6 +54,31 @@ def test_what_is_due_goes_on(name: str | None, state: State[Request]) -> None:
     assert [data for data in received if data[0] == 0x80] == [], "an abort"
     # The answer to the fence comes in any case; segments and confirmations may bring no other.
     assert len(received) > 1 or state.segment is not None or state.name == "block-upload-end"
+
+
+@pytest.mark.parametrize("state", OPEN.values(), ids=OPEN)
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_a_way_leads_on_to_the_end_of_the_transfer(name: str | None, state: State[Request]) -> None:
+    with discovered(build_node(name, NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        known = Roles(bench.device).text()
+        before = Room(sdo).prepare(known, SIZE, state.least)
+        stops = list(state.way(sdo, known, len(before)))
+        assert len(stops) == 1
+        assert sdo.tracker.open is None
+        assert (sdo.upload(known) != before) == state.downloads
+        assert sdo.fence() == []
+
+
+def test_an_upload_that_is_too_short_for_a_state_is_no_way_there() -> None:
+    with discovered(build_node(None, NODE_ID)) as bench:
+        sdo = bench.dialogue()
+        known = Roles(bench.device).text()
+        Room(sdo).store(known, sdo.payload(7), segmented=True)
+        for state in (SEGMENTED_UPLOAD_LAST, BLOCK_UPLOAD_SENT):
+            with pytest.raises(NotTestable, match="too few"):
+                state.reach(sdo, known, SIZE)
+            sdo.end_transfer()
 
 
 def test_a_long_transfer_fills_the_first_sub_block() -> None:

@@ -72,6 +72,7 @@ def scripts() -> Iterator[Script]:
     yield from _texts_read_at_once()
     yield from _thresholds()
     yield from _unfinished_uploads()
+    yield from _superseded()
 
 
 def frame(message: Message | bytes) -> CanFrame:
@@ -364,3 +365,12 @@ def _unfinished_uploads() -> Iterator[Script]:
             for code in (AbortCode.CRC_ERROR, AbortCode.GENERAL_ERROR):
                 again = Transfer(Service.BLOCK_UPLOAD, TEXT)
                 yield (stored(size), vanished, abort(TEXT, code), again)
+
+
+def _superseded() -> Iterator[Script]:
+    """Yield transfers that another ends, which goes on to its own end."""
+    for first in (Service.DOWNLOAD, *UPLOADS):
+        for position in range(1, 4):
+            for second in SERVICES:
+                begun = left(short_transfer(first), position)
+                yield (stored(20), begun, short_transfer(second, 1), _read(TEXT))
