@@ -125,7 +125,7 @@ def test_interleaved(
     """Two transfers of any kinds run at the same time on two channels, step by step."""
     require_blocks(sdo, pair)
     objects = Roles(device).two_writable()
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         data = [value_for(sdo, room, known) for known in objects]
         for kind, known, value in zip(pair, objects, data, strict=True):
             if kind.endswith("upload") or known.varies:
@@ -147,7 +147,7 @@ def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device, ro
     """Three channels upload at the same time, each its own object."""
     written = Roles(device).two_writable()
     objects = (*written, KnownObject(roles.shortest_readable()))
-    with channels.further() as second, channels.further(1) as third:
+    with channels.side_by_side() as second, channels.side_by_side(1) as third:
         for known in written:
             put(sdo, room, known, value_for(sdo, room, known))
         due = [sdo.upload(known) for known in objects]
@@ -177,7 +177,7 @@ def test_abort(
     require_blocks(sdo, (kind,))
     known, due = long_read_only(device)
     room.prepare(text, SIZE, least=8)
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         for one, another in ((sdo, other), (other, sdo)):
             start(one, kind, text)
             response = another.start_segmented_upload(known)
@@ -194,7 +194,7 @@ def test_refusal(
     """A transfer that the server aborts on one channel does not end the one on another channel."""
     known, _ = long_read_only(device)
     data = sdo.payload(room.fit(text, 14, least=8))
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         for one, another in ((sdo, other), (other, sdo)):
             another.initiate_download(text, len(data))
             another.download_segment(data[:7], toggle=0)
@@ -210,7 +210,7 @@ def test_toggle(sdo: Dialogue, room: Room, channels: Channels, device: Device) -
     """Each channel has a toggle bit of its own: one is a segment ahead of the other."""
     ahead, _ = room.long_object()
     known, data = long_read_only(device, but=ahead)
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         sdo.start_segmented_upload(ahead)
         sdo.upload_segment(toggle=0)
         other.start_segmented_upload(known)
@@ -233,7 +233,7 @@ def test_client_vanished(
         busy, _ = room.long_object()
         free = next(known for known in Roles(device).two_writable() if known.mux != busy.mux)
     values = [value_for(sdo, room, free) for _ in range(2)]
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         for one, another, value in ((other, sdo, values[0]), (sdo, other, values[1])):
             start(one, kind, busy)
             another.download(free, value, segmented=True)
@@ -258,7 +258,7 @@ def test_same_object(
     """
     before = room.prepare(text, SIZE)
     first, second = (sdo.payload(len(before)) for _ in range(2))
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         results = interleave(
             (sdo, transfer(sdo, "download", text, first)),
             (other, transfer(other, kind, text, second)),
@@ -279,7 +279,7 @@ def test_same_object(
 @must("independence.next-request", "channel.independent")
 def test_next_request(sdo: Dialogue, channels: Channels) -> None:
     """Requests on two channels right behind one another are both answered, each on its own."""
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         for one, another in ((sdo, other), (other, sdo)):
             one.send(UploadInitiate(DEVICE_TYPE))
             another.send(UploadInitiate(IDENTITY_COUNT))
@@ -295,7 +295,7 @@ def test_segment_elsewhere(
 ) -> None:
     """A segment on a channel without a transfer does not go on with the one of another channel."""
     room.prepare(text, SIZE, least=8)
-    with channels.further() as other:
+    with channels.side_by_side() as other:
         for one, another in ((sdo, other), (other, sdo)):
             start(one, kind, text)
             download = DownloadSegment.with_data(sdo.payload(7), toggle=1)

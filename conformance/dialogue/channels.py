@@ -21,6 +21,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
+from conformance.sdo.rules.channels import INDEPENDENT
 from conformance.sdo.stepping import Ended, advance
 
 DEFAULT_RECORD = 0x1200
@@ -37,6 +38,7 @@ TEST_CHANNELS = (
     ChannelIds(CobId(0x681), CobId(0x6A1)),
     ChannelIds(CobId(0x682), CobId(0x6A2)),
 )
+DISTURBED = (INDEPENDENT.id, "a transfer on one channel disturbs that on another")
 LONG_CHANNEL = ChannelIds(CobId(0x18FF_0681, True), CobId(0x18FF_06A1, True))
 
 Running = tuple[Dialogue, Generator[Step, Response, object]]
@@ -243,6 +245,24 @@ class Channels:
         self.configure(index, ids)
         with self.on(ids) as other:
             yield other
+
+    @contextmanager
+    def side_by_side(self, number: int = 0) -> Iterator[Dialogue]:
+        """Talk on a further channel while transfers run on this one.
+
+        What goes wrong then is that the one disturbs the other, unless it was met elsewhere.
+        """
+        with self.further(number) as other:
+            try:
+                yield other
+            except ServerAborted as aborted:
+                found = self._sdo.breach("both transfers served", in_words(aborted.abort))
+                found.habit = DISTURBED
+                raise found from aborted
+            except Violation as found:
+                if not self._sdo.record.is_known(found, self._sdo.wire.last_sent):
+                    found.habit = DISTURBED
+                raise
 
 
 def interleave(*running: Running) -> list[object]:

@@ -15,6 +15,7 @@ BLOCKED = "server.idle-afterwards: abort 08000021h to whatever is asked, until t
 CODE = "specifier.unknown: abort 06020000h"
 IGNORED = "response.answered: no answer to what is out of place"
 RESERVED = "response.reserved: reserved bits of byte … are …"
+DISTURBED = "channel.independent: a transfer on one channel disturbs that on another"
 BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
 
 
@@ -34,6 +35,7 @@ BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
             ("test_specifiers.py", "test_segmented_download_errors.py", *BLOCK_UPLOADS),
         ),
         ("abort-command-81h", RESERVED, 0, ("test_abort.py", *BLOCK_UPLOADS)),
+        ("channels-share-transfer", DISTURBED, 0, ("test_channel_independence.py",)),
         ("unknown-specifier-code-wrong", CODE, 0, ("test_specifiers.py", *FILES)),
     ],
 )

@@ -137,6 +137,13 @@ CLIENT_NODE_ID = Rule(
     codes=accepted.OUT_OF_LIMITS,
     open="whether the entry is there",
 )
+INDEPENDENT = Rule(
+    "channel.independent",
+    SERVICES,
+    MUST,
+    "A second channel takes nothing from the default one: their transfers may interleave.",
+    reaction="both served",
+)
 ENTRY_COUNT = Rule(
     "channel.entry-count",
     PARAMETER,
@@ -176,13 +183,7 @@ CHANNEL_RULES = (
     ),
     CLIENT_NODE_ID,
     ENTRY_COUNT,
-    Rule(
-        "channel.independent",
-        SERVICES,
-        MUST,
-        "A second channel takes nothing from the default one: their transfers may interleave.",
-        reaction="both served",
-    ),
+    INDEPENDENT,
     Rule(
         "channel.after-reset",
         RESET,
