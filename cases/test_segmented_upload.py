@@ -4,7 +4,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import not_emptied, same_value, shown
 from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import (
@@ -303,7 +303,7 @@ def _compare_or_abort(
 @may("segmented-upload.empty", "data.empty")
 def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     """An object without data uploads as nothing, as one byte 00h, or is refused; it never hangs."""
-    before = len(room.prepare(variable, PADDED))
+    before = room.prepare(variable, PADDED)
     if sdo.try_download(variable, b"", segmented=True) is not None:
         sdo.info(f"{variable} refuses to become empty")
         return
@@ -313,5 +313,8 @@ def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
         sdo.checks.abort(answer, variable.mux)
     else:
         response = sdo.checks.upload_initiate(answer, variable.mux)
-        sdo.expect_empty(variable, sdo.finish_upload(variable, response), before)
+        found = sdo.finish_upload(variable, response)
+        if found == before:
+            raise not_emptied(variable)
+        sdo.expect_empty(variable, found, len(before))
     room.prepare(variable, PADDED)  # what is empty may be refused to the next case

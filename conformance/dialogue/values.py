@@ -99,6 +99,17 @@ def not_stored(known: KnownObject, due: bytes) -> Violation:
     return violation
 
 
+def not_emptied(known: KnownObject) -> Violation:
+    """Build the breach that a download of no data was confirmed and has changed nothing."""
+    violation = Violation(
+        NOT_REFUSED,
+        expected=f"{known} to be empty once the download of that was confirmed",
+        actual="it holds what it held before",
+    )
+    violation.habit = (NOT_REFUSED.id, "a download of no data that is confirmed and not stored")
+    return violation
+
+
 def other_in_blocks(known: KnownObject, due: bytes, found: bytes) -> Violation:
     """Build the breach that a block upload brings other data than an ordinary one."""
     violation = Violation(

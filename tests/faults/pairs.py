@@ -122,14 +122,19 @@ class Pair:
         return f"{self.pervasive.name}+{self.specific.name}"
 
     def told(self) -> list[str]:
-        """Return the cases in which the specific fault is named beside the pervasive one."""
+        """Return the cases in which the specific fault is named beside the pervasive one.
+
+        A rule that both break names it where the cause is none of the pervasive one.
+        """
         alone = set(self.pervasive.rules.values())
         wanted = set(self.specific.rules.values()) - {BENCH_ERROR}
         new = self.specific.rules.keys() - self.pervasive.rules.keys()
+        known = set(self.pervasive.causes.values())
         return [
             case
             for case, rule in self.both.rules.items()
-            if rule in wanted and (rule not in alone or case in new)
+            if rule in wanted
+            and (rule not in alone or case in new or self.both.causes[case] not in known)
         ]
 
     def unexplained(self) -> list[str]:

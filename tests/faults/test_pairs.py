@@ -89,10 +89,13 @@ def test_a_pair_is_right_when_the_specific_rule_is_named_and_no_other() -> None:
     assert strange.problem() == "", "the first to meet a cause that is known"
 
 
-def test_a_rule_that_both_break_tells_in_a_case_of_the_specific_one_only() -> None:
+def test_a_rule_that_both_break_tells_in_a_case_or_by_a_cause_of_the_specific_one_only() -> None:
     pervasive, specific = run_of("p", a="same"), run_of("s", b="same")
     assert Pair(pervasive, specific, run_of("p+s", a="same", b="same")).problem() == ""
-    assert Pair(pervasive, specific, run_of("p+s", a="same", c="same")).problem() != ""
+    other = run_of("p+s", a="same", c="same")
+    assert Pair(pervasive, specific, other).problem() != ""
+    other.causes["c"] = "same: another answer"
+    assert Pair(pervasive, specific, other).problem() == ""
 
 
 def test_a_pair_that_is_called_hidden_without_need_is_a_problem() -> None:
