@@ -14,6 +14,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.early import INITIATES
 from conformance.dialogue.exchange import InitiateRefused
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import segments_of
@@ -203,6 +204,9 @@ class _Walk:
             way = self._way(target)
             next(way)
         except (Violation, NotTestable):
+            if self._superseding and isinstance(self._sdo.wire.last_sent, INITIATES):
+                with self._sdo.one_transfer():
+                    raise
             if not is_cut:
                 raise
             self.lockstep.check()

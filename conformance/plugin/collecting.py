@@ -1,5 +1,6 @@
 """Which cases a run has, and in which order."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from conformance.plugin.marks import check_expression, mark
 from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.selection import NAMED, is_beside
 from conformance.plugin.state import STATE, RunState, is_left_to
+from conformance.plugin.time_left import say
 from conformance.run.case import case_info
 
 
@@ -87,6 +89,16 @@ class Collecting:
             items[:] = [
                 item for place, item in enumerate(items) if is_left_to(state.options, item, place)
             ]
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Where -k chooses nothing, say so of cases that a thorough run would have."""
+        state = session.config.stash.get(STATE, None)
+        if state is None or session.items:
+            return
+        words = re.findall(r"[\w.-]+", session.config.option.keyword)
+        names = [info.rule.id for info in state.reserved]
+        if chosen := [name for name in names if name.startswith(tuple(words))]:
+            say(session.config, f"only --sdo-thorough, or an argument, runs {', '.join(chosen)}")
 
 
 def _is_asked_for(collector: pytest.Collector, state: RunState | None) -> bool:

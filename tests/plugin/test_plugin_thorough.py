@@ -66,6 +66,15 @@ def test_a_usual_run_has_no_pairs_of_states(pytester: pytest.Pytester) -> None:
     assert listed(pytester, "-k", "pairs.superseded") == []
 
 
+def test_what_k_chooses_of_a_thorough_run_is_told(pytester: pytest.Pytester) -> None:
+    said = "conformance: only --sdo-thorough, or an argument, runs *"
+    result = self_test(pytester, "-k", "pairs.superseded and idle")
+    assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
+    result.stdout.fnmatch_lines([said.replace("*", "pairs.superseded")])
+    for others in ("no_such_case", "upload.device-type"):
+        self_test(pytester, "-k", others).stdout.no_fnmatch_line(said)
+
+
 @pytest.mark.parametrize("options", [(), ("--sdo-thorough",)])
 def test_what_is_named_is_run(pytester: pytest.Pytester, options: tuple[str, ...]) -> None:
     one = "pairs.superseded[block-upload-end-then-idle]"
