@@ -1,6 +1,7 @@
 """An SDO channel to one device: its requests go out, its responses come in, the rest is watched."""
 
 from collections import deque
+from collections.abc import Callable
 
 from conformance.bus.link import Link, second_client
 from conformance.bus.pace import Pace
@@ -52,6 +53,7 @@ class Channel:
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
         # When the response that was received last arrived, by the monotonic clock, in seconds.
         self.arrived = 0.0
+        self.waited_since = 0.0
         # Of the last wait: the seconds of it that this process was not running, whether the silence
         # may be due to that, and whether one was waited out again for it.
         self.missed = 0.0
@@ -116,6 +118,30 @@ class Channel:
             self._check_own(frame)
         return [frame for frame, _ in self._responses]
 
+    def take_arrived(self, most: int, is_wanted: Callable[[CanFrame], bool]) -> list[CanFrame]:
+        """Return responses that have arrived, without waiting, as long as they are wanted.
+
+        ``arrived`` is that of the last one, and ``waited_since`` that of the first.
+        """
+        taken: list[CanFrame] = []
+        queue = self._responses
+        while len(taken) < most and not self._held:
+            if not queue:
+                other = self.link.look()
+                if not queue:
+                    if other is not None:
+                        self._check_own(other)
+                    break
+            frame, arrived = queue[0]
+            if not is_wanted(frame):
+                break
+            queue.popleft()
+            if not taken:
+                self.waited_since = arrived
+            taken.append(frame)
+            self.arrived = arrived
+        return taken
+
     def receive_error_control(self, timeout: float | None = None) -> CanFrame | None:
         """Return the device's next boot-up or heartbeat message, under the terms of ``receive``."""
         return self._next(self._error_control, timeout)
@@ -166,8 +192,7 @@ class Channel:
     def is_response(self, frame: CanFrame) -> bool:
         """Say whether a frame that has just come is the device's, in the right shape or not."""
         if frame.can_id == self.response_id:
-            plain = frame.extended == self.ids.response.extended and not (frame.remote or frame.fd)
-            return plain or self.strangers.is_answer(frame)
+            return self.ids.response.matches(frame) or self.strangers.is_answer(frame)
         return self.strangers.confirmed and self.strangers.is_abort(frame)
 
     def _check_own(self, frame: CanFrame) -> None:

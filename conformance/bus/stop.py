@@ -60,7 +60,8 @@ class Stop:
 
     def enter(self) -> None:
         """Begin what must not be interrupted: it is short."""
-        self.check()
+        if self.requests:
+            self.check()
         self._busy = True
 
     def leave(self) -> None:

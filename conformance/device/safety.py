@@ -19,6 +19,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 
 IDENTITY = (0x1000, 0x1008, 0x1009, 0x100A, 0x1018)
+WRITING = DownloadInitiate, BlockDownloadInitiate
 NO_PERMISSIONS: frozenset[str] = frozenset()
 
 
@@ -81,6 +82,6 @@ class WritePolicy:
 
 def written_by(request: Request) -> Multiplexer | None:
     """Return the entry that a request starts to write, if it does."""
-    if isinstance(request, DownloadInitiate | BlockDownloadInitiate):
+    if isinstance(request, WRITING):
         return request.mux
     return None

@@ -15,6 +15,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.storage_commands import COMMANDS
 
 # What changes no value; nor does an abort where nothing was written.
@@ -36,23 +37,31 @@ class Effects:
         self._device = device
         self._record = record
 
-    def permit(self, request: Request) -> None:
-        """Raise WriteNotPermitted or NotTestable for a write that the user has not allowed."""
+    def permit(self, request: Request) -> Multiplexer | None:
+        """Return what a request begins to write, if it does.
+
+        Raises WriteNotPermitted or NotTestable for what the user has not allowed.
+        """
         target = written_by(request)
-        if target is not None and self._device.policy.needs_probes(target):
+        if target is None:
+            return None
+        if self._device.policy.needs_probes(target):
             raise NotTestable(
                 f"needs permission to write to {target}, which a correct device refuses: "
                 f"add --sdo-allow={READ_ONLY_PROBES}"
             )
         self._device.policy.check(request)
+        return target
 
-    def note(self, request: Request) -> None:
-        """Note what goes out next: what a device has read as may not be what it holds any more."""
+    def note(self, request: Request, target: Multiplexer | None) -> None:
+        """Note what goes out next: what a device has read as may not be what it holds any more.
+
+        ``target`` is what it begins to write, if it does.
+        """
         device, record = self._device, self._record
         device.extents.request(request)
         if record.written or not isinstance(request, Abort):
             device.keeping.seen.clear()
-        target = written_by(request)
         if target is not None:
             device.will_change(target)
             record.written.add(target)

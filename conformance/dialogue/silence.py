@@ -46,6 +46,8 @@ class Silence:
         Raises Violation where it has ended the transfer.
         """
         wire = self._wire
+        if wire.owed and wire.segments and data[:1] != ABORTS:
+            return  # nothing has come behind the segment before
         if wire.crossed:
             self._let_pass()
         wire.look_for_abort(data)

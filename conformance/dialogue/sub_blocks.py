@@ -55,6 +55,10 @@ class SubBlocks:
             case Abort():
                 self._next = 0
 
+    def is_due(self, number: int) -> bool:
+        """Say whether this is the number of the segment that is due."""
+        return 0 < number == self._next
+
     def takes(self, frame: bytes) -> bool:
         """Take what the server sent where that is no segment too many for certain.
 

@@ -250,8 +250,10 @@ class Transfers(Exchange):
         """Run what is left of a transfer, from one of its steps on."""
         try:
             while not isinstance(step, Ended):
-                awaited = self.ask(step)
-                step = advance(transfer, self.receive() if awaited else None)
+                response = self.receive() if self.ask(step) else None
+                if isinstance(step, Burst) and response is not None and step.segments > 1:
+                    step.more.extend(self.wire.arrived_segments(response, step.segments - 1))
+                step = advance(transfer, response)
         except Violation as breach:
             self.device.extents.endless += breach.rule is UPLOAD_ENDS
             raise

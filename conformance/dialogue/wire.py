@@ -21,13 +21,13 @@ from conformance.dialogue.odd_frames import check_shape
 from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.record import CaseRecord
-from conformance.dialogue.sub_blocks import SubBlocks
+from conformance.dialogue.sub_blocks import LAST, SubBlocks
 from conformance.dialogue.timing import Timing
-from conformance.dialogue.tracker import TransferTracker
+from conformance.dialogue.tracker import ENDING, TransferTracker
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import decode_request, decode_segment
 from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     Abort,
@@ -103,8 +103,11 @@ class Wire:
         running = self.tracker.open
         self.transmit(data, built)
         self.data = data
-        confirmed = isinstance(self.last_sent, BlockEndResponse) and self.tracker.open is None
-        self.owed = not (self.has_aborted or (running is not None and confirmed))
+        if isinstance(self.last_sent, ENDING):
+            confirmed = running is not None and self.tracker.open is None
+            self.owed = isinstance(self.last_sent, BlockEndResponse) and not confirmed
+        else:
+            self.owed = True
 
     def transmit(self, data: bytes, built: Message | None = None) -> None:
         """Send a request of the case or of a fence."""
@@ -160,18 +163,27 @@ class Wire:
 
         Raises WriteNotPermitted or NotTestable.
         """
+        if self.segments and isinstance(request, BlockSegment):
+            self._next_segment(request)
+            return
         reads = isinstance(request, READING)
-        if not reads:
-            self.effects.permit(request)
+        target = None if reads else self.effects.permit(request)
         self.sent_before, self.last_sent = self.last_sent, request
         if not self.fencing:
             self.record.early.sent(request)
         self.segments = self.segments + 1 if isinstance(request, BlockSegment) else 0
         self.timing.sent()
         self._read = b""
-        self.is_proven &= isinstance(request, PLAIN_READING)
+        self.is_proven = self.is_proven and isinstance(request, PLAIN_READING)
         if not reads:
-            self.effects.note(request)
+            self.effects.note(request, target)
+
+    def _next_segment(self, segment: BlockSegment) -> None:
+        """Take note of a segment behind another: there is nothing new but what it brings."""
+        self.sent_before, self.last_sent = self.last_sent, segment
+        self.segments += 1
+        self.timing.sent()
+        self.device.extents.request(segment)
 
     @property
     def has_aborted(self) -> bool:
@@ -197,6 +209,27 @@ class Wire:
             found.request, found.asked = self.last_sent, self.tracker.asked
             raise found
         return self.take(frame)
+
+    def arrived_segments(self, behind: Response, most: int) -> list[Response]:
+        """Return the segments that have arrived ``behind`` another and are due, but a marked one.
+
+        Nothing is asked between them, so they need no more than to be counted.
+        """
+        if not isinstance(behind, BlockSegment) or not self._sub_blocks.is_due(behind.sequence + 1):
+            return []
+        frames = self.channel.take_arrived(most, self._is_due_segment)
+        if not frames:
+            return []
+        self.timing.received(self.channel.arrived)
+        self.pauses.received(frames[0].data, self.channel.waited_since, within=True)
+        self.pauses.received(frames[-1].data, self.channel.arrived, within=True)
+        segments: list[Response] = [decode_segment(frame.data) for frame in frames[:-1]]
+        return [*segments, self.tracker.response(frames[-1].data)]
+
+    def _is_due_segment(self, frame: CanFrame) -> bool:
+        data = frame.data
+        plain = len(data) == FRAME_LENGTH and self.channel.ids.response.matches(frame)
+        return plain and data[0] < LAST and self._sub_blocks.takes(data)
 
     def heard_elsewhere(self) -> str:
         """Say what was heard since the case began, and not as a response on this channel."""
@@ -286,15 +319,16 @@ class Wire:
             self.note(odd)
             self.misshapen = odd
             data = whole_frame(data)
-        refused = self.owed and isinstance(self.last_sent, INITIATES)
         running = self.tracker.open
         response = self.tracker.response(data)
+        aborted = isinstance(response, Abort)
+        refused = aborted and self.owed and isinstance(self.last_sent, INITIATES)
         self.record.early.received(response, None if refused or self.fencing else running)
         self.delivered.response(response)
         self.owed = False
         if not self.fencing:
-            self.server_aborted = isinstance(response, Abort)
-        if isinstance(response, Abort):
+            self.server_aborted = aborted
+        if aborted:
             self.crossed = max(self.segments - 1, 0)
         elif isinstance(response, BlockAck) and response.sequence == self.segments:
             self.segments = 0

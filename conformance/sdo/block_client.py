@@ -5,7 +5,7 @@ response: a Burst is several requests, or none, and one response or none.
 """
 
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from conformance.sdo.client import Client, Uploaded
 from conformance.sdo.crc import crc16
@@ -36,14 +36,19 @@ Mangle = Callable[[list[BlockSegment]], Sequence[BlockSegment]]
 
 @dataclass(frozen=True, slots=True)
 class Burst:
-    """Requests to send without a pause, and whether a response has to come behind them."""
+    """Requests to send without a pause, and whether a response has to come behind them.
+
+    In a sub-block of the server it may be the first of so many ``segments``: those that have
+    arrived right behind it may be put into ``more``. The others are asked for in further steps.
+    """
 
     requests: tuple[Request, ...] = ()
     awaited: bool = True
+    segments: int = 0
+    more: list[Response] = field(default_factory=list, compare=False)
 
 
 Step = Request | Burst
-NEXT_FRAME = Burst()
 
 
 def as_it_is(segments: list[BlockSegment]) -> Sequence[BlockSegment]:
@@ -164,12 +169,16 @@ class BlockClient(Client):
     def _sub_block(
         self, request: Request, mux: Multiplexer, block_size: int, *, before: int
     ) -> Generator[Step, Response, list[BlockSegment]]:
-        answer = yield request
-        segments = [self.checks.block_segment(answer, mux, 1, before=before)]
-        while not segments[-1].last and len(segments) < block_size:
-            answer = yield NEXT_FRAME
-            segments.append(self.checks.block_segment(answer, mux, len(segments) + 1))
-        return segments
+        step, segments = Burst((request,), segments=block_size), list[BlockSegment]()
+        while True:
+            answer = yield step
+            for each in (answer, *step.more):
+                due = len(segments) + 1
+                segments.append(self.checks.block_segment(each, mux, due, before=before))
+                before = 0
+            if segments[-1].last or len(segments) >= block_size:
+                return segments
+            step = Burst(segments=block_size - len(segments))
 
     def _check_unfinished(
         self, size: int, announced: int | None, limit: int, latest: BlockSegment

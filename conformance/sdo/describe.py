@@ -239,8 +239,8 @@ class Decoder:
         self._asked = message
         if isinstance(message, INITIATES):
             self._latest = message.mux
-        if isinstance(message, BlockUploadInitiate):
-            self._uploaded = message.mux
+            if isinstance(message, BlockUploadInitiate):
+                self._uploaded = message.mux
         self._follow(message)
         if isinstance(message, BlockUploadStart):
             self._server_sends_segments = True

@@ -9,14 +9,17 @@ from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Burst, Step
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
-from conformance.sdo.decoding import decode_response
+from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.frames import Response
-from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 from conformance.sdo.stepping import Ended, Result, advance
 
 RESPONSE_TIMEOUT = 5.0
+# The bit of the last segment.
+MARKED = 0x80
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +72,22 @@ class SuiteClient:
             burst = step if isinstance(step, Burst) else Burst((step,))
             for request in burst.requests:
                 self.channel.send(request)
-            step = advance(transfer, self._answer(step) if burst.awaited else None)
+            step = advance(transfer, self._answer(burst) if burst.awaited else None)
         return step.result
 
-    def _answer(self, step: Step) -> Response:
+    def _answer(self, burst: Burst) -> Response:
         frame = self.channel.receive()
-        assert frame is not None, f"no answer to {step}"
-        return decode_response(frame.data)
+        assert frame is not None, f"no answer to {burst}"
+        if not burst.segments:
+            return decode_response(frame.data)
+        for segment in self.channel.take_arrived(burst.segments - 1, is_inner_segment):
+            burst.more.append(decode_segment(segment.data))
+        return decode_segment(frame.data)
+
+
+def is_inner_segment(frame: CanFrame) -> bool:
+    """Say whether this is a segment with another behind it, if any is due."""
+    return len(frame.data) == FRAME_LENGTH and frame.data[0] < MARKED
 
 
 @contextmanager
