@@ -64,7 +64,7 @@ def test_beyond_16_bits(
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
 
 
-@must("block-download.size-not-indicated", size=EDGE_SIZES)
+@must("block-download.size-not-indicated", size=[*EDGE_SIZES, 890])
 def test_size_not_indicated(
     sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
 ) -> None:

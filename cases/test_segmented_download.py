@@ -60,7 +60,7 @@ def test_size(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> No
     expect_stored_and_read(sdo, room, variable, size)
 
 
-@must("segmented-download.size-not-indicated", size=EDGE_SIZES)
+@must("segmented-download.size-not-indicated", size=[*EDGE_SIZES, 257])
 def test_size_not_indicated(
     sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
 ) -> None:

@@ -6,9 +6,9 @@ from collections import Counter, deque
 PROVEN = 10
 # How much longer than nearly all of its answers took a device is waited for then.
 MARGIN = 10.0
-# The shortest wait in seconds, and the shortest where an answer need not come. On a busy machine a
-# device that is a program may take longer.
-SHORTEST, SHORTEST_OF_OPEN = 0.25, 0.1
+# The shortest wait in seconds, the shortest where an answer need not come, and the shortest where
+# nothing is concluded from a silence. On a busy machine a device that is a program may take longer.
+SHORTEST, SHORTEST_OF_OPEN, SHORTEST_OF_LOOK = 0.25, 0.1, 0.02
 # Of this number of answers, the machine may have delayed one.
 NEARLY_ALL = 100
 # Plain reads that are looked at, each behind an answer, and how many unanswered ones are too many:
@@ -61,6 +61,10 @@ class Pace:
     def soon(self, timeout: float) -> float:
         """Return how long to wait for what comes as soon as this device answers, if it does."""
         return self._sure(timeout, SHORTEST_OF_OPEN)
+
+    def look(self, timeout: float) -> float:
+        """Return how long to look for what comes so soon, where it may come later as well."""
+        return self._sure(timeout, SHORTEST_OF_LOOK)
 
     def _sure(self, timeout: float, shortest: float) -> float:
         return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, shortest))

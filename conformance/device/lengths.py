@@ -11,8 +11,8 @@ class Lengths:
     ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
     words. Shorter values than ``filled`` bytes are filled up to as many. Between lengths that are
     taken there may be ``refused`` ones. ``whole`` are some that were written in segments, and read
-    whole. ``much`` is how many bytes it took when it was asked for much room, 0 where it refused
-    them, None until it was asked.
+    whole. It was ``asked`` for room once. ``much`` is how many bytes it took when it was asked for
+    much room, 0 where it refused them, None until it was asked.
     """
 
     taken: set[int] = field(default_factory=set)
@@ -22,6 +22,7 @@ class Lengths:
     filled: int = 0
     refused: set[int] = field(default_factory=set)
     whole: set[int] = field(default_factory=set)
+    asked: bool = False
     much: int | None = None
 
     @property

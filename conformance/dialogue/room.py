@@ -19,8 +19,8 @@ from conformance.sdo.frames import Abort
 from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-# What any transfer has of which length is not the point.
-MUCH_ROOM = 1793
+# More than a sub-block can have: nearly all transfers have less.
+MUCH_ROOM = 897
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
 NO_ROOM = (
@@ -149,16 +149,17 @@ class Room:
     def need(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable unless a string or domain takes ``size`` bytes.
 
-        Most devices are asked once in a run, for more room than most cases need. The object has
-        its own value again then.
+        Most devices are asked twice in a run: for little, which is all that few cases need, and
+        then for more room than most do. The object has its own value again then.
         """
         lengths = self._device.lengths[known.mux]
-        if lengths.much is None:
+        if self.has(known, size):
+            return
+        if lengths.asked and lengths.much is None:
             much = MUCH_ROOM if self._device.beliefs.nowhere else MOST_PLAIN
             lengths.much = much if self._takes(known, much) else 0
-        elif self.has(known, size):
-            return
-        if not self.has(known, size) and lengths.much < size:
+        lengths.asked = True
+        if not self.has(known, size) and (lengths.much or 0) < size:
             self.store(known, self._sdo.payload(size), segmented=True)
             lengths.taken.add(size)
         self.restore_own(known)

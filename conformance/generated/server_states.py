@@ -85,6 +85,11 @@ class State(Generic[Due_co]):
         """Lead an idle server there, and stay; return what the client would send next."""
         return next(self.way(sdo, known, size))
 
+    @property
+    def uploads(self) -> bool:
+        """Whether an upload leads into it, so that the object has to hold what is read."""
+        return not self.downloads and self is not IDLE
+
 
 def _idle(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[None]:
     """Stay where every case begins."""
@@ -213,15 +218,14 @@ def _whole_sub_block(sdo: Dialogue, known: KnownObject) -> Iterator[BlockSegment
 def _block_upload(stop: int) -> Way[Request]:
     """Return the way to one of the requests: the start, acknowledgements, and that of the end.
 
-    It is counted from the last where it is negative. Of a server that sends more segments than it
-    is asked for, all are taken at once where the last of them was sent.
+    It is counted from the last where it is negative: the way there is shortest with all segments
+    in one sub-block.
     """
 
     def way(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[Request]:
         count = len(segments_of(bytes(size)))
         block_size = BLOCK_SIZE if size >= THREE_SEGMENTS else 1
-        exceeded = sdo.record.causes.sub_blocks_are_exceeded
-        if stop < 0 and exceeded and count <= LARGEST_BLOCK:
+        if stop < 0:
             block_size = LARGEST_BLOCK
         sub_blocks = -(-count // block_size)
         at = stop % (1 + sub_blocks + 1)
@@ -293,6 +297,7 @@ SEGMENTED_UPLOAD_LAST = State(
     name="segmented-upload-last",
     sentence="All segments of an upload but one were sent: the last is to be asked for.",
     way=_segmented_upload(-1),
+    short=True,
     least=TWO_SEGMENTS,
 )
 

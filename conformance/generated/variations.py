@@ -44,13 +44,13 @@ FOREIGN_IN_DOWNLOAD: dict[str, bytes] = {
 # Lengths at which counters of servers wrap or segments fill up exactly, in bytes. Long ones are
 # few: they are most of what a run costs.
 SHORT_SIZES = tuple(range(1, 23))
-LONG_SIZES = (256, 257, 890, 4097)
+LONG_SIZES = (257, 890, 4097)
 # Sizes of block transfers: segment 64 of a sub-block begins with 40h, the last of 490 bytes with
 # C6h, the last of 672 with E0h, which are other requests elsewhere; 127 segments hold 889 bytes.
 BLOCK_SIZES = (*SHORT_SIZES, 448, 490, 672, 889, 1777)
 # Of block uploads the client sends no segments: those are as good within 1777 bytes.
 BLOCK_UPLOAD_SIZES = (*SHORT_SIZES, 889, 1777)
-EDGE_SIZES = (1, 4, 5, 7, 8, 13, 14, 15, 20, 21, 22, 256, 890)
+EDGE_SIZES = (1, 4, 5, 7, 8, 13, 14, 15, 20, 21, 22)
 # Where a counter of 16 bits has wrapped, with two segments behind that; one size, because it takes
 # long. Its last segment holds 3 bytes: a server that counts segments and not bytes would show.
 BEYOND_16_BITS = 65_544

@@ -111,13 +111,16 @@ def initiates(server: Recording) -> list[int | None]:
     return [int.from_bytes(frame[4:], "little") for frame in server.requests if frame[:4] == begin]
 
 
-def test_room_is_asked_for_once() -> None:
+def test_room_is_asked_for_little_and_then_for_much() -> None:
     server = recording()
     begin = server.values()
     with discovered(server) as bench:
-        for size in (20, 4, MUCH_ROOM):
+        for size in (20, 4, 20):
             Room(bench.dialogue()).need(TEXT, size)
-        assert initiates(server) == [MUCH_ROOM]
+        assert initiates(server) == [20]
+        for size in (890, 21, MUCH_ROOM):
+            Room(bench.dialogue()).need(TEXT, size)
+        assert initiates(server) == [20, MUCH_ROOM]
         assert server.values() == begin
 
 
@@ -135,7 +138,7 @@ def test_little_room_is_asked_for_again_when_more_is_needed() -> None:
     with discovered(server) as bench:
         for size in (8, 8, 20, 9):
             Room(bench.dialogue()).need(TEXT, size)
-        assert initiates(server) == [MUCH_ROOM, 8, 20]
+        assert initiates(server) == [8, MUCH_ROOM, 20]
 
 
 def test_too_little_room_is_not_testable() -> None:

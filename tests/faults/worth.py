@@ -43,7 +43,6 @@ from pairs import spread
 
 from conformance.faults.catalogue import faults, find_deviation
 from conformance.faults.registry import About
-from conformance.generated.server_states import STATES
 from conformance.plugin import worth
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import CaseFunction
@@ -57,9 +56,6 @@ CHEAP = 40
 MOST_VARIATIONS = 3
 # So much more counts a case that fails by a rule that it tests itself.
 OWN = 1.25
-# Whichever of these states comes first asks for much room, with all requests that this takes.
-MUCH = 260
-ROOMY = tuple(f"matrix.{state.name}[" for state in STATES.values() if not state.short)
 # This part of all requests is sent by the cases that come early, and no more than this by each.
 EARLY, EARLY_EACH = 0.1, 0.01
 # How often a quick run is made and counted: then its cases cost what they were thought to.
@@ -227,7 +223,7 @@ def needs(catches: Catches, costs: Costs, services: Mapping[str, str]) -> dict[s
     needed: defaultdict[str, set[str]] = defaultdict(set)
     for name, found in catches.items():
         for case in found.keys() & costs.each.keys():
-            if not case.startswith((AT_THE_END, *ROOMY)):
+            if not case.startswith(AT_THE_END):
                 needed[case] |= {name, about[name], f"service {services[case]}"}
     return dict(needed)
 
@@ -269,7 +265,7 @@ class Table:
         judging = [case for case in self.costs.each if case.startswith(AT_THE_END)]
         rows: dict[str, list[object]] = {
             case: [
-                quick.get(case) or self._alone(case),
+                quick.get(case) or self.costs.of([case]),
                 int(case in self.needs_write),
                 int(case in quick),
                 int(case in early),
@@ -281,10 +277,6 @@ class Table:
         write_table(
             {"requests": self.total, "beside": beside, "early": 0, "faults": names, "cases": rows}
         )
-
-    def _alone(self, case: str) -> int:
-        """Return what a case sends that finds nothing prepared by others."""
-        return self.costs.of([case]) + MUCH * case.startswith(ROOMY)
 
 
 def write_table(kept: Mapping[str, Any]) -> None:
@@ -313,6 +305,12 @@ def count_early() -> None:
     write_table(kept)
 
 
+def in_turn(order: Sequence[str]) -> list[str]:
+    """Put the cases of very long values side by side: the first leaves one for the others."""
+    huge = sorted(case for case in order if HUGE in case)
+    return [*(case for case in order if case not in huge), *huge]
+
+
 def costs_of(
     counted: Sequence[Mapping[str, int]], quick_runs: Sequence[Mapping[str, int]]
 ) -> Costs:
@@ -338,7 +336,7 @@ def make_table() -> None:
     untestable = (Verdict.NOT_TESTABLE, None)
     needs_write = {case for case in costs.each if read_only.get(case) in untestable}
     usual = {name: own_catchers(found, costs) for name, found in catches.items()}
-    order = by_worth(usual, costs.shared())
+    order = in_turn(by_worth(usual, costs.shared()))
     table = Table(everything.total, catches, costs, order, needs_write)
     best: dict[str, int] = {}
     most = 0

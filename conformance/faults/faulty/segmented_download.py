@@ -111,7 +111,7 @@ class ShortSegmentedRefused(Server):
         super().check_announced_size(entry, size)
 
 
-@fault("announced-size-8-bit", Defect.FIELD_WIDTH, "segmented-download.size[256]")
+@fault("announced-size-8-bit", Defect.FIELD_WIDTH, "segmented-download.size[257]")
 class AnnouncedSizeOf8Bits(Server):
     """Looks at the low byte of an announced size only."""
 

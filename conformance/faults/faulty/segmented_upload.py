@@ -41,7 +41,7 @@ class BigEndianSize(Server):
         return UploadInitiateResponse(mux, sized=True, payload=response.payload[::-1])
 
 
-@fault("upload-size-8-bit", Defect.FIELD_WIDTH, "segmented-upload.size[256]")
+@fault("upload-size-8-bit", Defect.FIELD_WIDTH, "segmented-upload.size[257]")
 class SizeOf8Bits(Server):
     """Announces the size of a segmented upload modulo 256."""
 

@@ -16,19 +16,19 @@ from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
-from conformance.dialogue.room import MUCH_ROOM, NO_ROOM
+from conformance.dialogue.room import NO_ROOM
 from conformance.generated.conversations.conversation import Transfer
 from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer, whole_frame
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import Access
 from conformance.sdo.oracle import Knowledge
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-# Room for more segments than a sub-block has, and than a byte can count.
-ROOMS = (MUCH_ROOM, 897, MOST_PLAIN, 64, 20)
+# Room for much more than a conversation writes: frames may be repeated and inserted.
+ROOMS = (MOST_PLAIN, 64, 20)
 
 
 @dataclass(slots=True)
@@ -141,9 +141,8 @@ def survey(sdo: Dialogue) -> DeviceObjects:
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:
     """Return the bytes that a string or domain surely takes, 0 where they are few."""
-    short = known.data_type is DataType.VISIBLE_STRING or not sdo.device.beliefs.nowhere
     taken = sdo.device.lengths[known.mux].taken
-    for room in ROOMS[2:] if short else ROOMS:
+    for room in ROOMS:
         if room in taken:
             return room
         abort = sdo.try_download(known, sdo.payload(room), segmented=True)

@@ -29,8 +29,8 @@ SINGLE_BITS = tuple(1 << bit for bit in range(8))
 # Differences that make one more, one less or a limit of a counter.
 MASKS = (TOGGLE, *SINGLE_BITS, 3, 6, 0x7F, 0x0E, 0xE0, 0xFF)
 LAST_AT = 140
-# Edges aside, LONG bytes are the most: long transfers are most of what a conversation costs.
-LONG, MOST = 100, 256
+# The most bytes that are written: long transfers are most of what a conversation costs.
+LONG = 100
 UNDISTURBED: Disturbances = st.just(())
 
 
@@ -116,7 +116,7 @@ def _of_text(
     disturbances: Disturbances,
 ) -> st.SearchStrategy[Transfer]:
     room = objects.rooms[mux]
-    edges = [size for size in EDGE_SIZES if size <= min(room, MOST)]
+    edges = [size for size in EDGE_SIZES if size <= room]
     sizes = st.integers(0, min(room, 40)) | st.sampled_from(edges) | st.integers(0, min(room, LONG))
     return st.builds(
         Transfer,

@@ -81,7 +81,7 @@ def _led_into(
     lockstep = Lockstep(sdo, Oracle(knowledge, sdo.device.node_id))
     with lockstep.following():
         if not _suits(sdo.device.holds(known.mux), known, state, size):
-            wanted = min(size, SHORT) if state.downloads else size
+            wanted = size if state.uploads else min(size, SHORT)
             Room(sdo).store(known, sdo.payload(wanted), segmented=True)
         state.reach(sdo, known, size)
         lockstep.check()
@@ -116,7 +116,7 @@ def _suits(value: bytes | None, known: KnownObject, state: AnyState, size: int) 
     """Say whether an object holds what a transfer into a state needs, or what is quickly read."""
     if value is None:
         return False
-    if state.downloads:
+    if not state.uploads:
         return len(value) <= SHORT or known.habits.filled > 0
     return len(value) == size
 
