@@ -290,6 +290,5 @@ SUB_BLOCK_STIMULI: dict[str, Stimulus] = {
 }
 # A server expects the same behind a sub-block as before the first, but the way there is long.
 NEXT_SUB_BLOCK_STIMULI: dict[str, Stimulus] = {
-    label: SUB_BLOCK_STIMULI[label]
-    for label in (*_block_segments(0, 1), "segment-2-last", "80h", "80h-other")
+    label: SUB_BLOCK_STIMULI[label] for label in (*_block_segments(0, 1), "segment-2-last", "80h")
 }
