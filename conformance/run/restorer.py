@@ -160,9 +160,9 @@ class Restorer:
             if kept and self.device.may_put_back(mux):
                 pending[mux], self.unrestored[mux] = kept, shown(kept)
                 self.device.keeping.changes.changes(mux, kept, self._known(mux).data_type)
-        for mux in pending:
-            if is_cob_id(mux):
-                self._disable(sdo, mux)  # it may only be moved while it is not in use
+        in_use = {mux: sdo.wire.seen.get(mux) for mux in pending if is_cob_id(mux)}
+        for mux, found in in_use.items():
+            self._disable(sdo, mux, found)  # it may only be moved while it is not in use
         for mux in pending.keys() & needed_for(pending):
             if is_count(mux):
                 self._map_nothing(sdo, mux)
@@ -186,9 +186,9 @@ class Restorer:
         except Violation:
             sdo.end_transfer()  # its entries will be refused, and listed
 
-    def _disable(self, sdo: Dialogue, mux: Multiplexer) -> None:
+    def _disable(self, sdo: Dialogue, mux: Multiplexer, found: bytes | None) -> None:
         try:
-            Channels(sdo).disable(mux)
+            Channels(sdo).disable(mux, found)
         except Violation:
             sdo.end_transfer()  # the value itself will be refused, and listed
 
@@ -271,4 +271,5 @@ class Restorer:
             if blocks.read_alike() and blocks.reads(known, due):
                 return True
             response = sdo.initiate_upload(known)
-        return restored_value(known, sdo.finish_upload(known, response), due)
+        found = sdo.wire.seen[known.mux] = sdo.finish_upload(known, response)
+        return restored_value(known, found, due)

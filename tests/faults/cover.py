@@ -121,7 +121,9 @@ class Costs:
 class Choice:
     """A choice of cases within a budget of requests: as many faults as can be had for that."""
 
-    def __init__(self, caught: Mapping[str, Collection[str]], costs: Costs, budget: int) -> None:
+    def __init__(
+        self, caught: Mapping[str, Collection[str]], costs: Costs, budget: int, chance: Random
+    ) -> None:
         """Take what each case catches; nothing is chosen yet."""
         self._caught = {case: sorted(caught[case]) for case in sorted(caught)}
         self._catchers: defaultdict[str, list[str]] = defaultdict(list)
@@ -132,7 +134,7 @@ class Choice:
         self._budget = budget
         self._chosen: dict[str, None] = {}
         self._times: Counter[str] = Counter()
-        self._random = Random(1)
+        self._random = chance
 
     def best(self, begin: Iterable[str] = ()) -> list[str]:
         """Return the best of many: each is the last, and a case for a fault that it lacks.

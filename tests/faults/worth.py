@@ -305,12 +305,6 @@ def count_early() -> None:
     write_table(kept)
 
 
-def in_turn(order: Sequence[str]) -> list[str]:
-    """Put the cases of very long values side by side: the first leaves one for the others."""
-    huge = sorted(case for case in order if HUGE in case)
-    return [*(case for case in order if case not in huge), *huge]
-
-
 def costs_of(
     counted: Sequence[Mapping[str, int]], quick_runs: Sequence[Mapping[str, int]]
 ) -> Costs:
@@ -336,14 +330,14 @@ def make_table() -> None:
     untestable = (Verdict.NOT_TESTABLE, None)
     needs_write = {case for case in costs.each if read_only.get(case) in untestable}
     usual = {name: own_catchers(found, costs) for name, found in catches.items()}
-    order = in_turn(by_worth(usual, costs.shared()))
+    order = by_worth(usual, costs.shared())
     table = Table(everything.total, catches, costs, order, needs_write)
     best: dict[str, int] = {}
     most = 0
     quick = [case for case, known in worth.table().items() if known.quick and case in costs.each]
     needed = needs(catches, costs, everything.services)
     quick_runs: list[Mapping[str, int]] = []
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         table.write(dict.fromkeys(quick, 1), worth.QUICK - len(quick))  # and no others
         sent = count("--sdo-quick")
         beside = sent.total - sum(sent.requests.values())
@@ -354,7 +348,7 @@ def make_table() -> None:
         quick_runs.append(sent.requests)
         costs = costs_of(counted, quick_runs)
         budget = worth.QUICK - sent.total + costs.of(quick)
-        quick = Choice(needed, costs, budget).best(best or quick)
+        quick = Choice(needed, costs, budget, Random(number)).best(best or quick)
     if not best:
         raise SystemExit("no choice of cases for a quick run keeps to its requests")
     table.write(best, worth.QUICK - sum(best.values()))  # no room for others
