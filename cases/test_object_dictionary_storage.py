@@ -14,8 +14,11 @@ from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
 
 def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multiplexer) -> None:
-    """Expect 1010h:01 or 1011h:01 to refuse all that is not its signature."""
-    signature = SIGNATURES[command]
+    """Expect 1010h:01 or 1011h:01 to refuse all that is not its signature.
+
+    What was stored before is stored still then.
+    """
+    stored, signature = sdo.device.keeping.stored, SIGNATURES[command]
     for wrong in (
         bytes(4),
         b"\xff\xff\xff\xff",
@@ -25,6 +28,7 @@ def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multip
     ):
         sdo.send(DownloadInitiate.with_data(command, wrong))
         sdo.expect_abort(*SIGNATURE.codes, of=command, tolerated=SIGNATURE.tolerated)
+    sdo.device.keeping.stored = stored
 
 
 @must("od.save-signature", "storage.signature")

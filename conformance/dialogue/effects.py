@@ -68,3 +68,4 @@ class Effects:
             record.reset.pop(target, None)
             if target.index in COMMANDS:
                 device.keeping.brought_back.clear()
+                device.keeping.stored = None

@@ -107,14 +107,16 @@ class Storage:
         self._network.reset(NmtCommand.RESET_NODE)
         defaults = self._present()
         if device.keeping.to_store.items() <= defaults.items():
-            device.keeping.to_store = {}  # they were stored, or never changed: nothing was lost
+            # They were stored, or never changed: nothing was lost.
+            device.keeping.stored, device.keeping.to_store = device.keeping.to_store, {}
             device.keeping.changes.is_stored_again()
         return defaults
 
     def prepare_loading(self) -> None:
         """Find out what would be lost if the defaults were loaded; it is stored after the case.
 
-        The node is reset. Raises NotTestable where something could not be put back.
+        The node is reset, unless it is known. Raises NotTestable where something could not be put
+        back.
         """
         device = self._device
         if not device.listing.is_complete:
@@ -125,8 +127,10 @@ class Storage:
         self._require_for_defaults(NMT)
         require_command(self._sdo, LOAD_ALL)
         self._check_put_back(device.values)
-        self._network.reset(NmtCommand.RESET_NODE)
-        device.keeping.to_store = self._stored()
+        if device.keeping.stored is None:
+            self._network.reset(NmtCommand.RESET_NODE)
+            device.keeping.stored = self._stored()
+        device.keeping.to_store = device.keeping.stored
         device.keeping.changes.stores(device.keeping.to_store)
 
     def _require_for_defaults(self, permission: str) -> None:
