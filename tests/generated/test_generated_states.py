@@ -14,7 +14,7 @@ from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_BETWEEN,
     BLOCK_DOWNLOADS,
-    BLOCK_UPLOAD_SENT,
+    BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOADS,
     LONGEST,
     SEGMENTED_DOWNLOADS,
@@ -75,7 +75,7 @@ def test_an_upload_that_is_too_short_for_a_state_is_no_way_there() -> None:
         sdo = bench.dialogue()
         known = Roles(bench.device).text()
         Room(sdo).store(known, sdo.payload(7), segmented=True)
-        for state in (SEGMENTED_UPLOAD_LAST, BLOCK_UPLOAD_SENT):
+        for state in (SEGMENTED_UPLOAD_LAST, BLOCK_UPLOAD_BETWEEN):
             with pytest.raises(NotTestable, match="too few"):
                 state.reach(sdo, known, SIZE)
             sdo.end_transfer()
