@@ -80,7 +80,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
-        except (Violation, ServerAborted, NotTestable) as error:
+        except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
             asked = sdo.wire.last_sent
             if not sdo.silence.recover():
                 keep_aside(sdo)
@@ -218,7 +218,7 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
         sdo.download(known, before)
     due = sdo.payload(SHORT)
     sdo.download(known, due)
-    found = sdo.upload(known)
+    found = _held_by(sdo, known)
     if 0 < len(found) < SHORT and due.startswith(found):
         _find_missing_end(sdo, known, SHORT - len(found))
     elif found.startswith(due + before[SHORT:]):
@@ -228,6 +228,15 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
         sdo.note(not_stored(known, due))
     elif len(found) > LONGER and found == due.ljust(len(found), b"\0"):
         _find_filled(sdo, known, len(found))
+
+
+def _held_by(sdo: Dialogue, known: KnownObject) -> bytes:
+    """Read a value, in blocks where an ordinary upload of it is wrong: that is for the cases."""
+    try:
+        return sdo.upload(known)
+    except Violation:
+        sdo.end_transfer()
+        return Blocks(sdo).upload(known).data
 
 
 def _find_miscount(sdo: Dialogue, known: KnownObject) -> None:

@@ -174,6 +174,15 @@ def test_what_is_left_of_longer_values_is_known_from_then_on(fault: str) -> None
     assert found == ["data.variable-length: the end of a longer value is left behind a shorter one"]
 
 
+@pytest.mark.parametrize("upload", ["upload-size-8-bit", "upload-last-segment-n-off-by-one"])
+def test_what_is_left_is_seen_in_blocks_where_ordinary_uploads_are_wrong(upload: str) -> None:
+    with discovered(
+        build_node(f"shorter-value-over-longer-one-in-buffer+{upload}", NODE_ID)
+    ) as bench:
+        bench.session().survey()
+        assert bench.device.known[DOMAIN.mux].habits.keeps_tails
+
+
 def test_a_device_that_keeps_lengths_fills_nothing_up() -> None:
     with discovered(recording()) as bench:
         session = bench.session()
