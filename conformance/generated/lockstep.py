@@ -6,6 +6,7 @@ from itertools import takewhile
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
 from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
@@ -15,6 +16,12 @@ from conformance.dialogue.values import LENGTH_OF_ANOTHER
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import (
+    HIGHEST_NODE_ID,
+    LARGEST_STANDARD_ID,
+    REQUEST_BASE,
+    ChannelIds,
+)
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, Request, Response
 from conformance.sdo.layout import Multiplexer, whole_frame
@@ -66,12 +73,18 @@ def knowledge_of(
 
 
 class Lockstep:
-    """Shows the oracle every frame that goes over the channel, and keeps what it finds."""
+    """Shows the oracle every frame that goes over the channel, and keeps what it finds.
+
+    To the oracle, and in what is sent, any channel has the identifiers of the default one.
+    """
 
     def __init__(self, sdo: Dialogue, oracle: Oracle) -> None:
         """Start with an idle server."""
         self.oracle = oracle
         self._sdo = sdo
+        self._ids = sdo.channel.ids
+        self._default_ids = ChannelIds.default(sdo.device.node_id)
+        self._is_default = self._ids == self._default_ids
         self._findings: list[Violation] = []
         self._sub_blocks = SubBlocks()
         self._held: list[Captured] = []
@@ -99,6 +112,8 @@ class Lockstep:
         received = captured.direction is Direction.RECEIVED and captured.frame.can_id in numbers
         if received and not channel.is_response(captured.frame):
             return  # of another client or server
+        if captured.frame.can_id not in numbers and self._is_elsewhere(captured.frame):
+            return
         if self._sdo.wire.fencing:
             self._held.append(captured)
         else:
@@ -125,6 +140,14 @@ class Lockstep:
             if captured not in stray:
                 self._show(captured)
 
+    def _is_elsewhere(self, frame: CanFrame) -> bool:
+        """Say whether a frame that is not on this channel is no request to another node either."""
+        own = frame.can_id == self._default_ids.request.can_id
+        return own or not 1 <= frame.can_id - REQUEST_BASE <= HIGHEST_NODE_ID
+
+    def _as_default(self, frame: CanFrame) -> CanFrame:
+        return frame if self._is_default else self._ids.translated(frame, self._default_ids)
+
     def _is_response(self, captured: Captured) -> bool:
         channel = self._sdo.channel
         return captured.frame.can_id in (channel.request_id, channel.response_id)
@@ -132,14 +155,14 @@ class Lockstep:
     def _show(self, captured: Captured) -> None:
         if captured.direction is Direction.SENT:
             self._sub_blocks.request(captured.frame.data)
-            self.oracle.observe(captured.frame)
+            self.oracle.observe(self._as_default(captured.frame))
             if isinstance(decode_request(captured.frame.data), INITIATES):
                 self._aborted = False
         elif self._is_response(captured):
             exceeded = self._sdo.record.causes.sub_blocks_are_exceeded
             if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
                 return  # it was noted, and is no answer
-            self._find(self.oracle.response(captured.frame))
+            self._find(self.oracle.response(self._as_default(captured.frame)))
             self._aborted |= isinstance(self._sdo.tracker.read(captured.frame.data), Abort)
             if self.oracle.ended is not None:
                 self._sdo.record.early.note(self.oracle.ended.abort)
@@ -177,8 +200,12 @@ class Lockstep:
         answers = []
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
             self._look_for_abort()
-        if frame == CanFrame(self._sdo.channel.request_id, frame.data):
+        if not self._is_default:
+            frame = self._default_ids.translated(frame, self._ids)
+        if frame == self._ids.request.frame(frame.data):
             self._sdo.send(frame.data)  # which knows whether it is a segment of a block
+        elif frame.can_id > LARGEST_STANDARD_ID and not frame.extended:
+            raise NotTestable(f"needs a channel with 11-bit identifiers, not {self._ids}")
         else:
             self._sdo.send_frame(frame)
         self._point = self._sdo.wire.last_sent if point else None

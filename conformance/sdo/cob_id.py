@@ -133,6 +133,18 @@ class ChannelIds:
         if self.request == self.response:
             raise ChannelError(f"{self.request} cannot carry both requests and responses")
 
+    def translated(self, frame: CanFrame, to: "ChannelIds") -> CanFrame:
+        """Return a frame with an identifier of this channel as one of another, any other as it is.
+
+        One that is in the wrong format is so there too; no frame of 11 bits has an identifier that
+        is longer.
+        """
+        for own, other in ((self.request, to.request), (self.response, to.response)):
+            if frame.can_id == own.can_id:
+                odd = frame.extended != own.extended
+                return frame._replace(can_id=other.can_id, extended=other.extended != odd)
+        return frame
+
     @property
     def in_digits(self) -> str:
         """The form that ``parse`` reads."""

@@ -101,3 +101,23 @@ def test_the_channel_of_a_client() -> None:
 def test_a_client_without_a_channel(parameter: ClientParameter, reason: str) -> None:
     with pytest.raises(ChannelError, match=reason):
         parameter.channel_to(5)
+
+
+READ = bytes.fromhex("4000100000000000")
+SHORT, LONG = ChannelIds.default(5), ChannelIds.parse("18FF0B05:18FF0C05")
+
+
+@pytest.mark.parametrize(
+    ("frame", "there"),
+    [
+        (CanFrame(0x605, READ), CanFrame(0x18FF0B05, READ, extended=True)),
+        (CanFrame(0x585, READ), CanFrame(0x18FF0C05, READ, extended=True)),
+        (CanFrame(0x605, remote=True, length=3), CanFrame(0x18FF0B05, b"", True, True, 3)),
+        (CanFrame(0x605, READ, extended=True), CanFrame(0x18FF0B05, READ)),
+        (CanFrame(0x606, READ), CanFrame(0x606, READ)),
+    ],
+)
+def test_a_frame_on_another_channel(frame: CanFrame, there: CanFrame) -> None:
+    assert SHORT.translated(frame, LONG) == there
+    assert LONG.translated(there, SHORT) == frame
+    assert SHORT.translated(frame, SHORT) == frame
