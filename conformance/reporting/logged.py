@@ -4,8 +4,8 @@ import gzip
 import heapq
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from conformance.reporting.bus_log import Place
 
@@ -13,8 +13,7 @@ SENT = "T"
 PACKED = ".gz"
 
 
-@dataclass(frozen=True, slots=True)
-class Logged:
+class Logged(NamedTuple):
     """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it.
 
     ``number`` is that of the line.

@@ -7,7 +7,7 @@ def inert(text: str, keep: str = "") -> str:
     That is what moves the cursor, colours the terminal, sets its title, or turns the direction of
     writing round.
     """
-    if text.translate(dict.fromkeys(map(ord, keep))).isprintable():
+    if text.isprintable() or text.translate(dict.fromkeys(map(ord, keep))).isprintable():
         return text
     return "".join(char if char.isprintable() or char in keep else in_ascii(char) for char in text)
 

@@ -47,10 +47,9 @@ def profiles(folder: Path, run: RecordedRun, cases: Collection[str]) -> dict[int
         own = (place for place in places if place.log == name)
         chosen = {line for place in own for line in range(place.first, place.last + 1)}
         judge = LogJudge()
-        for seen in RecordedLog(str(log_in(folder, name))):
-            if seen.number in chosen:
-                for _ in judge.take(seen):
-                    pass
+        for seen in RecordedLog(str(log_in(folder, name)), chosen):
+            for _ in judge.take(seen):
+                pass
         for (_, node_id), channel in judge.channels.items():
             if node_id in node_ids:
                 found.setdefault(node_id, []).extend(channel.oracle.profile.lines())

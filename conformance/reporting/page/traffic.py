@@ -1,17 +1,19 @@
 """What bus.log holds of each case: its frames in words, what was written, how fast answers came."""
 
 from bisect import insort
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
+from conformance.device.safety import WRITING
 from conformance.reporting.bus_log import Place
 from conformance.reporting.logged import Logged, frames_by_case
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder, describe
-from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request
+from conformance.sdo.frames import DownloadInitiate, Request
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.nmt import NMT_ID, describe_nmt
 
@@ -62,7 +64,7 @@ class Traffic:
     shown: dict[int, list[str]] = field(default_factory=dict)
     written: dict[tuple[int, Multiplexer], Written] = field(default_factory=dict)
     commands: Counter[str] = field(default_factory=Counter)
-    times: dict[str, Times] = field(default_factory=dict)
+    times: defaultdict[str, Times] = field(default_factory=lambda: defaultdict(Times))
     requests: int = 0
     responses: int = 0
 
@@ -107,7 +109,8 @@ class _Case:
 
     def take(self, lines: Sequence[Logged]) -> None:
         """Follow the frames, and keep those that are shown."""
-        lines = [logged for logged in lines if logged.can_id not in self._others]
+        if self._others:
+            lines = [logged for logged in lines if logged.can_id not in self._others]
         shown = []
         for position, logged in enumerate(lines):
             is_shown = position < FIRST_SHOWN or position >= len(lines) - LAST_SHOWN
@@ -138,8 +141,9 @@ class _Case:
         if self._asked is not None:
             time, request = self._asked
             self._asked = None
-            times = self._traffic.times.setdefault(_kind(request), Times())
-            times.add(logged.time - time, self._number)
+            self._traffic.times[_in_words(type(request).__name__)].add(
+                logged.time - time, self._number
+            )
         return describe(response) if is_shown else ""
 
     def _beside(self, logged: Logged, can_id: int, data: bytes | None) -> str:
@@ -153,7 +157,7 @@ class _Case:
 
     def _note(self, request: Request, time: float) -> None:
         """Keep what would be written."""
-        if not isinstance(request, DownloadInitiate | BlockDownloadInitiate):
+        if not isinstance(request, WRITING):
             return
         written = self._traffic.written.setdefault(
             (self._node_id, request.mux), Written(first=time)
@@ -166,7 +170,7 @@ class _Case:
             written.values[f"{request.size} bytes"] += 1
 
 
-def _kind(request: Request) -> str:
-    """Return the name of a kind of request, in words."""
-    name = type(request).__name__
+@cache
+def _in_words(name: str) -> str:
+    """Return the name of a kind of request in words."""
     return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip()
