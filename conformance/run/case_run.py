@@ -90,7 +90,13 @@ class CaseRun:
         self._session = session
         self._leaves_values = leaves_values
         self._generated = point.generated
-        self._judgement = Judgement(result, point, session.causes, lambda: sdo.wire.pauses.in_doubt)
+        self._judgement = Judgement(
+            result,
+            point,
+            session.causes,
+            in_doubt=lambda: sdo.wire.pauses.in_doubt,
+            has_written=lambda: bool(sdo.record.written),
+        )
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
         self.bench_error: BenchError | None = None

@@ -75,9 +75,11 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
                 break
             keep_aside(sdo)
             raise lost_early(sdo, asked) from error
-    for known in {one.mux: one for one in _used(sdo.device)}.values():
+    used = {one.mux: one for one in _used(sdo.device)}
+    unstored: list[Violation] = []
+    for known in used.values():
         try:
-            _find_remains(sdo, known)
+            unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
         except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
@@ -85,6 +87,8 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             if not sdo.silence.recover():
                 keep_aside(sdo)
                 raise lost_early(sdo, asked) from error
+    if unstored and len(unstored) == len(used):
+        sdo.note(unstored[0])
     keep_aside(sdo)
 
 
@@ -210,8 +214,11 @@ def _used(device: Device) -> list[KnownObject]:
     return [Roles(device).variable(), Roles(device).text()] if Roles(device).varying() else []
 
 
-def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
-    """Find out what a device leaves behind a value that is shorter than the one before."""
+def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:
+    """Find out what a device leaves behind a value that is shorter than the one before.
+
+    Returns the breach where that is the one before itself.
+    """
     before = sdo.device.values[known.mux]
     if not before[SHORT:].strip(b"\0"):
         before = sdo.payload(LONGER)
@@ -225,9 +232,10 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> None:
         sdo.device.known[known.mux] = replace(known, habits=Habits(keeps_tails=True))
         sdo.note(tail_kept(known, due))
     elif found == sdo.device.values[known.mux] != due:
-        sdo.note(not_stored(known, due))
+        return [not_stored(known, due)]
     elif len(found) > LONGER and found == due.ljust(len(found), b"\0"):
         _find_filled(sdo, known, len(found))
+    return []
 
 
 def _held_by(sdo: Dialogue, known: KnownObject) -> bytes:

@@ -16,6 +16,7 @@ CODE = "specifier.unknown: abort 06020000h"
 IGNORED = "response.answered: no answer to what is out of place"
 RESERVED = "response.reserved: reserved bits of byte … are …"
 DISTURBED = "channel.independent: a transfer on one channel disturbs that on another"
+UNSTORED = "response.not-refused: a download that is confirmed and not stored"
 BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
 
 
@@ -35,6 +36,7 @@ BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
             ("test_specifiers.py", "test_segmented_download_errors.py", *BLOCK_UPLOADS),
         ),
         ("abort-command-81h", RESERVED, 0, ("test_abort.py", *BLOCK_UPLOADS)),
+        ("download-not-stored", UNSTORED, 0, (*FILES, "test_communication.py")),
         ("channels-share-transfer", DISTURBED, 0, ("test_channel_independence.py",)),
         ("unknown-specifier-code-wrong", CODE, 0, ("test_specifiers.py", *FILES)),
     ],
