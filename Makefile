@@ -37,11 +37,10 @@ detection: $(VENV)/installed-for-tests
 fleet: $(VENV)/installed-for-tests
 	$(BIN)/python tests/fleet/fleet.py $(FLEET)
 
-# How fast transfers and the self-test go, beside canopen's client and beside python-can alone.
+# How fast transfers and runs go, beside canopen's client and python-can alone, and how slow each may
+# be, in ten minutes. BENCH="transfers --size=200000" measures a part.
 bench: $(VENV)/installed-for-tests
-	$(BIN)/python tests/benchmark.py
-	$(BIN)/python tests/benchmark_self_test.py
-	$(BIN)/python tests/benchmark_self_test.py --answer-delay=0.002
+	$(BIN)/python tests/bench/bench.py $(BENCH)
 
 # What is installed from the sdist, from an empty folder: with each Python that is found, with the
 # lower ends of the dependencies, and beside other plugins of pytest. TOX="-e newest" names others.

@@ -1,19 +1,14 @@
-"""How fast transfers go, beside canopen's client and beside python-can alone: ``make bench``.
-
-    python tests/benchmark.py [--size BYTES] [--expedited COUNT] [--rounds COUNT] [TRANSFER]
+"""How fast transfers go, beside canopen's client and beside python-can alone.
 
 Everything runs on python-can's virtual bus in this process, our server in a thread of its own. The
 floor is the exchange of as many frames in the same rhythm without any protocol: request and
-response, or as many segments in a row as a sub-block has and one answer. ``cpu`` is what all
-threads of the process computed: on a machine that others use, compare that. All take their turn
-in each round; what stands in the table is the best that each of them did.
+response, or as many segments in a row as a sub-block has and one answer. All take their turn in
+each round; what stands in the table is the best that each of them did.
 """
 
-import argparse
 import sys
 import threading
-import time
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -21,6 +16,7 @@ from pathlib import Path
 
 import can
 import canopen
+from bench_rows import Cost, Row, best, cost
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo.client import SdoClient
 
@@ -35,7 +31,7 @@ from conformance.run.bench import private_channel
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule
 
-sys.path.insert(0, str(Path(__file__).parent / "fleet"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "fleet"))
 from foreign_objects import DOMAIN, NODE_ID, payload
 from suite_client import SuiteClient
 
@@ -45,6 +41,7 @@ NUMBER = Multiplexer(0x2004)
 RULE = Rule("bench", "", Level.MAY, "What a transfer costs.")
 BLOCK = 127
 PATIENCE = 10.0
+CANOPEN = "canopen"
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,26 +68,6 @@ class Transfer:
     ours: Callable[[SuiteClient], object]
     case: Callable[[Dialogue], object]
     canopen: Callable[[SdoClient], object]
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """Seconds by the clock, and seconds that all threads of this process computed."""
-
-    wall: float
-    cpu: float
-
-
-def best(costs: Sequence[Cost]) -> Cost:
-    """Return the least of each."""
-    return Cost(min(cost.wall for cost in costs), min(cost.cpu for cost in costs))
-
-
-def cost(task: Callable[[], object]) -> Cost:
-    """Return what a task costs."""
-    wall, cpu = time.perf_counter(), time.process_time()
-    task()
-    return Cost(time.perf_counter() - wall, time.process_time() - cpu)
 
 
 def floor(rhythm: Rhythm) -> Cost:
@@ -228,40 +205,28 @@ def transfers(size: int, count: int) -> Generator[Transfer, None, None]:
     )
 
 
-def main() -> None:
-    """Print a line for each transfer and client."""
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--size", type=int, default=1 << 20, help="bytes of a long transfer")
-    parser.add_argument("--expedited", type=int, default=20_000, help="number of short transfers")
-    parser.add_argument("--rounds", type=int, default=3, help="how often each is measured")
-    parser.add_argument("transfer", nargs="?", default="", help="such as 'block' or 'upload'")
-    options = parser.parse_args()
-    print(
-        f"{'transfer':20} {'client':18} {'s':>7} {'KiB/s':>8} {'frames/s':>9} {'x floor':>8} "
-        f"{'cpu s':>7} {'x floor':>8}"
-    )
+def transfer_rows(wanted: str, size: int, count: int, rounds: int) -> Iterator[Row]:
+    """Yield a row for each transfer and client: no case may compute more than canopen's client."""
     with clients() as (ours, case, foreign):
-        for transfer in transfers(options.size, options.expedited):
-            if options.transfer not in transfer.name:
-                continue
-            runs: dict[str, Callable[[], Cost]] = {
-                "python-can alone": partial(floor, transfer.rhythm),
-                "ours": partial(cost, partial(transfer.ours, ours)),
-                "ours, in a case": partial(cost, partial(transfer.case, case)),
-                "canopen": partial(cost, partial(transfer.canopen, foreign)),
-            }
-            rounds = [[run() for run in runs.values()] for _ in range(options.rounds)]
-            costs = [best(each) for each in zip(*rounds, strict=True)]
-            lowest = costs[0]
-            for client, found in zip(runs, costs, strict=True):
-                print(
-                    f"{transfer.name:20} {client:18} {found.wall:7.2f} "
-                    f"{transfer.moved / 1024 / found.wall:8.1f} "
-                    f"{transfer.rhythm.frames / found.wall:9.0f} {found.wall / lowest.wall:8.2f} "
-                    f"{found.cpu:7.2f} {found.cpu / lowest.cpu:8.2f}",
-                    flush=True,
-                )
-
-
-if __name__ == "__main__":
-    main()
+        for transfer in transfers(size, count):
+            if wanted in transfer.name:
+                runs: dict[str, Callable[[], Cost]] = {
+                    "python-can alone": partial(floor, transfer.rhythm),
+                    "ours": partial(cost, partial(transfer.ours, ours)),
+                    "ours, in a case": partial(cost, partial(transfer.case, case)),
+                    CANOPEN: partial(cost, partial(transfer.canopen, foreign)),
+                }
+                tries = [[run() for run in runs.values()] for _ in range(rounds)]
+                costs = [best(each) for each in zip(*tries, strict=True)]
+                least = dict(zip(runs, costs, strict=True))
+                for client, found in least.items():
+                    own = client.startswith("ours")
+                    yield Row(
+                        f"{transfer.name}, {client}",
+                        found,
+                        costs[0],
+                        f"{least[CANOPEN].cpu:.2f} s cpu" if own else "",
+                        not own or found.cpu <= least[CANOPEN].cpu,
+                        f"{transfer.moved / 1024 / found.wall:.0f} KiB/s, "
+                        f"{transfer.rhythm.frames / found.wall:.0f} frames/s",
+                    )

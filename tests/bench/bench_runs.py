@@ -1,0 +1,167 @@
+"""How long self-tests take, beside their frames alone, and their requests by service.
+
+The floor is the exchange of the very same frames, as the bus log of the run has them, by two
+threads with bare python-can on the same kind of bus, which is in this process. Of a device that
+takes a time for each answer it is that time for each request; of several devices, one of them.
+"""
+
+import math
+import re
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import can
+from bench_rows import Cost, Row, best, computed, cost
+
+from conformance.reporting.recorded import read_run
+from conformance.run.bench import private_channel
+
+PATIENCE = 10.0
+SENT, RECEIVED = "T", "R"
+OUTCOME = re.compile(r"\d+ passed.* in [\d.]+s")
+COLLECTED = re.compile(r"(\d+) tests collected in ([\d.]+)s")
+ONE_PROCESS = ("-p", "no:xdist")
+# Seconds that a device takes for an answer.
+DELAY = 0.002
+COLLECTIONS = 3
+# What a self-test may take, beside its frames and in seconds; a device, beside its requests; many
+# of them, beside one; and the collection of all cases, in seconds.
+MOST_OF_FRAMES, MOST_ON_TWO, MOST_OF_REQUESTS, MOST_OF_ONE, MOST_COLLECTING = (
+    2.0,
+    15,
+    1.15,
+    1.5,
+    1.0,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class TimedRun:
+    """A self-test: its cost, the directions of its frames, pytest's count, requests by service."""
+
+    cost: Cost
+    directions: list[str]
+    outcome: str
+    requests: Counter[str]
+
+
+def timed_run(cases: str, *arguments: str) -> TimedRun:
+    """Run these cases of the self-test."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [
+            *(sys.executable, "-m", "pytest", "--self-test", "-q", "-p", "no:cacheprovider"),
+            *(f"--rootdir={folder}", f"--sdo-report-dir={folder}", "-k", cases, *arguments),
+        ]
+        wall, cpu = time.perf_counter(), computed()
+        run = subprocess.run(  # noqa: S603 - it is our own
+            command, cwd=folder, capture_output=True, text=True, check=False
+        )
+        spent = Cost(time.perf_counter() - wall, computed() - cpu)
+        outcome = OUTCOME.search(run.stdout)
+        if run.returncode or outcome is None:
+            raise SystemExit(run.stdout + run.stderr)
+        (report,) = (log.parent for log in Path(folder).glob("*/bus.log"))
+        lines = (report / "bus.log").read_text(encoding="utf-8").splitlines()
+        recorded = read_run(report)
+    directions = [line.rpartition(" ")[2] for line in lines]
+    requests: Counter[str] = Counter()
+    for result, place in zip(recorded.results, recorded.places, strict=True):
+        if place is not None:
+            requests[result.service] += directions[place.first - 1 : place.last].count(SENT)
+    requests["beside the cases"] = directions.count(SENT) - requests.total()
+    return TimedRun(spent, directions, outcome.group(), requests)
+
+
+def frames_alone(directions: Sequence[str]) -> Cost:
+    """Let two threads exchange as many frames in the same order."""
+    channel = private_channel()
+
+    def exchange(bus: can.BusABC, own: str) -> None:
+        for direction in directions:
+            if direction == own:
+                bus.send(can.Message(arbitration_id=0x605, data=bytes(8), is_extended_id=False))
+            else:
+                bus.recv(PATIENCE)
+
+    with (
+        can.Bus(interface="virtual", channel=channel) as near,
+        can.Bus(interface="virtual", channel=channel) as far,
+    ):
+        thread = threading.Thread(target=exchange, args=(far, RECEIVED))
+
+        def both() -> None:
+            thread.start()
+            exchange(near, SENT)
+            thread.join()
+
+        return cost(both)
+
+
+def self_tests(cases: str) -> Iterator[Row | str]:
+    """Yield a row for each way to run the self-test, and then its requests by service."""
+    for name, arguments in (
+        ("one process", ONE_PROCESS),
+        ("two workers", ("-n", "2")),
+        ("simulated bus", (*ONE_PROCESS, "--sdo-simulated")),
+    ):
+        run = timed_run(cases, *arguments)
+        floor = frames_alone(run.directions)
+        bounds = {
+            "one process": (f"{MOST_OF_FRAMES:g} x", MOST_OF_FRAMES * floor.wall),
+            "two workers": (f"{MOST_ON_TWO:g} s", MOST_ON_TWO),
+        }
+        bound, most = bounds.get(name, ("", math.inf))
+        rate = f"{len(run.directions)} frames, {run.outcome}"
+        yield Row(f"self-test, {name}", run.cost, floor, bound, run.cost.wall <= most, rate)
+    yield f"{run.requests.total()} requests by service:"
+    for service, count in run.requests.most_common():
+        yield f"{count:7} {service}"
+
+
+def delayed(cases: str, devices: int) -> Iterator[Row | str]:
+    """Yield rows for a device that takes its time, and for some of them at once."""
+    delay = f"--sdo-answer-delay={DELAY}"
+    one = timed_run(cases, *ONE_PROCESS, delay)
+    requests = one.directions.count(SENT)
+    answers = sum(direction == RECEIVED for direction, _ in groupby(one.directions))
+    name, shown = f"a device, {1000 * DELAY:g} ms an answer", f"{MOST_OF_REQUESTS:g} x"
+    kept = one.cost.wall <= MOST_OF_REQUESTS * requests * DELAY
+    floor = Cost(requests * DELAY, 0.0)
+    yield Row(f"{name}: requests", one.cost, floor, shown, kept, f"{requests} requests")
+    yield Row(f"{name}: answers", one.cost, Cost(answers * DELAY, 0.0), rate=f"{answers} answers")
+    if devices > 1:
+        ids, workers = f"--node-id=1-{devices}", str(devices)
+        run = timed_run(cases, ids, "-n", workers, delay)
+        kept = run.cost.wall <= MOST_OF_ONE * one.cost.wall
+        shown = f"{MOST_OF_ONE:g} x"
+        yield Row(f"{devices} such devices", run.cost, one.cost, shown, kept, run.outcome)
+
+
+def collection() -> Iterator[Row | str]:
+    """Yield a row for the collection of all cases, as pytest counts it: the best of some tries."""
+    command = [sys.executable, "-m", "pytest", "--self-test", "--collect-only", "-q"]
+    found, cases = [], ""
+    with tempfile.TemporaryDirectory() as folder:
+        for _ in range(COLLECTIONS):
+            cpu = computed()
+            run = subprocess.run(  # noqa: S603 - it is our own
+                [*command, "-p", "no:cacheprovider", f"--rootdir={folder}"],
+                cwd=folder, capture_output=True, text=True, check=True,
+            )  # fmt: skip
+            collected = COLLECTED.search(run.stdout)
+            if collected is None:
+                raise SystemExit(run.stdout + run.stderr)
+            cases = collected[1]
+            found.append(Cost(float(collected[2]), computed() - cpu))
+    least = best(found)
+    kept = least.wall <= MOST_COLLECTING
+    bound = f"{MOST_COLLECTING:g} s"
+    yield Row(f"collection of {cases} cases", least, None, bound, kept)
