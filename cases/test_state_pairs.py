@@ -4,8 +4,17 @@ They are run with --sdo-thorough. What is allowed is not written here: the oracl
 conversation and knows.
 """
 
+from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.state_pairs import BEHIND_ABORT, SUPERSEDED, Pair, perform, risk_in
+from conformance.generated.state_pairs import (
+    BEHIND_ABORT,
+    BESIDE,
+    SUPERSEDED,
+    Pair,
+    perform,
+    perform_beside,
+    risk_in,
+)
 from conformance.run.case import must
 
 ABOUT = ("server.idle-afterwards", "server.nothing-afterwards")
@@ -28,3 +37,16 @@ def test_behind_abort(sdo: Dialogue, pair: Pair) -> None:
 def test_superseded(sdo: Dialogue, pair: Pair) -> None:
     """What a new initiate ended in a state does not show in its transfer, which passes another."""
     perform(pair, sdo, superseding=True)
+
+
+@must(
+    "pairs.on-two-channels",
+    "channel.independent",
+    thorough=True,
+    risk=risk_in,
+    pair=BESIDE,
+)
+def test_on_two_channels(sdo: Dialogue, channels: Channels, pair: Pair) -> None:
+    """A transfer waits in a state while another channel passes another, and then goes on."""
+    with channels.further() as other:
+        perform_beside(pair, sdo, other)

@@ -29,7 +29,6 @@ from conformance.generated.server_states import (
 )
 from conformance.run.risks import Risk
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
@@ -66,6 +65,12 @@ SUPERSEDED: Mapping[str, Pair] = _pairs(
     state for state in STATES.values() if state is not IDLE and state.segment is None
 )
 """The pairs of which a new initiate leads out of the first: not where it would be a segment."""
+BESIDE: Mapping[str, Pair] = {
+    f"{pair.first.name}-beside-{pair.second.name}": pair
+    for pair in BEHIND_ABORT.values()
+    if pair.first is not IDLE
+}
+"""The pairs of which the first lasts while another channel passes the second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,23 +91,51 @@ def perform(pair: Pair, sdo: Dialogue, *, superseding: bool) -> None:
     The first transfer ends by an abort of the client, or the other is ``superseding`` it. Raises
     Violation, NotTestable and Unimplemented.
     """
-    for states, require in (
-        (BLOCK_DOWNLOADS, Blocks(sdo).require_download),
-        (BLOCK_UPLOADS, Blocks(sdo).require_upload),
-    ):
-        if pair.first.name in states or pair.second.name in states:
-            require()
+    _require_blocks(pair, sdo)
     firsts, seconds = _targets(sdo, pair.first), _targets(sdo, pair.second)
     one = next((each for each in firsts if each in seconds), firsts[0])
     other = next((each for each in seconds if each != one), one)
     same = one if one in seconds else other
-    walk = _Walk(sdo, pair, {one.known, other.known}, superseding=superseding)
-    with walk.lockstep.following():
+    client = _Client(sdo, {one.known, other.known})
+    walk = _Walk(pair, client, superseding=superseding)
+    with client.lockstep.following():
         walk.perform(one, other)
         if same != other:
             walk.perform(one, same)
         if pair.second is not IDLE:
             walk.perform(one, same, to_the_end=False)
+
+
+def perform_beside(pair: Pair, sdo: Dialogue, other: Dialogue) -> None:
+    """Let a transfer wait in the first state while the ``other`` channel passes the second.
+
+    Each transfer is about an object of its own, and goes on to its end; then they are read. The
+    oracle follows each channel. Raises Violation, NotTestable and Unimplemented.
+    """
+    _require_blocks(pair, sdo)
+    one = _targets(sdo, pair.first)[0]
+    another = next((each for each in _targets(sdo, pair.second) if each.known != one.known), None)
+    if another is None:
+        raise NotTestable(f"needs another string or domain than {one.known}: name a second one")
+    waiting, passing = _Client(sdo, {one.known}), _Client(other, {another.known})
+    with waiting.lockstep.following(), passing.lockstep.following():
+        waiting.fill(one)
+        passing.fill(another)
+        rest = waiting.way(pair.first, one)
+        next(rest)
+        waiting.lockstep.check()
+        passing.go_on(passing.way(pair.second, another))
+        waiting.go_on(rest)
+        waiting.read(one)
+        passing.read(another)
+
+
+def _require_blocks(pair: Pair, sdo: Dialogue) -> None:
+    names = {pair.first.name, pair.second.name}
+    if not names.isdisjoint(BLOCK_DOWNLOADS):
+        Blocks(sdo).require_download()
+    if not names.isdisjoint(BLOCK_UPLOADS):
+        Blocks(sdo).require_upload()
 
 
 def _targets(sdo: Dialogue, state: AnyState) -> list[Target]:
@@ -134,16 +167,12 @@ def _long_constants(sdo: Dialogue) -> Iterator[Target]:
             yield Target(known, size)
 
 
-class _Walk:
-    """The way of one pair, which the oracle follows."""
+class _Client:
+    """A client on one channel, whose transfers the oracle follows."""
 
-    def __init__(
-        self, sdo: Dialogue, pair: Pair, objects: Iterable[KnownObject], *, superseding: bool
-    ) -> None:
+    def __init__(self, sdo: Dialogue, objects: Iterable[KnownObject]) -> None:
         """Take the ``objects`` that the transfers are about."""
-        self._sdo = sdo
-        self._pair = pair
-        self._superseding = superseding
+        self.sdo = sdo
         device = sdo.device
         self._held = {
             known.mux: None if known.mux in sdo.record.written else device.holds(known.mux)
@@ -153,39 +182,69 @@ class _Walk:
         capacity = {mux: size for mux, size in surely.items() if size is not None}
         self.lockstep = Lockstep(sdo, Oracle(knowledge_of(device, capacity), device.node_id))
 
-    def perform(self, one: Target, another: Target, *, to_the_end: bool = True) -> None:
-        """Go by a transfer of one object into the first state, and by another into the second."""
-        sdo = self._sdo
-        for target in (one, another):
-            self._fill(target)
-        self._pair.first.reach(sdo, one.known, one.size)
-        self.lockstep.check()
-        if not self._superseding:
-            self._abort(one)
-        rest = self._begin(another, is_cut=self._pair.first.downloads and another == one)
-        if to_the_end:
-            for _ in rest:
-                pass
-        else:
-            self._abort(another)
-        self.lockstep.check()
-        for known in dict.fromkeys((one.known, another.known)):
-            self._held[known.mux] = sdo.upload(known)
-            self.lockstep.check()
-
-    def _abort(self, target: Target) -> None:
-        abort = Abort(target.known.mux, AbortCode.GENERAL_ERROR)
-        self.lockstep.send(CanFrame(self._sdo.channel.request_id, abort.encode()))
-
-    def _fill(self, target: Target) -> None:
+    def fill(self, target: Target) -> None:
         """Write an object that does not read in as many segments as the transfers count on."""
         held = self._held[target.known.mux]
         if held is not None and len(segments_of(held)) == len(segments_of(bytes(target.size))):
             return
-        data = self._sdo.payload(target.size)
-        Room(self._sdo).store(target.known, data, segmented=True)
+        data = self.sdo.payload(target.size)
+        Room(self.sdo).store(target.known, data, segmented=True)
         self._held[target.known.mux] = data
         self.lockstep.check()
+
+    def way(self, state: AnyState, target: Target) -> Iterator[object]:
+        """Return the way through a state; when idle that is a short transfer."""
+        if state is IDLE:
+            return self._short_transfer()
+        return state.way(self.sdo, target.known, target.size)
+
+    def _short_transfer(self) -> Iterator[None]:
+        """Ask for what is answered in one frame: the server is idle again then."""
+        self.sdo.upload(DEVICE_TYPE)
+        yield None
+
+    def go_on(self, rest: Iterator[object]) -> None:
+        """Go what is left of a way."""
+        for _ in rest:
+            pass
+        self.lockstep.check()
+
+    def abort(self, target: Target) -> None:
+        """End the transfer of an object."""
+        abort = Abort(target.known.mux, AbortCode.GENERAL_ERROR)
+        self.lockstep.send(self.sdo.channel.ids.request.frame(abort.encode()))
+        self.lockstep.check()
+
+    def read(self, target: Target) -> None:
+        """Read an object, which holds what the oracle expects."""
+        self._held[target.known.mux] = self.sdo.upload(target.known)
+        self.lockstep.check()
+
+
+class _Walk:
+    """The way of one pair on one channel."""
+
+    def __init__(self, pair: Pair, client: _Client, *, superseding: bool) -> None:
+        self._pair = pair
+        self._client = client
+        self._superseding = superseding
+
+    def perform(self, one: Target, another: Target, *, to_the_end: bool = True) -> None:
+        """Go by a transfer of one object into the first state, and by another into the second."""
+        client, first = self._client, self._pair.first
+        for target in (one, another):
+            client.fill(target)
+        first.reach(client.sdo, one.known, one.size)
+        client.lockstep.check()
+        if not self._superseding:
+            client.abort(one)
+        rest = self._begin(another, is_cut=first.downloads and another == one)
+        if to_the_end:
+            client.go_on(rest)
+        else:
+            client.abort(another)
+        for target in dict.fromkeys((one, another)):
+            client.read(target)
 
     def _begin(self, target: Target, *, is_cut: bool) -> Iterator[object]:
         """Lead the server into the second state; return what goes on from there.
@@ -194,33 +253,24 @@ class _Walk:
         is over. Nothing goes on where the object ``is_cut``: some servers keep what came of a
         download that was aborted, which may be too short for an upload with this state.
         """
-        way = self._way(target)
+        client, second = self._client, self._pair.second
+        way = client.way(second, target)
         try:
-            with self._sdo.superseding():
+            with client.sdo.superseding():
                 next(way)
         except InitiateRefused:
-            self.lockstep.check()
-            self.lockstep.settle(target.known.mux)
-            way = self._way(target)
+            client.lockstep.check()
+            client.lockstep.settle(target.known.mux)
+            way = client.way(second, target)
             next(way)
         except (Violation, NotTestable):
-            if self._superseding and isinstance(self._sdo.wire.last_sent, INITIATES):
-                with self._sdo.one_transfer():
+            if self._superseding and isinstance(client.sdo.wire.last_sent, INITIATES):
+                with client.sdo.one_transfer():
                     raise
             if not is_cut:
                 raise
-            self.lockstep.check()
-            self.lockstep.settle(target.known.mux)
+            client.lockstep.check()
+            client.lockstep.settle(target.known.mux)
             way = iter(())
-        self.lockstep.check()
+        client.lockstep.check()
         return way
-
-    def _way(self, target: Target) -> Iterator[object]:
-        if self._pair.second is IDLE:
-            return self._short_transfer()
-        return self._pair.second.way(self._sdo, target.known, target.size)
-
-    def _short_transfer(self) -> Iterator[None]:
-        """Ask for what is answered in one frame: the server is idle again then."""
-        self._sdo.upload(DEVICE_TYPE)
-        yield None

@@ -39,7 +39,7 @@ def test_otherwise_a_search_ends_in_time(pytester: pytest.Pytester) -> None:
 
 
 def test_every_pair_of_states(pytester: pytest.Pytester) -> None:
-    chosen = ("-k", "pairs.behind-abort or pairs.superseded")
+    chosen = ("-k", "pairs.behind-abort or pairs.superseded or pairs.on-two-channels")
     result = self_test(pytester, "--sdo-simulated", "--sdo-thorough", *chosen)
     assert result.ret == pytest.ExitCode.OK
     outcomes = result.parseoutcomes()
@@ -48,8 +48,10 @@ def test_every_pair_of_states(pytester: pytest.Pytester) -> None:
     aborted, ended = product(STATES, STATES), product(open_ones, STATES)
     due = {f"pairs.behind-abort[{first}-then-{second}]" for first, second in aborted}
     due |= {f"pairs.superseded[{first}-then-{second}]" for first, second in ended}
+    waiting = product((name for name in STATES if name != "idle"), STATES)
+    due |= {f"pairs.on-two-channels[{first}-beside-{second}]" for first, second in waiting}
     assert set(case_ids(the_report(pytester) / "junit.xml")) == due
-    assert outcomes["passed"] == len(due) == 15 * 15 + 11 * 15
+    assert outcomes["passed"] == len(due) == (15 + 11 + 14) * 15
 
 
 def listed(pytester: pytest.Pytester, *arguments: str) -> list[str]:

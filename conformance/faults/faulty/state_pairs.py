@@ -1,8 +1,10 @@
 """Servers in which one state of a transfer leaves something that only one other transfer finds."""
 
-from conformance.faults.registry import Defect, fault
+from conformance.faults.registry import About, Defect, fault
+from conformance.reference.node import Node, ServerChannel
 from conformance.reference.segmented_server import Upload
 from conformance.reference.server import BlockDownload, BlockUpload, Server
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -43,4 +45,29 @@ class GoesOnFromUpload(Server):
         responses = super().on_block_upload_initiate(request)
         if isinstance(running, Upload) and isinstance(self.transfer, BlockUpload):
             self.transfer.offset = min(running.offset, len(self.transfer.data) - 1)
+        return responses
+
+
+@fault(
+    "channels-share-segment-number",
+    Defect.LEAK,
+    "pairs.on-two-channels",
+    about=About.CHANNELS,
+    thorough=True,
+)
+class ShareSegmentNumber(Node):
+    """Counts the segments of a sub-block with one counter for the block downloads of all channels.
+
+    It shows where the sub-block of one channel comes between two segments of another.
+    """
+
+    due = 1
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        running = channel.server.transfer
+        if isinstance(running, BlockDownload):
+            running.due = self.due
+        responses = super().serve(channel, frame)
+        if isinstance(channel.server.transfer, BlockDownload):
+            self.due = channel.server.transfer.due
         return responses
