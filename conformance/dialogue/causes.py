@@ -121,6 +121,8 @@ SWITCHES = frozenset(
 # A sub-index that an object lacks is served, FFh among others.
 SERVED = Cause("object.sub-index-missing", "served")
 IN_BLOCKS = Cause("block-upload.first-sub-block", OTHER_DATA)
+BEHIND_LAST = Cause(ENDS.id, "block segment")
+SEGMENT_INSTEAD = frozenset((SPECIFIER.id, IN_BLOCKS.rule_id))
 VALUES_WRONG = Cause(NOT_REFUSED.id, "values that do not read as they were written")
 STRUCTURE = Cause("dictionary.structure", OTHER_DATA)
 EXCEEDED = tuple(Cause(rule.id, "block segment") for rule in (BLOCK_SIZE, ENDS))
@@ -253,8 +255,13 @@ class Causes:
         self._standing = state
 
     def of(self, violation: Violation, rule: Rule, request: Request) -> Cause:
-        """Return the cause of a breach, see ``cause_of``."""
-        return self.of_one or cause_of(violation, rule, request)
+        """Return the cause of a breach, see ``cause_of``.
+
+        A device that sends segments behind the last one sends them in the place of any answer.
+        """
+        cause = self.of_one or cause_of(violation, rule, request)
+        segment = cause.answer.startswith(BEHIND_LAST.answer) and rule.id in SEGMENT_INSTEAD
+        return BEHIND_LAST if segment and BEHIND_LAST in self._standing else cause
 
     def told_as(self, cause: Cause, request: Request, point: str, *, generated: bool) -> Cause:
         """Return the cause that is known already and the same as one that was met.

@@ -60,6 +60,7 @@ FAMILIES = (
     _family("download.too-long", "segmented-download.number-too-long"),
     _family("download.too-long", "segmented-download.number-too-long", answer="taken"),
     _family("object.sub-index-missing", answer="served"),
+    _family("object.limits", answer="taken"),
     # A frame of another service is served in the middle of a transfer.
     _family(
         "segmented-download.upload-segment",

@@ -3,13 +3,14 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
-from conformance.dialogue.causes import Cause, Causes
+from conformance.dialogue.causes import BEHIND_LAST, NOT_STORED, Cause, Causes
 from conformance.dialogue.early import EarlyAborts
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.rules.block_upload import ENDS
 
 MOST_NOTED = 100
 
@@ -53,6 +54,16 @@ class CaseRecord:
     def cause_of(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach: it followed its own request, or the one ``asked`` last."""
         return self.causes.of(violation, violation.rule, violation.request or asked)
+
+    def explains(self) -> Cause | None:
+        """Return the cause of whatever ends the case, where that was met before.
+
+        Behind a download, a device that stores nothing holds another value than the case takes it
+        for. A segment behind the last one stands for the answers to all that is asked then.
+        """
+        if self.written and self.causes.nothing_is_stored:
+            return Cause(*NOT_STORED)
+        return BEHIND_LAST if any(found.rule is ENDS for found in self.minor) else None
 
     def is_known(self, error: BaseException | None, asked: Request) -> bool:
         """Say whether a breach has a cause that was met before."""

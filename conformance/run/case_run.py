@@ -95,7 +95,7 @@ class CaseRun:
             point,
             session.causes,
             in_doubt=lambda: sdo.wire.pauses.in_doubt,
-            has_written=lambda: bool(sdo.record.written),
+            explains=sdo.record.explains,
         )
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.dialogue.causes import NOT_STORED, Cause, Causes, Standing, kind_of_answer
+from conformance.dialogue.causes import Cause, Causes, Standing, kind_of_answer
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
@@ -64,19 +64,19 @@ class Judgement:
         point: Point,
         causes: Causes,
         in_doubt: Callable[[], bool] = lambda: False,
-        has_written: Callable[[], bool] = lambda: False,
+        explains: Callable[[], Cause | None] = lambda: None,
     ) -> None:
         """``causes`` are those that other cases have met; a new one is added.
 
         None is added while it is ``in_doubt`` whether it is the device's: nothing else would fail
-        for it any more. What ends a case that ``has_written`` says nothing of a device that stores
-        nothing.
+        for it any more. ``explains`` returns what was met before in this case, and is the cause of
+        whatever ends it.
         """
         self._result = result
         self._point = point
         self._causes = causes
         self._in_doubt = in_doubt
-        self._has_written = has_written
+        self._explains = explains
 
     def ended(self, error: BaseException | None, asked: Request, *, own: bool = False) -> None:
         """Take what ended the case; ``asked`` is what it had sent last.
@@ -115,11 +115,9 @@ class Judgement:
         ``in_the_way``: the case ended there.
         """
         result = self._result
-        cause = self.cause(violation, asked)
-        if in_the_way and self._causes.nothing_is_stored and self._has_written():
-            cause, own = Cause(*NOT_STORED), False
-        elif self._point.is_own(violation.rule):
-            own = True
+        explained = self._explains() if in_the_way else None
+        cause = explained or self.cause(violation, asked)
+        own = explained is None and (own or self._point.is_own(violation.rule))
         if violation.level is Level.SHOULD:
             if result.verdict in (Verdict.PASS, Verdict.INFO, Verdict.NON_STRICT):
                 self._blame(Verdict.NON_STRICT, violation, cause)

@@ -17,6 +17,7 @@ IGNORED = "response.answered: no answer to what is out of place"
 RESERVED = "response.reserved: reserved bits of byte … are …"
 DISTURBED = "channel.independent: a transfer on one channel disturbs that on another"
 UNSTORED = "response.not-refused: a download that is confirmed and not stored"
+BEHIND_LAST = "block-upload.end: block segment"
 BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
 
 
@@ -37,6 +38,12 @@ BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
         ),
         ("abort-command-81h", RESERVED, 0, ("test_abort.py", *BLOCK_UPLOADS)),
         ("download-not-stored", UNSTORED, 0, (*FILES, "test_communication.py")),
+        (
+            "block-upload-marked-one-early",
+            BEHIND_LAST,
+            0,
+            ("test_block_upload_choices.py", "test_channel_independence.py"),
+        ),
         ("channels-share-transfer", DISTURBED, 0, ("test_channel_independence.py",)),
         ("unknown-specifier-code-wrong", CODE, 0, ("test_specifiers.py", *FILES)),
     ],
