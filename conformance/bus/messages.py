@@ -22,6 +22,10 @@ class _Outgoing(can.Message):
 
 def to_message(frame: CanFrame) -> can.Message:
     """Return a frame as python-can sends it."""
+    if frame.length is None and not (frame.remote or frame.fd):
+        return _Outgoing(
+            arbitration_id=frame.can_id, is_extended_id=frame.extended, data=frame.data
+        )
     return _Outgoing(
         arbitration_id=frame.can_id,
         data=None if frame.remote else frame.data,

@@ -57,12 +57,12 @@ class Extents:
     def request(self, request: Request) -> None:
         """Take a request that goes out: whatever a device takes of it, it is not more."""
         match request:
+            case BlockSegment() | DownloadSegment():
+                self._open.latest += SEGMENT_LENGTH
+                self._open.most = max(self._open.most, self._open.latest)
             case DownloadInitiate() | BlockDownloadInitiate():
                 self._open = self._sent[request.mux]
                 self._open.latest = 0
-            case DownloadSegment() | BlockSegment():
-                self._open.latest += SEGMENT_LENGTH
-                self._open.most = max(self._open.most, self._open.latest)
 
     def longest(self, known: KnownObject | None, value: bytes | None) -> int:
         """Return the most bytes that an upload may bring of an object with a ``value`` at first.

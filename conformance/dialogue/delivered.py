@@ -47,6 +47,10 @@ class Delivered:
     def request(self, request: Request) -> None:
         """Take what the client sends."""
         match request:
+            case BlockSegment():
+                if request.sequence == self._due:
+                    self._take(request.payload)
+                    self._due += 1
             case DownloadInitiate(expedited=False) | BlockDownloadInitiate():
                 self._open, self._toggle, self._due = request.mux, 0, 1
                 self._last = False
@@ -56,9 +60,6 @@ class Delivered:
                 self._take(request.payload)
                 self._toggle ^= 1
                 self._last = request.last
-            case BlockSegment(sequence=sequence) if sequence == self._due:
-                self._take(request.payload)
-                self._due += 1
             case Abort():
                 self._open = None
 

@@ -92,11 +92,12 @@ class EarlyAborts:
 
     def received(self, response: Response, running: Multiplexer | None) -> None:
         """Take a response; ``running`` is the object of the transfer that is, if there is one."""
-        if is_early(response, running):
-            self.note(response)
-        elif is_early(response, self._given_up):
-            self.crossed = True
-            self.note(response)
+        if isinstance(response, Abort):
+            if is_early(response, running):
+                self.note(response)
+            elif is_early(response, self._given_up):
+                self.crossed = True
+                self.note(response)
         self._given_up = None
 
     def forget(self) -> None:

@@ -10,6 +10,7 @@ from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.payload import MOST_PLAIN, text
 from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.served import Served
 from conformance.dialogue.silence import Silence
 from conformance.dialogue.wire import Wire
 from conformance.sdo.block_client import BlockClient
@@ -52,6 +53,7 @@ class Exchange:
         self.checks = ResponseChecks(self.wire.note)
         self.client = BlockClient(self.checks, device.longest)
         self._superseded: Multiplexer | None = None
+        self._served = Served(self.wire)
         self._random = random.Random(f"{seed}/{record.rule.id}")
 
     def beside(self, channel: Channel) -> Self:
@@ -112,6 +114,10 @@ class Exchange:
         if response is not None:
             self.info("the superseded transfer is aborted, and the new one is served")
         return response
+
+    def served(self) -> Served:
+        """Expect the server to refuse nothing of what is sent within."""
+        return self._served
 
     def wait(self, seconds: float) -> Response | None:
         """Send nothing for a time; return the response that is due within it."""

@@ -4,8 +4,7 @@ A step that is not the point of a case fails as what it is: a breach of the gene
 answer broke, not of the rule that the case is about.
 """
 
-from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from collections.abc import Generator
 from dataclasses import replace
 
 from conformance.device.known_objects import KnownObject
@@ -17,7 +16,7 @@ from conformance.sdo.block_client import Burst, Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
-from conformance.sdo.describe import describe, hex_bytes, in_words
+from conformance.sdo.describe import hex_bytes, in_words
 from conformance.sdo.frames import (
     Abort,
     BlockSegment,
@@ -269,20 +268,6 @@ class Transfers(Exchange):
                 break
             self.send(request)
         return step.awaited
-
-    @contextmanager
-    def served(self) -> Iterator[None]:
-        """Expect the server to refuse nothing of what is sent within."""
-        try:
-            yield
-        except ServerAborted as aborted:
-            refused = Violation(
-                NOT_REFUSED,
-                expected=f"an answer to: {describe(self.wire.last_sent)}",
-                actual=in_words(aborted.abort),
-            )
-            refused.request = self.wire.last_sent
-            raise refused from aborted
 
     def _open_transfer(self) -> Multiplexer:
         if self.tracker.open is None:

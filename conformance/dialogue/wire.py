@@ -164,7 +164,11 @@ class Wire:
         Raises WriteNotPermitted or NotTestable.
         """
         if self.segments and isinstance(request, BlockSegment):
-            self._next_segment(request)
+            # There is nothing new behind another one but what it brings.
+            self.sent_before, self.last_sent = self.last_sent, request
+            self.segments += 1
+            self.timing.sent()
+            self.device.extents.request(request)
             return
         reads = isinstance(request, READING)
         target = None if reads else self.effects.permit(request)
@@ -177,13 +181,6 @@ class Wire:
         self.is_proven = self.is_proven and isinstance(request, PLAIN_READING)
         if not reads:
             self.effects.note(request, target)
-
-    def _next_segment(self, segment: BlockSegment) -> None:
-        """Take note of a segment behind another: there is nothing new but what it brings."""
-        self.sent_before, self.last_sent = self.last_sent, segment
-        self.segments += 1
-        self.timing.sent()
-        self.device.extents.request(segment)
 
     @property
     def has_aborted(self) -> bool:

@@ -1,5 +1,6 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
+import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from inspect import Signature, signature
@@ -160,6 +161,7 @@ def _items(
     alone: bool,
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
+    line = _line_of(function)
     for node_id, listing in listings.items():
         variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
@@ -179,8 +181,14 @@ def _items(
             )
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
-            item.written = (item.path.name, item.location[1] or 0, number)
+            item.written = (item.path.name, line, number)
             yield item
+
+
+def _line_of(function: Callable[..., object]) -> int:
+    """Return where a function begins in its file; pytest would look for it for each variation."""
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    return code.co_firstlineno if code is not None else 0
 
 
 def _labelled(info: CaseInfo, listing: Listing) -> Variations:

@@ -53,6 +53,12 @@ WithMultiplexer = (
     | BlockUploadInitiateResponse
     | Abort
 )
+# What is due, by its toggle bit.
+DOWNLOAD_SEGMENT = (
+    "20h, download segment response with t=0",
+    "30h, download segment response with t=1",
+)
+UPLOAD_SEGMENT = ("upload segment response with t=0", "upload segment response with t=1")
 
 
 class ServerAborted(Exception):
@@ -92,7 +98,7 @@ class ResponseChecks:
         self, answer: Response, mux: Multiplexer, toggle: int
     ) -> DownloadSegmentResponse:
         """Check the confirmation of a download segment (7.2.4.3.4)."""
-        due = f"{0x20 | toggle << 4:02X}h, download segment response with t={toggle}"
+        due = DOWNLOAD_SEGMENT[toggle]
         response = self._read(DownloadSegmentResponse, answer, mux, due)
         if response.toggle != toggle:
             raise Violation(TOGGLE, expected=due, actual=in_words(response))
@@ -114,7 +120,7 @@ class ResponseChecks:
         self, answer: Response, mux: Multiplexer, toggle: int
     ) -> UploadSegmentResponse:
         """Check a segment of an upload (7.2.4.3.7)."""
-        due = f"upload segment response with t={toggle}"
+        due = UPLOAD_SEGMENT[toggle]
         response = self._read(UploadSegmentResponse, answer, mux, due)
         if response.toggle != toggle:
             raise Violation(TOGGLE, expected=due, actual=in_words(response))
@@ -210,14 +216,14 @@ class ResponseChecks:
 
     def _read(self, kind: type[Kind], answer: Response, mux: Multiplexer, due: str) -> Kind:
         response = as_answer(answer)
+        if isinstance(response, kind):
+            self._reserved(response)
+            return response
         _check_length(response)
         if isinstance(response, Abort):
             self._check_abort(response, mux)
             raise ServerAborted(response)
-        if not isinstance(response, kind):
-            raise Violation(SPECIFIER, expected=due, actual=in_words(response))
-        self._reserved(response)
-        return response
+        raise Violation(SPECIFIER, expected=due, actual=in_words(response))
 
     def _reserved(self, response: Message) -> None:
         for found in response.reserved_fields():
