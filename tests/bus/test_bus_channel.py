@@ -200,6 +200,36 @@ def test_what_has_arrived_is_still_received(bench: Bench) -> None:
     assert bench.channel.receive() == RESPONSE
 
 
+def test_what_has_arrived_is_taken_as_long_as_it_is_wanted(bench: Bench) -> None:
+    """No more than is asked for, without waiting, and what is not wanted stays where it is."""
+    segments = [bytes((number, *bytes(7))) for number in (1, 2, 3, 0x80)]
+    bench.bus.incoming.append(message(0x185, b"\x01"))
+    bench.bus.incoming.extend(message(0x585, segment) for segment in segments)
+    begin = bench.clock.now
+    assert bench.channel.take_arrived(9, lambda frame: frame.data[0] < 0x80) == []  # another's
+    first = bench.channel.take_arrived(1, lambda frame: frame.data[0] < 0x80)
+    others = bench.channel.take_arrived(9, lambda frame: frame.data[0] < 0x80)
+    assert [frame.data for frame in (*first, *others)] == segments[:3]
+    assert bench.channel.receive() == CanFrame(0x585, segments[3])
+    assert bench.channel.take_arrived(9, lambda frame: True) == []
+    assert bench.clock.now - begin < 0.01
+
+
+def test_what_has_arrived_tells_when_its_first_and_its_last_did(bench: Bench) -> None:
+    for number in (1, 2):
+        bench.bus.incoming.append(message(0x585, bytes((number, *bytes(7)))))
+        bench.clock.now += 1
+        bench.channel.waiting()
+    bench.channel.take_arrived(2, lambda frame: True)
+    assert (bench.channel.waited_since, bench.channel.arrived) == (1001.0, 1002.0)
+
+
+def test_a_second_client_between_what_has_arrived(bench: Bench) -> None:
+    bench.bus.incoming.append(message(0x605, READ))
+    with pytest.raises(SecondClient):
+        bench.channel.take_arrived(1, lambda frame: True)
+
+
 # Boot-up
 
 

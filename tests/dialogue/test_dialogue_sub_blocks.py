@@ -31,6 +31,16 @@ def test_a_whole_sub_block_is_none_too_many() -> None:
     assert found(begun(3), segments(1, 2, 3)) == [False] * 3
 
 
+def test_only_the_segment_that_is_due_is_taken_for_certain() -> None:
+    watched = begun(3)
+    assert [watched.takes(frame) for frame in segments(1, 3, 2, 0xA2, 3)] == [
+        *(True, False, True),
+        *(False, True),
+    ]
+    assert watched.takes(segments(9)[0]) is False  # behind the sub-block
+    assert SubBlocks().takes(segments(9)[0])
+
+
 def test_segments_behind_a_sub_block_are_too_many() -> None:
     assert found(begun(2), segments(1, 2, 3, 0x84)) == [False, False, True, True]
 

@@ -1,6 +1,9 @@
 """Whole conversations in words: what each frame of worked exchanges reads as."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sdo_strategies import REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 from sdo_vectors import load
 
 from conformance.sdo.describe import Decoder
@@ -13,6 +16,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
     UploadSegmentResponse,
 )
+from conformance.sdo.layout import Message
 
 VECTORS = load()
 SNAPSHOTS = {
@@ -166,6 +170,16 @@ def in_block_upload() -> Decoder:
     decoder.response(bytes_of("C6 08 10 00 0E 00 00 00"))
     decoder.request(bytes_of("A3 00 00 00 00 00 00 00"))
     return decoder
+
+
+@UNHURRIED
+@given(st.one_of(*REQUESTS.values(), *RESPONSES.values(), *SEGMENTS.values()))
+def test_what_was_built_is_what_its_bytes_are_read_as(built: Message) -> None:
+    data = built.encode()
+    for begun in (Decoder, in_block_download):
+        read, taken = begun(), begun()
+        assert taken.request(data, built) == read.request(data)
+        assert vars(taken) == vars(read)
 
 
 def test_within_a_sub_block_40h_is_segment_64() -> None:
