@@ -11,7 +11,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from conformance.dialogue.one_defect import NO_ANSWER, told_once
-from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
@@ -72,10 +72,7 @@ BLOCKED = "to whatever is asked, until the client aborts"
 NOT_STORED = (NOT_REFUSED.id, "a download that is confirmed and not stored")
 CONFIRMED = ("download initiate response", "download segment response")
 # The application refuses, whatever is asked.
-OF_STATE = tuple(
-    f"abort {code:08X}h"
-    for code in (AbortCode.NOT_TRANSFERABLE, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
-)
+OF_STATE = tuple(f"abort {code:08X}h" for code in APPLICATION_STATE)
 DOWNLOAD = "download initiate"
 DOWNLOADS = (DownloadInitiate, BlockDownloadInitiate)
 # Rules about time-outs themselves.

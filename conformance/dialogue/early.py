@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 from conformance.dialogue.causes import kind_of_request
-from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
@@ -126,6 +126,11 @@ class EarlyAborts:
 
 def _bytes_of(abort: Abort) -> str:
     return hex_bytes(abort.encode())
+
+
+def leaves(response: Response, running: Multiplexer | None) -> bool:
+    """Say whether a server ends what runs for a reason of its own, not for what it was sent."""
+    return is_early(response, running) and response.code in APPLICATION_STATE
 
 
 def is_early(response: Response, running: Multiplexer | None) -> TypeGuard[Abort]:

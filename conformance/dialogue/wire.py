@@ -15,7 +15,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import OTHER_NODES
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered
-from conformance.dialogue.early import INITIATES, is_early
+from conformance.dialogue.early import INITIATES, is_early, leaves
 from conformance.dialogue.effects import READING, Effects
 from conformance.dialogue.odd_frames import check_shape
 from conformance.dialogue.one_defect import NO_ANSWER
@@ -322,11 +322,13 @@ class Wire:
         refused = aborted and self.owed and isinstance(self.last_sent, INITIATES)
         self.record.early.received(response, None if refused or self.fencing else running)
         self.delivered.response(response)
+        # What the server was asked when it left on its own is on the way to an idle one.
+        left = self.owed and not refused and not self.fencing and leaves(response, running)
         self.owed = False
         if not self.fencing:
             self.server_aborted = aborted
         if aborted:
-            self.crossed = max(self.segments - 1, 0)
+            self.crossed = max(self.segments - 1, 0) + int(left)
         elif isinstance(response, BlockAck) and response.sequence == self.segments:
             self.segments = 0
         return response

@@ -68,7 +68,7 @@ def shift(sdo: Dialogue, transfers: int) -> None:
         try:
             sdo.read(min(long, key=lambda mux: len(values[mux])))
         except (Violation, ServerAborted):
-            sdo.silence.recover()
+            sdo.silence.recover(crossed=True)
 
 
 def _look(sdo: Dialogue) -> Leaving:

@@ -74,6 +74,10 @@ _TEXTS = {
 }
 
 
+# Why an application ends what was allowed, whatever it was sent.
+APPLICATION_STATE = (AbortCode.NOT_TRANSFERABLE, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
+
+
 def describe_code(code: int) -> str:
     """Return an abort code as the field writes it, with its meaning.
 

@@ -17,7 +17,6 @@ from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.wire import SEGMENTS_PER_LOOK
 from conformance.reference.simulated_bus import SimulatedBus
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, BlockAck, BlockDownloadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import UNSOLICITED, Level, Rule, Violation
@@ -119,17 +118,25 @@ def test_no_segment_is_confirmed() -> None:
     assert raised.value.rule is UNSOLICITED
 
 
-def test_an_abort_is_answered_once_where_nothing_crosses() -> None:
-    """A second refusal of the one segment that was sent is one too many."""
+@pytest.mark.parametrize(
+    ("code", "stray"),
+    [(AbortCode.LENGTH_TOO_HIGH, [REFUSED]), (AbortCode.LOCAL_CONTROL, [])],
+    ids=["for-the-segment", "of-its-own-accord"],
+)
+def test_an_abort_for_the_one_segment_that_was_sent_has_crossed_with_none(
+    code: AbortCode, stray: list[bytes]
+) -> None:
+    """A second refusal is one too many, unless the first abort may have come for no segment."""
+    abort = Abort(DOMAIN.mux, code)
 
     def answers(data: bytes) -> list[bytes]:
         if data == READ:
             return [BASELINE]
-        return [BEGUN] if data[0] == 0xC6 else [ABORT.encode(), REFUSED]
+        return [BEGUN] if data[0] == 0xC6 else [abort.encode(), REFUSED]
 
     with talking_to(Scripted(answers)) as sdo:
-        assert Blocks(sdo).try_download(DOMAIN, bytes(7)) == ABORT
-        assert sdo.fence() == [decode_response(REFUSED)]
+        assert Blocks(sdo).try_download(DOMAIN, bytes(7)) == abort
+        assert [response.encode() for response in sdo.fence()] == stray
 
 
 def test_an_acknowledgement_does_not_stop_a_sub_block() -> None:

@@ -1,7 +1,7 @@
 """Servers that refuse, ignore or abort in the middle of transfers, as they may at any time."""
 
 from conformance.faults.registry import unusual
-from conformance.reference.segmented_server import Transfer
+from conformance.reference.segmented_server import NO_MULTIPLEXER, Transfer
 from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -102,6 +102,15 @@ class SeventhAbortedUnasked(_LeavesSeventh):
 
     def behind_initiate(self, transfer: Transfer) -> list[Response]:
         return [self.leave(transfer)]
+
+
+@unusual("seventh-transfer-aborted-crosswise")
+class SeventhAbortedCrosswise(_LeavesSeventh):
+    """Aborts every seventh transfer while a request of it is on the way, and refuses that."""
+
+    def within(self, transfer: Transfer, request: Request) -> list[Response]:
+        del request  # an idle server has no place for it
+        return [self.leave(transfer), Abort(NO_MULTIPLEXER, AbortCode.COMMAND_NOT_VALID)]
 
 
 @unusual("seventh-transfer-aborted-in-blocks")

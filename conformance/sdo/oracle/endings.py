@@ -7,6 +7,7 @@ that was idle by then, and each such frame may be answered for what it looks lik
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from conformance.sdo.abort_codes import APPLICATION_STATE
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort
 from conformance.sdo.oracle.answers import (
@@ -48,6 +49,11 @@ class Ending:
     branches: list[Branch]
     wrong: list[Violation]
     due: bool
+
+    @property
+    def may_cross(self) -> bool:
+        """Whether it may have been sent before the request that it seems to answer."""
+        return not self.wrong and (self.due or self.abort.code in APPLICATION_STATE)
 
 
 def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> Ending | None:

@@ -186,7 +186,7 @@ class Oracle:
             broken = self._unfit(fits, misfits, data)
         else:
             end = ending(self._branches, data, self._sent) if data[0] == ABORT_COMMAND else None
-            reasonable = end is not None and end.due and not end.wrong
+            reasonable = end is not None and end.may_cross
             broken = self._keep_best([*fits, *(end.branches if end and reasonable else ())])
             if broken and end is not None and not end.wrong:
                 # It may as well have ended what ran before it got what fits so badly.
