@@ -317,6 +317,19 @@ def costs_of(
     return costs
 
 
+def cheapest_of_missing(
+    quick: Collection[str], needed: Mapping[str, set[str]], costs: Costs
+) -> list[str]:
+    """Return the cheapest case for each fault that a quick run does not show, but for dear ones."""
+    shown = {name for case in quick for name in needed[case]}
+    found: dict[str, str] = {}
+    for case in sorted(needed, key=costs.each.__getitem__):
+        if costs.each[case] <= worth.FEW:
+            for name in needed[case] - shown:
+                found.setdefault(name, case)
+    return sorted(set(found.values()) - set(quick))
+
+
 def make_table() -> None:
     """Count the requests, and write the table of the package."""
     with ProcessPoolExecutor() as pool:
@@ -336,6 +349,7 @@ def make_table() -> None:
     most = 0
     quick = [case for case, known in worth.table().items() if known.quick and case in costs.each]
     needed = needs(catches, costs, everything.services)
+    quick += cheapest_of_missing(quick, needed, costs)  # what they cost there shows at once
     quick_runs: list[Mapping[str, int]] = []
     for number in range(ROUNDS):
         table.write(dict.fromkeys(quick, 1), worth.QUICK - len(quick))  # and no others
