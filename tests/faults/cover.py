@@ -44,13 +44,18 @@ def by_worth(catches: Weights, costs: Mapping[str, int]) -> list[str]:
     return list(places)
 
 
+# All of these find out what is stored, which is known from then on.
+OF_STORAGE = ("od.default-of-parameter", "od.load-defaults", "od.load-signature")
+
+
 def family_of(case: str) -> str:
-    """Return what a case shares its preparations with: those of one name.
+    """Return what a case shares its preparations with: those of one name, or another word for it.
 
     >>> family_of("upload.length[1]")
     'upload.length'
     """
-    return case.partition("[")[0]
+    name = case.partition("[")[0]
+    return "storage" if name in OF_STORAGE else name
 
 
 @dataclass(slots=True)
