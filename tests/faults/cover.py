@@ -44,18 +44,13 @@ def by_worth(catches: Weights, costs: Mapping[str, int]) -> list[str]:
     return list(places)
 
 
-# All of these find out what is stored, which is known from then on.
-OF_STORAGE = ("od.default-of-parameter", "od.load-defaults", "od.load-signature")
-
-
 def family_of(case: str) -> str:
-    """Return what a case shares its preparations with: those of one name, or another word for it.
+    """Return what a case shares its preparations with: those of one name.
 
     >>> family_of("upload.length[1]")
     'upload.length'
     """
-    name = case.partition("[")[0]
-    return "storage" if name in OF_STORAGE else name
+    return case.partition("[")[0]
 
 
 @dataclass(slots=True)
