@@ -6,7 +6,7 @@ the run began with is sent behind it, and only its answer may come.
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import blocked
-from conformance.dialogue.early import INITIATES
+from conformance.dialogue.early import INITIATES, leaves
 from conformance.dialogue.odd_frames import unasked, unsolicited
 from conformance.dialogue.wire import ABORTS, Wire
 from conformance.sdo.abort_codes import AbortCode
@@ -213,11 +213,13 @@ class Silence:
     def calm(self) -> None:
         """Take what the device sends unasked, and note it.
 
-        Not the segments of a sub-block that were on their way when the client ended the transfer.
+        Not what was on its way when the client ended the transfer: the segments of a sub-block, or
+        an abort for a reason of the server's own.
         """
-        aborted = self._wire.has_aborted
+        aborted, latest = self._wire.has_aborted, self._wire.tracker.latest
         for response in self.fence():
-            if not (aborted and isinstance(response, BlockSegment)):
+            crossed = isinstance(response, BlockSegment) or leaves(response, latest)
+            if not (aborted and crossed):
                 self._wire.note(unasked(response, aborted=aborted))
 
     def recover(self, *, crossed: bool = False) -> bool:

@@ -20,6 +20,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, BlockAck, BlockDownloadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import UNSOLICITED, Level, Rule, Violation
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")
 ABORT = Abort(DOMAIN.mux, AbortCode.LOCAL_CONTROL)
@@ -137,6 +138,21 @@ def test_an_abort_for_the_one_segment_that_was_sent_has_crossed_with_none(
     with talking_to(Scripted(answers)) as sdo:
         assert Blocks(sdo).try_download(DOMAIN, bytes(7)) == abort
         assert [response.encode() for response in sdo.fence()] == stray
+
+
+@pytest.mark.parametrize("code", [AbortCode.LOCAL_CONTROL, AbortCode.COMMAND_NOT_VALID])
+def test_an_abort_of_its_own_accord_crosses_with_that_of_the_client(code: AbortCode) -> None:
+    def answers(data: bytes) -> list[bytes]:
+        if data == READ:
+            return [BASELINE]
+        return [BEGUN] if data[0] == 0xC6 else [Abort(DOMAIN.mux, code).encode()]
+
+    with talking_to(Scripted(answers)) as sdo:
+        Blocks(sdo).initiate_download(DOMAIN, 7)
+        sdo.end_transfer()
+        sdo.silence.calm()
+        noted = [found.rule for found in sdo.record.minor]
+    assert noted == ([] if code is AbortCode.LOCAL_CONTROL else [ABORT_NOT_ANSWERED])
 
 
 def test_an_acknowledgement_does_not_stop_a_sub_block() -> None:
