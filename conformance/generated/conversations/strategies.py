@@ -30,7 +30,7 @@ SINGLE_BITS = tuple(1 << bit for bit in range(8))
 MASKS = (TOGGLE, *SINGLE_BITS, 3, 6, 0x7F, 0x0E, 0xE0, 0xFF)
 LAST_AT = 140
 # The most bytes that are written: long transfers are most of what a conversation costs.
-LONG = 100
+LONG = 200
 UNDISTURBED: Disturbances = st.just(())
 
 
