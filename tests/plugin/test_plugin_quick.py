@@ -45,7 +45,9 @@ def test_each_service_has_a_case(pytester: pytest.Pytester) -> None:
     assert "whole_run" in {service_of(line) for line in chosen}
 
 
-@pytest.mark.parametrize("fault", ["upload-toggle-ignored", "every-abort-answered"])
+@pytest.mark.parametrize(
+    "fault", ["upload-toggle-ignored", "every-abort-answered", "block-uploads-endless"]
+)
 def test_a_wrong_device_is_told(pytester: pytest.Pytester, fault: str) -> None:
     result = self_test(pytester, "--sdo-simulated", "--sdo-quick", f"--sdo-fault={fault}")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
