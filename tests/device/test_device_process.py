@@ -130,6 +130,7 @@ from pathlib import Path
 from conformance.device.process import DeviceProcess, ProcessSettings
 process = DeviceProcess(ProcessSettings([sys.executable, "-c", sys.argv[1]]), Path("log"))
 process.start()
+Path("started").touch()
 time.sleep(3600)
 """
 
@@ -141,6 +142,8 @@ def test_no_program_outlives_a_suite_that_is_killed(tmp_path: Path) -> None:
         [sys.executable, "-c", GUARDED, program_of_device], cwd=tmp_path
     ) as suite:
         become(lambda: log.exists() and log.read_bytes() == b"ready\n")
+        # The program may be ready before it is known to what ends it behind a suite that is gone.
+        become((tmp_path / "started").exists)
         assert not is_free(lock)
         suite.kill()
     become(lambda: is_free(lock))
