@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import can
 import pytest
 from run_bench import PATIENT, RULE, VENDOR_ID
 
@@ -50,8 +51,11 @@ class Late(Node):
 
 
 @contextmanager
-def in_turn(until: int, folder: Path) -> Iterator[Bench]:
-    """Open a bench with two devices; the first sends its late answer with a request to a node."""
+def in_turn(until: int, folder: Path) -> Iterator[tuple[Bench, can.BusABC]]:
+    """Open a bench with two devices; the first sends its late answer with a request to a node.
+
+    Hands out another place on their bus as well.
+    """
     name = private_channel()
     settings = BusSettings("virtual", name)
     nodes = (Late(until), build_node(None, SECOND))
@@ -59,10 +63,18 @@ def in_turn(until: int, folder: Path) -> Iterator[Bench]:
     run = RunSettings([FIRST, SECOND], settings, response_timeout=PATIENT)
     bench = Bench(run, list(hosts), lambda captured: None, folder)
     try:
-        bench.open()
-        yield bench
+        with open_bus(settings) as heard:
+            bench.open()
+            yield bench, heard
     finally:
         bench.close()
+
+
+def wait_for_late(heard: can.BusABC) -> None:
+    """The devices answer at their own pace: the other one may be done before."""
+    while (message := heard.recv(PATIENT)) is not None and message.data != LATE.data:
+        pass
+    assert message is not None
 
 
 def asked_too_little_time(session: DeviceSession) -> None:
@@ -73,12 +85,14 @@ def asked_too_little_time(session: DeviceSession) -> None:
 
 def test_a_late_answer_of_the_device_before(tmp_path: Path) -> None:
     """It is that device's own, and nothing to the one that is tested meanwhile."""
-    with in_turn(SECOND, tmp_path) as bench:
+    with in_turn(SECOND, tmp_path) as (bench, heard):
         before, session = bench.sessions[FIRST], bench.sessions[SECOND]
         asked_too_little_time(before)
         for case_id in ("second", "third"):
             run = begin_case(session, case_id, "a service", RULE)
             assert run.sdo.upload(VENDOR) == VENDOR_ID
+            if case_id == "second":
+                wait_for_late(heard)
             assert run.sdo.fence() == []
             result = run.conclude(None)
             assert (result.verdict, result.notes, result.waited) == (Verdict.PASS, [], 0)
@@ -92,7 +106,7 @@ def test_a_late_answer_of_the_device_before(tmp_path: Path) -> None:
 @pytest.mark.parametrize("mux", [VENDOR, Multiplexer(0x1018, 4)], ids=["alike", "other"])
 def test_a_late_answer_in_the_next_case_of_the_device(tmp_path: Path, mux: Multiplexer) -> None:
     """It is found, also where it looks like the answer that is due."""
-    with in_turn(FIRST, tmp_path) as bench:
+    with in_turn(FIRST, tmp_path) as (bench, _):
         session = bench.sessions[FIRST]
         asked_too_little_time(session)
         run = begin_case(session, "second", "a service", RULE)
