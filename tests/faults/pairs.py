@@ -100,7 +100,7 @@ MOST_CASES, MOST_CAUSES = 60, 3
 TIMEOUT = "--sdo-response-timeout=0.25"
 SHARE, QUICK_SHARE = 6, 12
 # Which specific fault the first pervasive one is paired with when it is quick; the rest follows.
-QUICK_BEGIN = 22
+QUICK_BEGIN = 21
 # How many of the cases that failed the pervasive fault alone meet a pair.
 OF_PERVASIVE = 60
 WHOLE_RUN = "test_whole_run.py"

@@ -28,7 +28,6 @@ from conformance.sdo.objects import Refusal
     "matrix.block-upload-between",
     "matrix.block-upload-sent",
     "matrix.block-upload-end",
-    "random.any-frames",
 )
 class UnknownIgnored(Server):
     """Does not answer a command specifier that it does not know."""
