@@ -127,7 +127,12 @@ class OneByteStored(Server):
             entry.value = data[:1] + b"\x22"
 
 
-@fault("download-not-stored", Defect.ACCESS_OR_SIZE, "block-download.size-not-indicated")
+@fault(
+    "download-not-stored",
+    Defect.ACCESS_OR_SIZE,
+    "block-download.size-not-indicated",
+    "random.sequences",
+)
 class NotStored(Server):
     """Confirms a download and does nothing."""
 

@@ -106,7 +106,7 @@ class CrcAfterLongRepetition(Server):
         return replace(end, crc=end.crc ^ 1) if self.spoiled and transfer.crc else end
 
 
-@fault("toggle-after-two-aborts", Defect.LEAK, "random.")
+@fault("toggle-after-two-aborts", Defect.LEAK, "random.any-frames")
 class ToggleAfterTwoAborts(Server):
     """Expects toggle bit 1 first in a transfer behind two that the client aborted."""
 
