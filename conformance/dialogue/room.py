@@ -23,6 +23,8 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 MUCH_ROOM = 897
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
+# What even an object of a few bytes takes one of.
+EXPEDITED = (1, 4)
 NO_ROOM = (
     AbortCode.LENGTH_TOO_HIGH,
     AbortCode.LENGTH_MISMATCH,
@@ -113,7 +115,24 @@ class Room:
         refused.request = refused.request or self._sdo.wire.last_sent
         self._sdo.note(refused)
         if not self._store_otherwise(known, data, WAYS):
+            self._learn_that_nothing_is_taken(known, data, refused)
             raise refused
+
+    def _learn_that_nothing_is_taken(
+        self, known: KnownObject, data: bytes, refused: Violation
+    ) -> None:
+        """Remember of an object that takes no value at all, by no way, that it takes none.
+
+        That is told here, once; the cases behind this one do without the object.
+        """
+        lengths = self._device.lengths[known.mux]
+        own = self._device.values[known.mux]
+        if lengths.taken or lengths.most is not None:
+            return
+        if own != data and self._store_otherwise(known, own, WAYS):
+            lengths.taken.add(len(own))
+        elif not any(self._takes(known, size) for size in EXPEDITED):
+            lengths.most, lengths.refusal = 0, refused.actual
 
     def _store_otherwise(self, known: KnownObject, data: bytes, ways: Iterable[Way]) -> bool:
         """Write by one of several ways; say whether one of them was taken."""
@@ -139,6 +158,11 @@ class Room:
             raise NotTestable(
                 f"{known} takes values of {lengths.most} bytes only (others are refused with "
                 f"{lengths.refusal}): name a string or domain of variable length"
+            )
+        if lengths.most == 0:
+            raise NotTestable(
+                f"{known} takes no value, however it is written ({lengths.refusal}): name another "
+                "string or domain"
             )
         if lengths.most is not None and size > lengths.most:
             raise NotTestable(

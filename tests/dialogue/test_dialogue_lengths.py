@@ -11,9 +11,12 @@ from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
+from conformance.reference.segmented_server import SegmentedServer
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadSegment, Response
+from conformance.sdo.objects import Refusal
+from conformance.sdo.rules import Violation
 
 
 @pytest.mark.parametrize(
@@ -54,6 +57,27 @@ def test_too_few_bytes_are_not_testable() -> None:
         Room(bench.dialogue()).fit(TEXT, 20, least=15)
 
 
+def test_what_takes_no_value_at_all_is_told_once_and_lacks_then() -> None:
+    with discovered(build_node("strings-take-nothing", NODE_ID)) as bench:
+        with pytest.raises(Violation, match="05040001h"):
+            Room(bench.dialogue()).store(TEXT, b"x" * 20)
+        sdo = bench.dialogue()
+        with pytest.raises(
+            NotTestable, match=r"takes no value, however .*05040001h.* name another"
+        ):
+            Room(sdo).store(TEXT, b"x" * 5)
+        assert not sdo.record.written
+
+
+def test_what_takes_but_short_values_does_not_lack() -> None:
+    """Behind its defect there may be another, and the defect is in the way of the cases."""
+    with discovered(Node(NODE_ID, OneSegmentOnly(reference_device(NODE_ID)))) as bench:
+        for _ in range(2):
+            with pytest.raises(Violation, match="06010000h"):
+                Room(bench.dialogue()).store(TEXT, b"x" * 20)
+        Room(bench.dialogue()).store(TEXT, b"x")
+
+
 def test_a_domain_stands_in_for_a_string_that_is_too_short() -> None:
     with discovered(build_node("strings-of-8-bytes-domains-of-4200", NODE_ID)) as bench:
         assert Roles(bench.device).text().mux == TEXT.mux
@@ -69,6 +93,16 @@ def test_what_was_lost_is_sent_again(name: str | None) -> None:
         assert gap is not None
         send_again(sdo, TEXT, gap)
         assert sdo.upload(TEXT) == gap.data
+
+
+class OneSegmentOnly(SegmentedServer):
+    """Refuses the second segment of whatever is written, and block transfers."""
+
+    def on_download_segment(self, request: DownloadSegment) -> list[Response]:
+        if not request.last:
+            self.transfer = None
+            raise Refusal(AbortCode.UNSUPPORTED_ACCESS)
+        return super().on_download_segment(request)
 
 
 class AbortsInCrossing(Server):

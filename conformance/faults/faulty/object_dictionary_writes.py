@@ -21,6 +21,16 @@ class PresentValueRefused(SameValueRefused):
     """Refuses to write back what was read, by any protocol."""
 
 
+@fault("strings-take-nothing", Defect.ACCESS_OR_SIZE, "od.write-back-in-segments")
+class StringsTakeNothing(Server):
+    """Refuses whatever is written to a string or domain as if the command were unknown."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        if entry.data_type.length is None:
+            raise Refusal(AbortCode.COMMAND_NOT_VALID)
+        super().store(entry, data)
+
+
 @fault("short-values-refused-in-segments", Defect.ACCESS_OR_SIZE, "od.write-back-in-segments")
 class ShortRefusedInSegments(Server):
     """Refuses segmented downloads of up to 4 bytes."""
