@@ -9,12 +9,14 @@ def write_as_before(sdo: Transfers, mux: Multiplexer) -> None:
 
     It is written as values are on a device that refuses the ordinary way; not at all where it is
     known to read so. To find that out might cost more than to write it: of what the object holds
-    not even the length is known. Whether it does is found out when the case is over.
+    not even the length is known. Whether it does is found out when the case is over. Only what is
+    known to take no value at all is read: it may well hold what it did.
     """
     if mux not in sdo.device.keeping.left:
         return
     value = sdo.device.values[mux]
-    if sdo.device.holds(mux) != value:
+    takes_none = sdo.device.lengths[mux].most == 0
+    if sdo.device.holds(mux) != value and not (takes_none and sdo.upload(mux) == value):
         way = sdo.record.causes.way_to_store
         if way is None or sdo.abort_of(way(sdo.client, mux, value)) is not None:
             sdo.download(mux, value)

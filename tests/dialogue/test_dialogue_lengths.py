@@ -7,6 +7,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.device.roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again
+from conformance.dialogue.left import write_as_before
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
 from conformance.reference.dictionary import reference_device
@@ -149,3 +150,13 @@ def test_a_length_between_others_may_be_refused() -> None:
         assert not Room(sdo).has(DOMAIN, 19)
         with pytest.raises(NotTestable, match="takes no value of 19 bytes"):
             Room(sdo).need(DOMAIN, 19)
+
+
+def test_what_takes_no_value_is_read_as_it_is() -> None:
+    with discovered(build_node("strings-take-nothing", NODE_ID)) as bench:
+        with pytest.raises(Violation, match="05040001h"):
+            Room(bench.dialogue()).store(TEXT, b"x" * 20)
+        bench.device.keeping.left.add(TEXT.mux)
+        sdo = bench.dialogue()
+        write_as_before(sdo, TEXT.mux)
+        assert not sdo.record.written
