@@ -6,6 +6,7 @@ of CiA 301 defines becomes ``Unknown``.
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import TypeGuard, TypeVar
 
 from conformance.sdo.abort_codes import AbortCode
@@ -37,6 +38,8 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
 
 CODES = frozenset(AbortCode)
+# So many messages of a kind need not be read again.
+LATEST = 256
 Kind = TypeVar("Kind", bound=Message)
 
 REQUESTS: tuple[type[RequestMessage], ...] = (
@@ -68,8 +71,10 @@ RESPONSES: tuple[type[ResponseMessage], ...] = (
 
 def _by_command(kinds: Sequence[type[Kind]]) -> tuple[Callable[[bytes], Kind] | None, ...]:
     """Return, for each value of byte 0, what reads such a message."""
+    # Whoever follows a conversation reads its frames, and most frames come more than once.
+    readers = [(kind, lru_cache(LATEST)(kind.decode)) for kind in kinds]
     return tuple(
-        next((kind.decode for kind in kinds if kind.matches(command)), None)
+        next((read for kind, read in readers if kind.matches(command)), None)
         for command in range(256)
     )
 
