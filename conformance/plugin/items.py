@@ -110,10 +110,10 @@ class CaseFunction(pytest.Function):
         """The service of the protocol that the file is about."""
         return self.path.stem.removeprefix("test_").replace("_", " ")
 
-    def reportinfo(self) -> tuple[Path, int | None, str]:
+    def reportinfo(self) -> tuple[str, int | None, str]:
         """Say where the case is. The blank keeps -v from writing ``::`` for the dot of an id."""
-        path, line, _ = super().reportinfo()
-        return Path(path), line, f"{self.name} "
+        file, line, _ = self.written
+        return file, line - 1, f"{self.name} "
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Leave out the traceback of a breach: it takes long, and the evidence takes its place."""
@@ -161,7 +161,7 @@ def _items(
     alone: bool,
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
-    line = _line_of(function)
+    place = _place_of(function, collector)
     for node_id, listing in listings.items():
         variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
@@ -181,14 +181,14 @@ def _items(
             )
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
-            item.written = (item.path.name, line, number)
+            item.written = (*place, number)
             yield item
 
 
-def _line_of(function: Callable[..., object]) -> int:
-    """Return where a function begins in its file; pytest would look for it for each variation."""
+def _place_of(function: Callable[..., object], collector: pytest.Collector) -> tuple[str, int]:
+    """Return where a function begins; pytest would look for it for each variation."""
     code = getattr(inspect.unwrap(function), "__code__", None)
-    return code.co_firstlineno if code is not None else 0
+    return (str(collector.path), 1) if code is None else (code.co_filename, code.co_firstlineno)
 
 
 def _labelled(info: CaseInfo, listing: Listing) -> Variations:
