@@ -37,6 +37,7 @@ class CaseFixtures:
     """The fixtures of the suite's cases, for the item that is set up.
 
     They do not ask pytest for ``request``, which it builds anew for each that does, and slowly.
+    Each fixture takes time, so few ask for another one.
     """
 
     _item: pytest.Item
@@ -62,59 +63,65 @@ class CaseFixtures:
         """What is known of the device."""
         return _conformance_device_session.device
 
-    @pytest.fixture(name="_conformance_tools")
-    def tools(self, _conformance_device_session: DeviceSession) -> Iterator[CaseTools]:
-        """The case, which leaves the device idle, with its values as they were."""
-        item, case = self._item, case_of(self._item)
-        run = item.stash[CASE_RUN] = begin(_conformance_device_session, case)
-        yield run.tools
+    @pytest.fixture(name="_conformance_sdo")
+    def sdo(self, _conformance_device_session: DeviceSession) -> Iterator[Dialogue]:
+        """The conversation with the device, which is left idle, with its values as they were."""
+        item = self._item
+        run = item.stash[CASE_RUN] = begin(_conformance_device_session, case_of(item))
+        yield run.sdo
         run = item.stash[CASE_RUN]
         if RESULT not in item.stash and not run.is_over:
             # Another fixture failed: what was written is put back all the same.
             with suppress(RunStopped):
                 run.conclude(None)
 
-    @pytest.fixture(name="_conformance_sdo")
-    def sdo(self, _conformance_tools: CaseTools) -> Dialogue:
-        """The conversation with the device, which is left idle, with its values as they were."""
-        return _conformance_tools.sdo
+    @property
+    def _tools(self) -> CaseTools:
+        """What works by means of the conversation, which has begun."""
+        return self._item.stash[CASE_RUN].tools
 
     @pytest.fixture(name="_conformance_room")
-    def room(self, _conformance_tools: CaseTools) -> Room:
+    def room(self, _conformance_sdo: Dialogue) -> Room:
         """How much strings and domains take, and what writes to them."""
-        return _conformance_tools.room
+        del _conformance_sdo
+        return self._tools.room
 
     @pytest.fixture(name="_conformance_blocks")
-    def blocks(self, _conformance_tools: CaseTools) -> Blocks:
+    def blocks(self, _conformance_sdo: Dialogue) -> Blocks:
         """Exchanges and transfers in blocks."""
-        return _conformance_tools.blocks
+        del _conformance_sdo
+        return self._tools.blocks
 
     @pytest.fixture(name="_conformance_network")
-    def network(self, _conformance_tools: CaseTools) -> Network:
+    def network(self, _conformance_sdo: Dialogue) -> Network:
         """NMT and heartbeat of the device."""
-        return _conformance_tools.network
+        del _conformance_sdo
+        return self._tools.network
 
     @pytest.fixture(name="_conformance_parameters")
-    def parameters(self, _conformance_tools: CaseTools) -> Parameters:
+    def parameters(self, _conformance_sdo: Dialogue) -> Parameters:
         """Communication parameters of the device."""
-        return _conformance_tools.parameters
+        del _conformance_sdo
+        return self._tools.parameters
 
     @pytest.fixture(name="_conformance_channels")
-    def channels(self, _conformance_tools: CaseTools) -> Channels:
+    def channels(self, _conformance_sdo: Dialogue) -> Channels:
         """The further SDO channels of the device."""
-        return _conformance_tools.channels
+        del _conformance_sdo
+        return self._tools.channels
 
     @pytest.fixture(name="_conformance_storage")
-    def storage(self, _conformance_tools: CaseTools) -> Storage:
+    def storage(self, _conformance_sdo: Dialogue) -> Storage:
         """What the device stores, and its defaults."""
-        return _conformance_tools.storage
+        del _conformance_sdo
+        return self._tools.storage
 
     @pytest.fixture(name="_conformance_conversations")
     def conversations(
-        self, _conformance_device_session: DeviceSession, _conformance_tools: CaseTools
+        self, _conformance_device_session: DeviceSession, _conformance_sdo: Dialogue
     ) -> Search:
         """Random conversations with the device, as many as --sdo-examples says."""
-        del _conformance_tools  # it begins the case
+        del _conformance_sdo  # it begins the case
         case, run = case_of(self._item), self._item.stash[CASE_RUN]
         state = self._item.config.stash[STATE]
         options, left = state.options, max(state.seconds_left(case.node_id), 0.0)
@@ -130,39 +137,39 @@ class CaseFixtures:
         return _conformance_device_session.whole_run
 
     @pytest.fixture(name="_conformance_roles")
-    def roles(self, _conformance_device: Device) -> Roles:
+    def roles(self, _conformance_device_session: DeviceSession) -> Roles:
         """The objects of the device that suit a case."""
-        return Roles(_conformance_device)
+        return Roles(_conformance_device_session.device)
 
     @pytest.fixture(name="_conformance_number")
-    def number(self, _conformance_roles: Roles) -> KnownObject:
+    def number(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A writable number."""
-        return _role(_conformance_roles.number)
+        return _role(Roles(_conformance_device_session.device).number)
 
     @pytest.fixture(name="_conformance_variable")
-    def variable(self, _conformance_roles: Roles) -> KnownObject:
+    def variable(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A writable string or domain."""
-        return _role(_conformance_roles.variable)
+        return _role(Roles(_conformance_device_session.device).variable)
 
     @pytest.fixture(name="_conformance_text")
-    def text(self, _conformance_roles: Roles) -> KnownObject:
+    def text(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A writable string."""
-        return _role(_conformance_roles.text)
+        return _role(Roles(_conformance_device_session.device).text)
 
     @pytest.fixture(name="_conformance_write_only")
-    def write_only(self, _conformance_roles: Roles) -> KnownObject:
+    def write_only(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A write-only object."""
-        return _role(_conformance_roles.write_only)
+        return _role(Roles(_conformance_device_session.device).write_only)
 
     @pytest.fixture(name="_conformance_read_only_text")
-    def read_only_text(self, _conformance_roles: Roles) -> KnownObject:
+    def read_only_text(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A read-only object of more than 4 bytes."""
-        return _role(_conformance_roles.read_only_text)
+        return _role(Roles(_conformance_device_session.device).read_only_text)
 
     @pytest.fixture(name="_conformance_server_timeout")
-    def server_timeout(self, _conformance_device: Device) -> float:
+    def server_timeout(self, _conformance_device_session: DeviceSession) -> float:
         """The seconds after which the device gives up a transfer whose client is silent."""
-        return _role(_conformance_device.declared_timeout)
+        return _role(_conformance_device_session.device.declared_timeout)
 
 
 def _role(find: Callable[[], Role]) -> Role:

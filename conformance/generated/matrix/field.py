@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
+from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
@@ -27,9 +27,7 @@ CHANGED_UNASKED = (IDLE_AFTERWARDS.id, "a value changes behind what is no downlo
 CUT_SHORT = frozenset(rule.id for rule in SHORT_REQUEST_RULES)
 
 
-def perform(
-    state: AnyState, stimulus: Stimulus, sdo: Dialogue, device: Device, known: KnownObject
-) -> None:
+def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObject) -> None:
     """Judge the reaction to a stimulus, the value that ``known`` has then, and the next transfers.
 
     ``known`` is a writable string; where it is too short for the state, another string or a domain
@@ -44,7 +42,7 @@ def perform(
         # That this device serves any sub-index is for other cases to say.
         missing_entry = Multiplexer(missing.index, 1)
     known, size = _suited(sdo, known, state)
-    targets = Targets(device.node_id, known.mux, missing, missing_entry)
+    targets = Targets(sdo.device.node_id, known.mux, missing, missing_entry)
     with ExitStack() as following:
         try:
             lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
@@ -52,7 +50,7 @@ def perform(
             if not _has_changed_unasked(sdo, known, breach):
                 raise
             Room(sdo).restore_own(known)
-            device.keeping.left.discard(known.mux)
+            sdo.device.keeping.left.discard(known.mux)
             lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
         lockstep.send(stimulus(targets), point=True)
         # What a server keeps of data that are not due it may store when it is aborted.
