@@ -98,6 +98,8 @@ class Estimate:
     pace: Pace = field(default_factory=Pace)
     selected: int = 0
     done: int = 0
+    _whole_weight: float = 0.0
+    _done_weight: float = 0.0
     _left: dict[str, dict[str, Work]] = field(default_factory=dict)
     _taken: list[tuple[Work, Taken]] = field(default_factory=list)
 
@@ -120,8 +122,9 @@ class Estimate:
 
     def select(self, names: Iterable[str], worker: str = "") -> None:
         """Take the cases that a process is going to run."""
-        self._left[worker] = {name: self.work(name) for name in names}
-        self.selected += len(self._left[worker])
+        left = self._left[worker] = {name: self.work(name) for name in names}
+        self.selected += len(left)
+        self._whole_weight += sum(map(_weight, left.values()))
 
     def finish(self, name: str, taken: Taken, worker: str = "") -> None:
         """Take a case that is done."""
@@ -129,6 +132,7 @@ class Estimate:
         if work is None:
             return
         self.done += 1
+        self._done_weight += _weight(work)
         self._taken.append((work, taken))
         if taken.tried:
             self.pace.add(work, taken)
@@ -136,9 +140,7 @@ class Estimate:
     @property
     def part(self) -> float:
         """How much of the work is done, from 0 to 1, if an answer takes what it usually does."""
-        left = sum(_weight(work) for works in self._left.values() for work in works.values())
-        done = sum(_weight(work) for work, _ in self._taken)
-        return done / (done + left) if done else 0.0
+        return self._done_weight / self._whole_weight if self._done_weight else 0.0
 
     def left(self) -> float:
         """Return how many seconds the run will take yet."""
