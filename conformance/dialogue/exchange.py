@@ -3,6 +3,7 @@
 import random
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from typing import Self
 
 from conformance.bus.channel import Channel
@@ -54,7 +55,7 @@ class Exchange:
         self.client = BlockClient(self.checks, device.longest)
         self._superseded: Multiplexer | None = None
         self._served = Served(self.wire)
-        self._random = random.Random(f"{seed}/{record.rule.id}")
+        self._seed = f"{seed}/{record.rule.id}"
 
     def beside(self, channel: Channel) -> Self:
         """Return the same case on another channel of the device."""
@@ -156,6 +157,10 @@ class Exchange:
     def breach(self, expected: str, actual: str) -> Violation:
         """Build a breach of the case's rule."""
         return self.record.breach(expected, actual)
+
+    @cached_property
+    def _random(self) -> random.Random:
+        return random.Random(self._seed)
 
     def payload(self, size: int) -> bytes:
         """Return printable bytes, others with every call and the same in every run.
