@@ -122,7 +122,7 @@ def _suits(value: bytes | None, known: KnownObject, state: AnyState, size: int) 
 def _suited(sdo: Dialogue, known: KnownObject, state: AnyState) -> tuple[KnownObject, int]:
     """Return an object that takes a transfer into a state, and of how many bytes that is."""
     lacking = []
-    for candidate in (known, *(one for one in Roles(sdo.device).varying() if one.mux != known.mux)):
+    for candidate in _candidates(sdo, known):
         try:
             return candidate, _size(sdo, candidate, state)
         except NotTestable as found:
@@ -130,6 +130,14 @@ def _suited(sdo: Dialogue, known: KnownObject, state: AnyState) -> tuple[KnownOb
     if state is BLOCK_DOWNLOAD_BETWEEN:
         return known, LONGEST  # the server may ask for less than a sub-block can have
     raise lacking[0]
+
+
+def _candidates(sdo: Dialogue, known: KnownObject) -> Iterator[KnownObject]:
+    """Yield an object, then all others that may take its place."""
+    yield known
+    for other in Roles(sdo.device).varying():
+        if other.mux != known.mux:
+            yield other
 
 
 def _size(sdo: Dialogue, known: KnownObject, state: AnyState) -> int:
