@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -110,4 +109,4 @@ def as_place(values: dict[str, Any] | None) -> Place | None:
 
 def as_values(place: Place) -> dict[str, Any]:
     """Return a place as plain values."""
-    return asdict(place)
+    return place._asdict()

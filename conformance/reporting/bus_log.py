@@ -7,8 +7,8 @@ can-utils, but python-can's reader takes every line for a frame.
 import heapq
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from conformance.bus.link import Captured, Direction
 from conformance.reporting.appending import GrowingFile
@@ -22,8 +22,7 @@ ANSWERS = 128
 FLOOD = 10_000
 
 
-@dataclass(frozen=True, slots=True)
-class Place:
+class Place(NamedTuple):
     """Where frames are in a log: the numbers of the first and the last line, from 1.
 
     Without a frame the last is before the first. ``left_out`` are frames of a flood that are not

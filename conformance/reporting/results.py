@@ -8,7 +8,6 @@ Each line is an object; ``record`` says which kind.
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -53,12 +52,12 @@ class ResultsFile:
 
     def case(self, result: CaseResult, place: Place | None = None) -> None:
         """Write the result of a case, and where its frames are."""
-        frames = {} if place is None else {"frames": asdict(place)}
+        frames = {} if place is None else {"frames": place._asdict()}
         self._write(CASE, {"at": now(), **frames, "result": result.as_dict()})
 
     def merged(self, places: Sequence[Place | None]) -> None:
         """Write where the frames of each case, in their order, are in the log of all workers."""
-        frames = [None if place is None else asdict(place) for place in places]
+        frames = [None if place is None else place._asdict() for place in places]
         self._write(MERGED, {"frames": frames})
 
     def end(self, about: Mapping[str, Any]) -> None:
