@@ -173,7 +173,9 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     if violation.habit is not None:
         return Cause(*violation.habit)
     answer = kind_of_answer(violation.actual)
-    if answer == TIMED_OUT and not rule.id.startswith(OF_TIME):
+    # The abort of a client that has waited too long has this code as well, and may be echoed.
+    echoed = isinstance(request, Abort) and request.code == AbortCode.TIMED_OUT
+    if answer == TIMED_OUT and not echoed and not rule.id.startswith(OF_TIME):
         return Cause(UNSOLICITED.id, f"{TIMED_OUT} though no transfer is due to end")
     # One with reserved bits may be taken for a segment, and be refused.
     aborted = isinstance(request, Abort) and not request.reserved_bits

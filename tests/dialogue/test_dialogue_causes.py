@@ -45,6 +45,7 @@ from conformance.sdo.rules import (
     Violation,
     rule_of,
 )
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 MUX = Multiplexer(0x2010, 1)
 READ = UploadInitiate(MUX)
@@ -210,6 +211,14 @@ def test_giving_up_where_nothing_is_due_to_end_is_one_cause() -> None:
         assert str(cause_of(violation(rule, actual), rule, READ)) == cause
     rule = rule_of("time-out.value")
     assert cause_of(violation(rule, actual), rule, READ) == Cause(rule.id, TIMED_OUT)
+
+
+def test_a_time_out_that_the_client_has_said_is_its_abort_come_back() -> None:
+    given_up = Abort(MUX, AbortCode.TIMED_OUT)
+    echoed = cause_of(
+        violation(ABORT_NOT_ANSWERED, in_words(given_up)), ABORT_NOT_ANSWERED, given_up
+    )
+    assert echoed == Cause(ABORT_NOT_ANSWERED.id, "an answer")
 
 
 @pytest.mark.parametrize(
