@@ -210,7 +210,9 @@ class Restorer:
                 refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
                 self._tries[known.mux] = MOST_TRIES if refused else 0
                 return
-            if stray or violation.rule is not NOT_REFUSED:
+            if violation.rule is ANSWERED and not stray:
+                self.late.append(violation)
+            elif stray or violation.rule is not NOT_REFUSED:
                 self.late.append(
                     Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
                 )

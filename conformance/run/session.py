@@ -21,6 +21,7 @@ from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import in_words
 from conformance.sdo.rules import (
+    ANSWERED,
     UNSOLICITED,
     Level,
     Rule,
@@ -163,13 +164,19 @@ class DeviceSession:
             self.whole_run.late.append(Incident(self._last_case, late))
 
     def keep_late(self, case_id: str) -> None:
-        """Keep the late answers of a case that were met when its values were put back."""
+        """Keep the late answers of a case that were met when its values were put back.
+
+        A silence that was met there is none of them, but a cause.
+        """
         late, self.restorer.late = self.restorer.late, []
-        self.whole_run.late += [
-            Incident(case_id, violation)
-            for violation in late
-            if not self._may_be_lost(f"{violation.rule.id} when a value was put back")
-        ]
+        for violation in late:
+            if self._may_be_lost(f"{violation.rule.id} when a value was put back"):
+                continue
+            if violation.rule is ANSWERED and violation.request is not None:
+                cause = self.causes.of(violation, violation.rule, violation.request)
+                self.causes.add(cause, case_id, violation, aside=True)
+            else:
+                self.whole_run.late.append(Incident(case_id, violation))
 
     def _may_be_lost(self, cause: str) -> bool:
         """Say whether what was met behind a case may be due to the bus, and note that."""
