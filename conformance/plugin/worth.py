@@ -13,7 +13,7 @@ from typing import Any
 
 from conformance.run.risks import Kind
 
-# How many requests a quick run sends at most.
+# How many requests a quick run sends at most. A request counts when it is answered.
 QUICK = 2500
 # A case of more requests is in it only for the faults that it catches.
 FEW = 100
@@ -24,7 +24,8 @@ _PATH = Path(__file__).with_suffix(".json")
 
 @dataclass(frozen=True, slots=True)
 class Worth:
-    """What a case catches, by the names of faults, and how many frames it sends, first of its kind.
+    """What a case catches, by the names of faults, and how many requests it sends, first of its
+    kind.
 
     ``place`` is where in the order it stands; ``early`` are the first of them. One that ``writes``
     needs an object that may be written. ``quick`` are those that catch most together within the

@@ -1,4 +1,8 @@
-"""How many frames each case of a run sends, by the log of its bus."""
+"""How many requests each case of a run sends, by the log of its bus.
+
+A request counts when it is answered: the segments of a sub-block are one, as a client that sends
+them waits but once.
+"""
 
 from collections.abc import Generator, Sequence
 from pathlib import Path
@@ -11,14 +15,14 @@ from conformance.run.verdict import Verdict
 
 
 class Counter:
-    """A pytest plugin that counts the frames that each case sends, by the log of the bus."""
+    """A pytest plugin that counts the requests of each case, by the log of the bus."""
 
     def __init__(self) -> None:
         """Nothing has been run yet."""
         self.verdicts: dict[str, Verdict] = {}
         self.services: dict[str, str] = {}
         self._places: dict[str, tuple[int, int]] = {}
-        self._sent = [0]
+        self._answered = [0]
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Take the place of the frames of a case."""
@@ -33,21 +37,23 @@ class Counter:
     def pytest_unconfigure(self, config: pytest.Config) -> None:
         """Read the log while it is there."""
         (log,) = Path(config.getoption("sdo_report_dir")).glob("*/bus.log")
+        sent = False
         for line in log.read_text("utf-8").splitlines():
-            self._sent.append(self._sent[-1] + line.endswith(" T"))
+            before, sent = sent, line.endswith(" T")
+            self._answered.append(self._answered[-1] + (before and not sent))
 
     @property
     def requests(self) -> dict[str, int]:
-        """How many frames each case has sent."""
+        """How many requests each case has sent: one at least, if it has sent anything."""
         return {
-            case: self._sent[last] - self._sent[first - 1] if first <= last else 0
+            case: max(self._answered[last] - self._answered[first - 1], 1) if first <= last else 0
             for case, (first, last) in self._places.items()
         }
 
     @property
     def total(self) -> int:
-        """How many frames the run has sent, with those beside the cases."""
-        return self._sent[-1]
+        """How many requests the run has sent, with those beside the cases."""
+        return self._answered[-1]
 
 
 class ByFile:
