@@ -2,19 +2,16 @@
 
 import json
 from collections import Counter
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from worth import candidates
+from worth import candidates, risks
 
-from conformance.faults.catalogue import build_node, faults
+from conformance.faults.catalogue import faults
 from conformance.faults.registry import About, Defect
 from conformance.plugin import worth
 from conformance.plugin.worth import FAMILIAR, FEW, place_in_run, quick_choice, table
-from conformance.reference.built_in_eds import listing_of
-from conformance.reporting.rule_listing import scripted_cases
 from conformance.run.risks import Kind
 
 # Of the faults that cases show where the server declares no time-out; one shows before the first.
@@ -25,17 +22,6 @@ SHOWN = {
     for fault in faults()
     if not (fault.timed or fault.thorough) and fault.name != BEFORE_CASES
 }
-
-
-@cache
-def risks() -> dict[str, Kind]:
-    """Return the cases of the built-in device by their ids, and what they risk."""
-    listing = listing_of(build_node(None, 5))
-    return {
-        case_id: risk.kind if (risk := case.risk_of(arguments)) else Kind.ORDINARY
-        for case in scripted_cases()
-        for case_id, arguments in case.variations(listing)
-    }
 
 
 def services() -> dict[str, str]:

@@ -22,6 +22,7 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -41,11 +42,14 @@ from detection import (
 )
 from pairs import spread
 
-from conformance.faults.catalogue import faults, find_deviation
+from conformance.faults.catalogue import build_node, faults, find_deviation
 from conformance.faults.registry import About
 from conformance.plugin import worth
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import CaseFunction
+from conformance.reference.built_in_eds import listing_of
+from conformance.reporting.rule_listing import scripted_cases
+from conformance.run.risks import Kind
 from conformance.run.verdict import CaseResult, Verdict
 
 CATCHES = Path(__file__).with_name("catches.json")
@@ -248,11 +252,7 @@ class Table:
         """Write it with the cases of a quick run, what each sends there, and what is ``beside``."""
         usual = {name: own_catchers(found, self.costs) for name, found in self.catches.items()}
         order = list(dict.fromkeys([*self.order, *quick]))
-        shared, left, early = self.costs.shared(), EARLY * self.total, set()
-        for case in order:
-            if shared[case] <= min(left, EARLY_EACH * self.total):
-                left -= shared[case]
-                early.add(case)
+        early = early_cases(order, quick, usual, self.costs.shared(), self.total)
         places = {case: place for place, case in enumerate(order)}
         caught: defaultdict[str, list[int]] = defaultdict(list)
         names = sorted(self.catches)
@@ -279,6 +279,45 @@ class Table:
         )
 
 
+@cache
+def risks() -> dict[str, Kind]:
+    """Return the cases of the built-in device by their ids, and what they risk."""
+    listing = listing_of(build_node(None, 5))
+    return {
+        case_id: risk.kind if (risk := case.risk_of(arguments)) else Kind.ORDINARY
+        for case in scripted_cases()
+        for case_id, arguments in case.variations(listing)
+    }
+
+
+def early_cases(
+    order: Sequence[str],
+    quick: Collection[str],
+    usual: Catches,
+    costs: Mapping[str, int],
+    total: int,
+) -> set[str]:
+    """Return the cases that come before all others, but for those of frames that no client sends.
+
+    They are those of a quick run, which shows the most at its requests, the cheapest ones for what
+    it does not show, and more in their order.
+    """
+    early = {case for case in quick if risks()[case] in worth.FAMILIAR}
+    left = EARLY * total - sum(costs[case] for case in early)
+    familiar = [case for case in order if case not in early and risks()[case] in worth.FAMILIAR]
+    missing = [found for found in usual.values() if found.keys().isdisjoint(early)]
+    for case in sorted(familiar, key=costs.__getitem__):
+        if costs[case] <= left and any(case in found for found in missing):
+            left -= costs[case]
+            early.add(case)
+            missing = [found for found in missing if case not in found]
+    for case in familiar:
+        if case not in early and costs[case] <= min(left, EARLY_EACH * total):
+            left -= costs[case]
+            early.add(case)
+    return early
+
+
 def write_table(kept: Mapping[str, Any]) -> None:
     """Write the table, a line for each case."""
     listed = ",\n".join(
@@ -293,15 +332,26 @@ def write_table(kept: Mapping[str, Any]) -> None:
     worth.forget()
 
 
-def count_early() -> None:
-    """Count a run in the new order; early are those of the early cases that a tenth of it sends."""
+def count_early(usual: Catches) -> None:
+    """Choose the early cases anew by what they cost in a run in the new order, and count them.
+
+    What is more than a tenth of the run is early no more.
+    """
     kept, run = json.loads(TABLE.read_text(encoding="utf-8")), count()
+    rows = kept["cases"]
+    order = [case for case in rows if not case.startswith(AT_THE_END)]
+    quick = [case for case in order if rows[case][2]]
+    costs = {case: run.requests.get(case) or rows[case][0] for case in order}
+    early = early_cases(order, quick, usual, costs, run.total)
+    for case, row in rows.items():
+        row[3] = int(case in early)
+    write_table(kept)
+    run = count()
     kept["requests"] = run.total
     for case, requests in run.requests.items():
-        if case not in kept["cases"] or not kept["cases"][case][3]:
-            continue
-        kept["cases"][case][3] = int(kept["early"] + requests <= EARLY * run.total)
-        kept["early"] += requests * kept["cases"][case][3]
+        if case in early:
+            rows[case][3] = int(kept["early"] + requests <= EARLY * run.total)
+            kept["early"] += requests * rows[case][3]
     write_table(kept)
 
 
@@ -366,7 +416,7 @@ def make_table() -> None:
     if not best:
         raise SystemExit("no choice of cases for a quick run keeps to its requests")
     table.write(best, worth.QUICK - sum(best.values()))  # no room for others
-    count_early()
+    count_early(usual)
 
 
 def main() -> int:
