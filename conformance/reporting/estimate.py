@@ -5,8 +5,8 @@ it takes where these come at once. How long an answer takes, and how fast the ma
 tell that are done. Where those of a kind take more or less than that, the others of the kind will.
 """
 
-from collections import defaultdict
-from collections.abc import Iterable
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
@@ -85,11 +85,21 @@ class Pace:
 
 
 @dataclass(slots=True)
+class _Finished:
+    """Cases that had the same to do: how many, how long they took, and whether any was tried."""
+
+    cases: int = 0
+    seconds: float = 0.0
+    tried: bool = False
+
+
+@dataclass(slots=True)
 class Estimate:
     """The cases of a run, by the process that runs them, as pytest names them.
 
     ``silence`` is its length in seconds. Random cases try ``times`` the usual examples, but
-    no longer than ``search_seconds``.
+    no longer than ``search_seconds``. Cases that have the same to do, as those of many devices, are
+    counted together.
     """
 
     silence: float = 0.0
@@ -98,10 +108,11 @@ class Estimate:
     pace: Pace = field(default_factory=Pace)
     selected: int = 0
     done: int = 0
+    _names: dict[str, set[str]] = field(default_factory=dict)
+    _left: dict[str, Counter[Work]] = field(default_factory=dict)
+    _finished: defaultdict[Work, _Finished] = field(default_factory=lambda: defaultdict(_Finished))
     _whole_weight: float = 0.0
     _done_weight: float = 0.0
-    _left: dict[str, dict[str, Work]] = field(default_factory=dict)
-    _taken: list[tuple[Work, Taken]] = field(default_factory=list)
 
     def work(self, name: str) -> Work:
         """Return what a case has to do in this run."""
@@ -122,18 +133,25 @@ class Estimate:
 
     def select(self, names: Iterable[str], worker: str = "") -> None:
         """Take the cases that a process is going to run."""
-        left = self._left[worker] = {name: self.work(name) for name in names}
-        self.selected += len(left)
-        self._whole_weight += sum(map(_weight, left.values()))
+        self._names[worker] = set(names)
+        self._left[worker] = works = Counter(map(self.work, self._names[worker]))
+        self.selected += works.total()
+        self._whole_weight += sum(_weight(work) * cases for work, cases in works.items())
 
     def finish(self, name: str, taken: Taken, worker: str = "") -> None:
         """Take a case that is done."""
-        work = self._left.get(worker, {}).pop(name, None)
-        if work is None:
+        names = self._names.get(worker, set())
+        if name not in names:
             return
-        self.done += 1
+        names.remove(name)
+        work = self.work(name)
+        self._left[worker][work] -= 1
         self._done_weight += _weight(work)
-        self._taken.append((work, taken))
+        self.done += 1
+        finished = self._finished[work]
+        finished.cases += 1
+        finished.seconds += taken.seconds
+        finished.tried |= taken.tried
         if taken.tried:
             self.pace.add(work, taken)
 
@@ -147,19 +165,19 @@ class Estimate:
         fit = (*self.pace.fit(), self.silence)
         kinds: defaultdict[str, _Kind] = defaultdict(_Kind)
         tried: defaultdict[str, bool] = defaultdict(bool)
-        for work, taken in self._taken:
-            tried[work.point] |= taken.tried
+        for work, finished in self._finished.items():
+            tried[work.point] |= finished.tried
             for name in (work.service, work.family):
                 kind = kinds[name]
-                kind.taken += taken.seconds
-                kind.due += work.due(*fit)
-                kind.done += 1
-        for work in (work for works in self._left.values() for work in works.values()):
-            kinds[work.service].left += 1
-            kinds[work.family].left += 1
+                kind.taken += finished.seconds
+                kind.due += work.due(*fit) * finished.cases
+                kind.done += finished.cases
+        for works in self._left.values():
+            for work, cases in works.items():
+                kinds[work.service].left += cases
+                kinds[work.family].left += cases
         return max(
-            (_seconds(works.values(), fit, kinds, tried) for works in self._left.values()),
-            default=0.0,
+            (_seconds(works, fit, kinds, tried) for works in self._left.values()), default=0.0
         )
 
 
@@ -168,14 +186,14 @@ def _weight(work: Work) -> float:
 
 
 def _seconds(
-    works: Iterable[Work],
+    works: Mapping[Work, int],
     fit: tuple[float, float, float],
     kinds: dict[str, _Kind],
     tried: dict[str, bool],
 ) -> float:
     total = 0.0
-    for work in works:
+    for work, cases in works.items():
         lacking = work.point in tried and not tried[work.point]
         before = LACKING if lacking else kinds[work.service].ratio(1.0)
-        total += work.due(*fit) * kinds[work.family].ratio(before)
+        total += work.due(*fit) * kinds[work.family].ratio(before) * cases
     return total
