@@ -18,6 +18,7 @@ from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.garbage import Garbage
 from conformance.plugin.marks import MARKS
 from conformance.plugin.options import read_options
+from conformance.plugin.packed_reports import Packing, Unpacking
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, read_arguments
@@ -73,6 +74,9 @@ def pytest_configure(config: pytest.Config) -> None:
             divisible=options.self_test,
         )
         config.pluginmanager.register(controller, "conformance-controller")
+        config.pluginmanager.register(Unpacking(), "conformance-unpacking")
+    if options.share.worker:
+        config.pluginmanager.register(Packing(), "conformance-packing")
     if not options.share.worker:
         failures = PrintedFailures(state)
         config.pluginmanager.register(failures, "conformance-printed-failures")
