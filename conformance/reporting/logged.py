@@ -3,32 +3,31 @@
 import gzip
 import heapq
 import zlib
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from conformance.reporting.bus_log import Place
+from conformance.sdo.cob_id import ChannelIds
 
 SENT = "T"
 PACKED = ".gz"
+# What stands for the CAN-ID of a line that is no frame.
+NO_FRAME = -1
 
 
 class Logged(NamedTuple):
     """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it.
 
-    ``number`` is that of the line.
+    ``number`` is that of the line, ``can_id`` NO_FRAME for what is none.
     """
 
     time: float
     frame: str
     sent: bool
     number: int
-
-    @property
-    def can_id(self) -> int:
-        """The CAN-ID; -1 for what is no frame."""
-        digits = self.frame.partition("#")[0]
-        return int(digits, 16) if digits else -1
+    can_id: int
 
     @property
     def data(self) -> bytes | None:
@@ -61,11 +60,16 @@ def log_lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def frames_by_case(
-    folder: Path, log: str, places: Sequence[Place | None]
+    folder: Path,
+    log: str,
+    places: Sequence[Place | None],
+    node_ids: Sequence[int],
+    channels: Mapping[int, ChannelIds] | None = None,
 ) -> Iterator[tuple[int, list[Logged]]]:
     """Yield the number of each case that has a place in this log, and its lines; raises OSError.
 
-    Those of devices that are tested side by side overlap.
+    Those of devices that are tested side by side overlap. Where the ``channels`` of the devices are
+    given, by node-ID, a case is not handed what went over those of others.
     """
     waiting = sorted(
         (
@@ -75,27 +79,45 @@ def frames_by_case(
         ),
         reverse=True,
     )
-    open_cases: list[tuple[int, int, list[Logged]]] = []
+    owners = _owners(channels or {})
+    ends: list[tuple[int, int]] = []
+    open_cases: defaultdict[int, dict[int, list[Logged]]] = defaultdict(dict)
+
+    def end_first() -> tuple[int, list[Logged]]:
+        _, number = heapq.heappop(ends)
+        return number, open_cases[node_ids[number]].pop(number)
+
     for line_number, line in log_lines(log_in(folder, log)):
         while waiting and waiting[-1][0] <= line_number:
             _, last, number = waiting.pop()
-            heapq.heappush(open_cases, (last, number, []))
-        logged = logged_line(line_number, line)
-        for _, _, lines in open_cases:
-            if logged is not None:
-                lines.append(logged)
-        while open_cases and open_cases[0][0] <= line_number:
-            _, number, lines = heapq.heappop(open_cases)
-            yield number, lines
-    while open_cases:  # the log was cut off
-        _, number, lines = heapq.heappop(open_cases)
-        yield number, lines
+            heapq.heappush(ends, (last, number))
+            open_cases[node_ids[number]][number] = []
+        logged = logged_line(line_number, line) if ends else None
+        if logged is not None:
+            for node_id in owners.get(logged.can_id, open_cases):
+                for lines in open_cases[node_id].values():
+                    lines.append(logged)
+        while ends and ends[0][0] <= line_number:
+            yield end_first()
+    while ends:  # the log was cut off
+        yield end_first()
+
+
+def _owners(channels: Mapping[int, ChannelIds]) -> dict[int, list[int]]:
+    """Return for each CAN-ID of these channels the nodes whose it is."""
+    found: defaultdict[int, list[int]] = defaultdict(list)
+    for node_id, ids in channels.items():
+        for can_id in {ids.request.can_id, ids.response.can_id}:
+            found[can_id].append(node_id)
+    return dict(found)
 
 
 def logged_line(number: int, line: str) -> Logged | None:
     """Read a line of bus.log; None for one that was not written to its end."""
     match line.split():
         case [time, _, frame, direction]:
-            return Logged(float(time.strip("()")), frame, direction == SENT, number)
+            digits = frame.partition("#")[0]
+            can_id = int(digits, 16) if digits else NO_FRAME
+            return Logged(float(time.strip("()")), frame, direction == SENT, number, can_id)
         case _:
             return None

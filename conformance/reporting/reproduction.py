@@ -119,20 +119,19 @@ def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
     ]
     channels = run.channels
     own = {cob_id.can_id for ids in channels.values() for cob_id in (ids.request, ids.response)}
+    node_ids = [result.node_id for result in run.results]
     found = []
     for log in sorted({place.log for place in wanted if place is not None}):
         path = log_in(folder, log)
         if not path.is_file():
             continue
         lines: dict[int, list[Logged]] = {}
-        for number, logged in frames_by_case(folder, log, wanted):
-            ids = channels[run.results[number].node_id]
+        for number, logged in frames_by_case(folder, log, wanted, node_ids):
+            ids = channels[node_ids[number]]
             others = own - {ids.request.can_id, ids.response.can_id}
             lines[number] = _lines(run.results[number], logged, others)
         cases = {
-            number: (each, channels[run.results[number].node_id])
-            for number, each in lines.items()
-            if each
+            number: (each, channels[node_ids[number]]) for number, each in lines.items() if each
         }
         earlier = values_of_before(path, list(cases.values()))
         for (number, (each, ids)), before in zip(cases.items(), earlier, strict=True):

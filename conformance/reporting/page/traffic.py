@@ -82,35 +82,26 @@ def read_traffic(
     """
     traffic = Traffic()
     for log in sorted({place.log for place in places if place is not None}):
-        for number, lines in frames_by_case(folder, log, places):
-            _Case(traffic, number, channels, node_ids[number]).take(lines)
+        for number, lines in frames_by_case(folder, log, places, node_ids, channels):
+            node_id = node_ids[number]
+            _Case(traffic, number, node_id, channels[node_id]).take(lines)
     return traffic
 
 
 class _Case:
     """Adds the frames of one case to the traffic of its run."""
 
-    def __init__(
-        self, traffic: Traffic, number: int, channels: Mapping[int, ChannelIds], node_id: int
-    ) -> None:
+    def __init__(self, traffic: Traffic, number: int, node_id: int, ids: ChannelIds) -> None:
         self._traffic = traffic
         self._number = number
         self._node_id = node_id
-        self._ids = channels[node_id]
-        self._others = {
-            cob_id.can_id
-            for other, ids in channels.items()
-            if other != node_id
-            for cob_id in (ids.request, ids.response)
-        }
+        self._ids = ids
         self._own = self._ids.request.can_id, self._ids.response.can_id
         self._decoder = Decoder()
         self._asked: tuple[float, Request] | None = None
 
     def take(self, lines: Sequence[Logged]) -> None:
         """Follow the frames, and keep those that are shown."""
-        if self._others:
-            lines = [logged for logged in lines if logged.can_id not in self._others]
         shown = []
         for position, logged in enumerate(lines):
             is_shown = position < FIRST_SHOWN or position >= len(lines) - LAST_SHOWN
