@@ -50,8 +50,9 @@ class TransferTracker:
     ``may_send_segments`` says that a block upload has begun, and no transfer in several frames
     since: a server may send segments of it even after its end. A block download is ``abandoned``
     when the client has aborted it and the server has not sent anything since: what it sent last
-    ``asks_for_segments``. ``asked`` has words for a request that continues no transfer and begins
-    none; they are empty for any other.
+    ``asks_for_segments``. One whose initiate was answered by something else is taken for open: the
+    server may wait for segments, and would take whatever comes for one but an abort. ``asked`` has
+    words for a request that continues no transfer and begins none; they are empty for any other.
     """
 
     def __init__(self) -> None:
@@ -119,6 +120,10 @@ class TransferTracker:
 
     def _follow(self, response: Response, request: Request | None) -> None:
         match response:
+            case Abort() | BlockEndResponse():
+                self.open = None
+            case _ if isinstance(request, BlockDownloadInitiate):
+                self.open = request.mux
             case BlockSegment():
                 pass
             case UploadSegmentResponse():
@@ -127,8 +132,6 @@ class TransferTracker:
             case DownloadSegmentResponse():
                 if isinstance(request, DownloadSegment) and request.last:
                     self.open = None
-            case Abort() | BlockEndResponse():
-                self.open = None
             case DownloadInitiateResponse():
                 segmented = isinstance(request, DownloadInitiate) and not request.expedited
                 self.open = _object(request) if segmented else None

@@ -31,6 +31,10 @@ OPEN = {
     "upload-in-the-middle": ([*UPLOAD, ">60" + " 00" * 7, "<00 41 42 43 44 45 46 47"], NAME),
     "upload-without-size": ([UPLOAD[0], "<40 08 10 00 00 00 00 00"], NAME),
     "block-download": (BLOCK_DOWNLOAD, TEXT),
+    "block-download-answered-by-what-was-late": (
+        [BLOCK_DOWNLOAD[0], "<01 41 42 43 44 45 46 47"],
+        TEXT,
+    ),
     "block-upload": (BLOCK_UPLOAD, NAME),
     "upload-within-download": ([*DOWNLOAD, *UPLOAD], NAME),
     "download-within-upload": ([*UPLOAD, *DOWNLOAD], TEXT),
@@ -52,6 +56,7 @@ CLOSED = {
     "block-upload-ended-by-client": [*BLOCK_UPLOAD, ">A1" + " 00" * 7],
     "block-download-at-its-end": [*BLOCK_DOWNLOAD, ">C1" + " 00" * 7, "<A1" + " 00" * 7],
     "refused": [DOWNLOAD[0], ABORTED],
+    "block-download-refused": [BLOCK_DOWNLOAD[0], ABORTED],
     "answer-without-request": [DOWNLOAD[1]],
     "upload-answered-as-download": [">60" + " 00" * 7, DOWNLOAD[1]],
 }
