@@ -12,6 +12,7 @@ from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.protected_objects import SDO_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.odd_frames import in_brief
 from conformance.dialogue.parameters import Parameters
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
@@ -206,7 +207,7 @@ class Channels:
                 raise Violation(
                     IDLE_AFTERWARDS,
                     expected=f"nothing but the answer to a read of 1000h on {ids}",
-                    actual="; ".join(map(in_words, stray)),
+                    actual=in_brief(stray),
                 )
 
     @contextmanager

@@ -35,11 +35,19 @@ def check_shape(frame: CanFrame, response: CobId) -> None:
         )
 
 
-def unsolicited(responses: Sequence[Response], expected: str = "no answer") -> Violation:
-    """Build the breach that answers came though none, or fewer, had to come."""
+def in_brief(responses: Sequence[Response]) -> str:
+    """Describe the first of some responses, and say how many more there are.
+
+    A sub-block that comes late has up to 127.
+    """
     shown = [in_words(response) for response in responses[:MOST_SHOWN]]
     more = [f"{len(responses) - MOST_SHOWN} more"] if len(responses) > MOST_SHOWN else []
-    return Violation(UNSOLICITED, expected=expected, actual="; ".join([*shown, *more]))
+    return "; ".join([*shown, *more])
+
+
+def unsolicited(responses: Sequence[Response], expected: str = "no answer") -> Violation:
+    """Build the breach that answers came though none, or fewer, had to come."""
+    return Violation(UNSOLICITED, expected=expected, actual=in_brief(responses))
 
 
 def unasked(response: Response, *, aborted: bool) -> Violation:

@@ -7,7 +7,7 @@ the run began with is sent behind it, and only its answer may come.
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import blocked
 from conformance.dialogue.early import INITIATES, leaves
-from conformance.dialogue.odd_frames import unasked, unsolicited
+from conformance.dialogue.odd_frames import in_brief, unasked, unsolicited
 from conformance.dialogue.wire import ABORTS, Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -126,7 +126,7 @@ class Silence:
         violation = Violation(
             SPECIFIER if stray else ANSWERED,
             expected="an answer to the read of 1000h that follows",
-            actual="; ".join(["no answer", *map(in_words, stray)]) + heard,
+            actual="; ".join(filter(None, ["no answer", in_brief(stray)])) + heard,
         )
         violation.habit = blocked(stray, DEVICE_TYPE)
         return violation

@@ -127,6 +127,17 @@ def test_both_answers_in_segments() -> None:
         assert bench.dialogue().fence() == []
 
 
+def test_what_comes_instead_of_the_answer_is_told_in_brief() -> None:
+    """A sub-block that was on its way has up to 127 segments."""
+    segments = [bytes([number, *bytes(7)]) for number in range(1, 101)]
+    node = Scripted(lambda data: segments if data == READ else ())
+    with (
+        undiscovered(node, timeout=HASTY) as bench,
+        pytest.raises(Violation, match=r"no answer; .*; \d+ more$"),
+    ):
+        bench.dialogue().silence.fence(most=300)
+
+
 def test_a_silent_device_is_asked_twice() -> None:
     node = Scripted(lambda data: [])
     with undiscovered(node, timeout=HASTY) as bench, pytest.raises(Violation) as raised:
