@@ -8,20 +8,25 @@ from weakref import ref
 import pytest
 from plugin_runs import QUICK, reports
 
+from conformance.plugin.garbage import SELDOM
 from conformance.plugin.items import Variation
 
 pytest_plugins = ["pytester"]
 
 
 class Looking:
-    """Notes how many objects the garbage collector is spared."""
+    """Notes how many objects the garbage collector is spared, and how often it looks at others."""
 
     def __init__(self) -> None:
         self.at_first = self.in_the_end = -1
+        self.within: tuple[int, ...] = ()
 
     @pytest.hookimpl(trylast=True)
     def pytest_sessionstart(self) -> None:
         self.at_first = gc.get_freeze_count()
+
+    def pytest_runtest_call(self) -> None:
+        self.within = gc.get_threshold()
 
     def pytest_unconfigure(self) -> None:
         self.in_the_end = gc.get_freeze_count()
@@ -56,9 +61,17 @@ def test_nothing_is_added_to_what_others_have_set_aside(pytester: pytest.Pyteste
     assert 0 < look(pytester, "--self-test").in_the_end <= spared
 
 
+def test_what_is_old_is_looked_through_seldom(pytester: pytest.Pytester) -> None:
+    before = gc.get_threshold()
+    assert look(pytester, "--self-test").within == (*before[:-1], SELDOM)
+    assert look(pytester, "--self-test").within == before  # another run in the same process
+
+
 def test_the_collector_stays_as_it_was(pytester: pytest.Pytester) -> None:
+    before = gc.get_threshold()
     look(pytester, "--self-test")
     assert gc.isenabled()
+    assert gc.get_threshold() == before
     gc.disable()
     try:
         look(pytester, "--self-test")
