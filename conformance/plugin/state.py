@@ -126,6 +126,9 @@ class ItemCase:
         return {self.rule.id, *(rule.id for rule in self.cites)}
 
 
+CASE = pytest.StashKey[ItemCase]()
+
+
 def uses_device(item: pytest.Item) -> bool:
     """Say whether a test talks to a device."""
     return DEVICE_SESSION in getattr(item, "fixturenames", ())
@@ -144,6 +147,12 @@ def is_left_to(options: Options, item: pytest.Item, place: int) -> bool:
 
 def case_of(item: pytest.Item) -> ItemCase:
     """Return what an item is about; an ordinary test counts as a rule of its own."""
+    if CASE not in item.stash:
+        item.stash[CASE] = _case_of(item)
+    return item.stash[CASE]
+
+
+def _case_of(item: pytest.Item) -> ItemCase:
     if isinstance(item, CaseFunction):
         info = item.case
         return ItemCase(
