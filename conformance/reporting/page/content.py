@@ -188,7 +188,7 @@ class PageContent:
         causes = [shown.count for shown in self.causes]
         return first_fix(causes, self._folder) if causes else None
 
-    @property
+    @cached_property
     def failed(self) -> list[Case]:
         """The cases that failed."""
         failing = (*FAILED, *((Verdict.NON_STRICT,) if self.about["strict"] else ()))
@@ -215,7 +215,7 @@ class PageContent:
             return f"{who}: {counted(tested)} tested, none failed."
         return f"{who}: no case has failed, but the run is not a pass; see below."
 
-    @property
+    @cached_property
     def verdicts(self) -> list[Verdict]:
         """The verdicts that were given."""
         given = {case.result.verdict for case in self.cases}
