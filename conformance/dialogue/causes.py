@@ -41,7 +41,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
-from conformance.sdo.rules.block_upload import ENDS
+from conformance.sdo.rules.block_upload import ACKNOWLEDGED, ENDS, NEXT_SUB_BLOCK
 from conformance.sdo.rules.channels import NMT_INITIALISING
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, BLOCK_UNSUPPORTED
 from conformance.sdo.rules.upload_initiates import (
@@ -81,6 +81,8 @@ MOST_WORDS = 60
 # Where values read wrong under that many rules, no further one says what is wrong.
 MANY_RULES = 3
 BLOCK_UPLOAD = "block-upload."
+# What a sub-block of a block upload has to be.
+OF_SUB_BLOCKS = frozenset(rule.id for rule in (NEXT_SUB_BLOCK, ACKNOWLEDGED))
 IN_BLOCK_UPLOAD = (BlockUploadStart, BlockAck, BlockEndResponse)
 
 _BYTES = re.compile(r" ?\[[^]]*\]")
@@ -188,6 +190,8 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
         answer = "abort with a code that is none"
     if isinstance(request, BlockUploadInitiate) and (rule.id, answer) in SWITCHES:
         return SWITCHED
+    if answer == NO_ANSWER and rule.id in OF_SUB_BLOCKS and isinstance(request, BlockAck):
+        rule = ANSWERED  # it was answered by fewer segments than it asks for, perhaps by none
     if rule.id in GENERAL and answer == OTHER_DATA:
         pass  # wrong data are that, whatever was asked last
     elif rule.id in GENERAL and request != NOTHING_SENT:

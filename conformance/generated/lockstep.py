@@ -27,7 +27,7 @@ from conformance.sdo.frames import Abort, Request, Response
 from conformance.sdo.layout import Multiplexer, whole_frame
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.rules import Level, Violation
+from conformance.sdo.rules import UNSOLICITED, Level, Violation
 from conformance.sdo.rules.idle import (
     DOWNLOAD_WITHOUT_INITIATE,
     OUT_OF_BLOCK,
@@ -159,10 +159,13 @@ class Lockstep:
             if isinstance(decode_request(captured.frame.data), INITIATES):
                 self._aborted = False
         elif self._is_response(captured):
-            exceeded = self._sdo.record.causes.sub_blocks_are_exceeded
-            if exceeded and self._sub_blocks.surplus(captured.frame.data, expected=True):
+            surplus = self._sub_blocks.surplus(captured.frame.data, expected=True)
+            if surplus is not None and self._sdo.record.causes.sub_blocks_are_exceeded:
                 return  # it was noted, and is no answer
-            self._find(self.oracle.response(self._as_default(captured.frame)))
+            findings = self.oracle.response(self._as_default(captured.frame))
+            if surplus is not None:
+                findings = [surplus if each.rule is UNSOLICITED else each for each in findings]
+            self._find(findings)
             self._aborted |= isinstance(self._sdo.tracker.read(captured.frame.data), Abort)
             if self.oracle.ended is not None:
                 self._sdo.record.early.note(self.oracle.ended.abort)
