@@ -108,7 +108,7 @@ class Estimate:
     pace: Pace = field(default_factory=Pace)
     selected: int = 0
     done: int = 0
-    _names: dict[str, set[str]] = field(default_factory=dict)
+    _due: dict[str, dict[str, Work]] = field(default_factory=dict)
     _left: dict[str, Counter[Work]] = field(default_factory=dict)
     _finished: defaultdict[Work, _Finished] = field(default_factory=lambda: defaultdict(_Finished))
     _whole_weight: float = 0.0
@@ -133,18 +133,16 @@ class Estimate:
 
     def select(self, names: Iterable[str], worker: str = "") -> None:
         """Take the cases that a process is going to run."""
-        self._names[worker] = set(names)
-        self._left[worker] = works = Counter(map(self.work, self._names[worker]))
+        self._due[worker] = {name: self.work(name) for name in names}
+        self._left[worker] = works = Counter(self._due[worker].values())
         self.selected += works.total()
         self._whole_weight += sum(_weight(work) * cases for work, cases in works.items())
 
     def finish(self, name: str, taken: Taken, worker: str = "") -> None:
         """Take a case that is done."""
-        names = self._names.get(worker, set())
-        if name not in names:
+        work = self._due.get(worker, {}).pop(name, None)
+        if work is None:
             return
-        names.remove(name)
-        work = self.work(name)
         self._left[worker][work] -= 1
         self._done_weight += _weight(work)
         self.done += 1

@@ -52,7 +52,8 @@ def service_of(name: str) -> str:
     >>> service_of("cases/test_block_upload.py::block-upload.size@5[14]")
     'block_upload'
     """
-    return Path(name.partition("::")[0]).stem.removeprefix("test_")
+    file = name.partition("::")[0].rpartition("/")[2]
+    return file.removesuffix(".py").removeprefix("test_")
 
 
 def family_of(name: str) -> str:
