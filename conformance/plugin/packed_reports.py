@@ -35,14 +35,11 @@ class Packing:
 class Unpacking:
     """The hook of the controller."""
 
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_report_from_serializable(self, config: pytest.Config, data: Values) -> object | None:
-        """Unpack a report, beside which pytest-xdist has put values of its own."""
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_report_from_serializable(self, data: Values) -> Generator[None, object, object]:
+        """Unpack the values of a report, beside which pytest-xdist has put some of its own."""
         packed = data.pop(KEY, None)
-        if packed is None:
-            return None
-        values = marshal.loads(packed)  # noqa: S302 - it runs nothing, and is from our own worker
-        report: object = config.hook.pytest_report_from_serializable(
-            config=config, data=values | data
-        )
-        return report
+        if packed is not None:
+            # It runs nothing, and comes from a worker of our own.
+            data.update(marshal.loads(packed) | data)  # noqa: S302
+        return (yield)
