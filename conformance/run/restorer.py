@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
@@ -149,11 +149,15 @@ class Restorer:
             if self.gone:
                 continue
             self._tries[mux] += 1
-            if self._reads(sdo, self._known(mux), value):
+            may_put_back = self.device.may_put_back(mux)
+            reads = self._reads(sdo, self._known(mux), value)
+            # A device that has taken a number that is too long keeps what lies behind its type.
+            too_long = self._known(mux).habits.too_long and may_put_back
+            if reads and not too_long:
                 self._is_back(mux, value)
                 if command := sdo.record.reset.get(mux):
                     self.device.keeping.brought_back[command].add(mux)
-            elif self.device.may_put_back(mux):
+            elif may_put_back:
                 pending[mux] = value
         for mux in sorted(needed_for(pending) - pending.keys()):
             kept = due.get(mux) or self._present(sdo, mux)
@@ -216,6 +220,9 @@ class Restorer:
                 self.late.append(
                     Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
                 )
+        if known.habits.too_long:  # perhaps it was for that value only
+            habits = replace(known.habits, too_long=False)
+            self.device.known[known.mux] = replace(known, habits=habits)
         if self._reads(sdo, known, due):
             self._is_back(known.mux, due)
         elif self._long.distrust():

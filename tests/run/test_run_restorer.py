@@ -28,7 +28,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType, Refusal
+from conformance.sdo.objects import Access, DataType, Entry, Refusal
 
 WRITE_ONLY = Multiplexer(0x2020)
 
@@ -55,6 +55,29 @@ def test_what_was_written_is_put_back(known: KnownObject, value: bytes) -> None:
     assert server.values() == begin
     assert server.writes == [(known.mux, value), (known.mux, begin[known.mux])]
     assert restorer.unrestored == {}
+
+
+class _TakesTooMuch(Recording):
+    """Stores however many bytes come, and tells them all."""
+
+    def check_announced_size(self, entry: Entry, size: int | None) -> None:
+        """Take any."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        entry.value = data
+
+
+def test_a_number_that_has_become_too_long() -> None:
+    """What lies behind its type is not as before, whatever the number is."""
+    server = _TakesTooMuch(reference_entries(NODE_ID))
+    begin = server.values()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.download(NUMBER, begin[NUMBER.mux] + b"\0")
+        Restorer(bench.device).restore(sdo)
+        known = bench.device.known[NUMBER.mux]
+    assert server.values() == begin
+    assert not known.habits.too_long
 
 
 def test_several_objects() -> None:

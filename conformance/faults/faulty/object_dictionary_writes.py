@@ -74,6 +74,17 @@ class LongCut(_Lengths):
         super().store(entry, data[: entry.longest])
 
 
+@fault("long-numbers-kept", Defect.FIELD_WIDTH, "od.too-long")
+class LongKept(_Lengths):
+    """Stores all bytes of a number that come, however many its type has, and uploads them."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        if entry.longest is None or len(data) <= entry.longest:
+            super().store(entry, data)
+        else:
+            entry.value = data
+
+
 class _Limits(Server):
     """Checks the limits of numbers in another way."""
 
