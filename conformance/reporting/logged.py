@@ -20,10 +20,12 @@ NO_FRAME = -1
 class Logged(NamedTuple):
     """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it.
 
-    ``number`` is that of the line, ``can_id`` NO_FRAME for what is none.
+    ``bus`` is the name of the interface, ``number`` that of the line, ``can_id`` NO_FRAME for what
+    is none.
     """
 
     time: float
+    bus: str
     frame: str
     sent: bool
     number: int
@@ -69,7 +71,8 @@ def frames_by_case(
     """Yield the number of each case that has a place in this log, and its lines; raises OSError.
 
     Those of devices that are tested side by side overlap. Where the ``channels`` of the devices are
-    given, by node-ID, a case is not handed what went over those of others.
+    given, by node-ID, a case is not handed what went over those of others; nor is it what went over
+    another bus than its first line. In a self-test each worker has a bus of its own.
     """
     waiting = sorted(
         (
@@ -79,23 +82,26 @@ def frames_by_case(
         ),
         reverse=True,
     )
-    owners = _owners(channels or {})
+    owners, nodes = _owners(channels or {}), set(node_ids)
     ends: list[tuple[int, int]] = []
-    open_cases: defaultdict[int, dict[int, list[Logged]]] = defaultdict(dict)
+    buses: dict[int, str] = {}
+    open_cases: defaultdict[tuple[int, str], dict[int, list[Logged]]] = defaultdict(dict)
 
     def end_first() -> tuple[int, list[Logged]]:
         _, number = heapq.heappop(ends)
-        return number, open_cases[node_ids[number]].pop(number)
+        return number, open_cases[node_ids[number], buses[number]].pop(number)
 
     for line_number, line in log_lines(log_in(folder, log)):
+        begins = bool(waiting) and waiting[-1][0] <= line_number
+        logged = logged_line(line_number, line) if ends or begins else None
         while waiting and waiting[-1][0] <= line_number:
             _, last, number = waiting.pop()
             heapq.heappush(ends, (last, number))
-            open_cases[node_ids[number]][number] = []
-        logged = logged_line(line_number, line) if ends else None
+            buses[number] = "" if logged is None else logged.bus
+            open_cases[node_ids[number], buses[number]][number] = []
         if logged is not None:
-            for node_id in owners.get(logged.can_id, open_cases):
-                for lines in open_cases[node_id].values():
+            for node_id in owners.get(logged.can_id, nodes):
+                for lines in open_cases[node_id, logged.bus].values():
                     lines.append(logged)
         while ends and ends[0][0] <= line_number:
             yield end_first()
@@ -115,9 +121,9 @@ def _owners(channels: Mapping[int, ChannelIds]) -> dict[int, list[int]]:
 def logged_line(number: int, line: str) -> Logged | None:
     """Read a line of bus.log; None for one that was not written to its end."""
     match line.split():
-        case [time, _, frame, direction]:
+        case [time, bus, frame, direction]:
             digits = frame.partition("#")[0]
             can_id = int(digits, 16) if digits else NO_FRAME
-            return Logged(float(time.strip("()")), frame, direction == SENT, number, can_id)
+            return Logged(float(time.strip("()")), bus, frame, direction == SENT, number, can_id)
         case _:
             return None

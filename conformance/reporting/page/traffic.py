@@ -57,8 +57,8 @@ class Times:
 class Traffic:
     """The frames of a run: those that are shown, as lines of text by the number of their case.
 
-    What was ``written`` is kept by node-ID and object, NMT commands by their words, response
-    ``times`` by kind of request.
+    What was ``written`` is kept by node-ID and object, NMT commands by their words, and the lines
+    that are ``commanding``; response ``times`` by kind of request.
     """
 
     shown: dict[int, list[str]] = field(default_factory=dict)
@@ -67,6 +67,7 @@ class Traffic:
     times: defaultdict[str, Times] = field(default_factory=lambda: defaultdict(Times))
     requests: int = 0
     responses: int = 0
+    commanding: set[int] = field(default_factory=set)
 
 
 def read_traffic(
@@ -142,7 +143,8 @@ class _Case:
         if data is None or can_id < 0:
             return ""
         words = describe_nmt(CanFrame(can_id, data)) or ""
-        if logged.sent and can_id == NMT_ID:
+        if logged.sent and can_id == NMT_ID and logged.number not in self._traffic.commanding:
+            self._traffic.commanding.add(logged.number)  # cases of several devices see it
             self._traffic.commands[words] += 1
         return words
 
