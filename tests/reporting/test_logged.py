@@ -4,6 +4,8 @@ from pathlib import Path
 
 from conformance.reporting.bus_log import Place
 from conformance.reporting.logged import frames_by_case
+from conformance.reporting.page.traffic import read_traffic
+from conformance.sdo.cob_id import ChannelIds
 
 LOG = """\
 (1.0) one 605#4000100000000000 T
@@ -23,3 +25,13 @@ def test_what_went_over_another_bus_belongs_to_no_case_of_this_one(tmp_path: Pat
         for number, lines in frames_by_case(tmp_path, "bus.log", places, [5, 5])
     }
     assert found == {0: [1, 3, 5], 1: [2, 4]}
+
+
+def test_a_command_to_all_devices_is_one_command(tmp_path: Path) -> None:
+    log = (
+        "(1.0) one 605#4000100000000000 T\n(1.1) one 606#4000100000000000 T\n(1.2) one 000#0100 T\n"
+    )
+    (tmp_path / "bus.log").write_text(log, encoding="utf-8")
+    places = [Place("bus.log", 1, 3), Place("bus.log", 2, 3)]
+    channels = {node_id: ChannelIds.default(node_id) for node_id in (5, 6)}
+    assert read_traffic(tmp_path, places, [5, 6], channels).commands.total() == 1
