@@ -97,4 +97,6 @@ def test_a_device_that_passes_over_reads_does_not_cost_hours() -> None:
         "have to be"
     )
     assert found.values == {}
-    assert sum(data[:1] == b"@" and data != READ for data in node.requests) == MOST_UNANSWERED
+    asked = sum(data[:1] == b"@" and data != READ for data in node.requests)
+    # Where this machine has paused, a silence is doubtful and the read is repeated.
+    assert MOST_UNANSWERED <= asked <= 2 * MOST_UNANSWERED
