@@ -1,11 +1,10 @@
 """What all cases of a run saw on the way, judged at its end."""
 
+from conformance.dialogue.causes import NOT_ZERO
 from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must, should
 from conformance.run.session import Incident, WholeRun
 from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED
-
-NOT_ZERO = "other than 0"
 
 
 def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -> None:

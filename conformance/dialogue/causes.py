@@ -36,6 +36,7 @@ from conformance.sdo.rules import (
     MULTIPLEXER,
     NO_REBOOT,
     NOT_REFUSED,
+    RESERVED,
     SPECIFIER,
     UNSOLICITED,
     Rule,
@@ -66,6 +67,8 @@ TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
 # Of an abort that breaks these, it does not matter which code it has.
 WHATEVER_CODE = frozenset(rule.id for rule in (MULTIPLEXER, UNSOLICITED))
 OTHER_DATA = "other data"
+# Reserved bits and bytes, wherever they are.
+NOT_ZERO = "other than 0"
 # A transfer that nobody is interested in any more keeps the server from all others.
 BLOCKED = "to whatever is asked, until the client aborts"
 # Behind that a wrong value says no more.
@@ -197,6 +200,8 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
     elif rule.id in GENERAL and request != NOTHING_SENT:
         asked = violation.asked or kind_of_request(request)
         answer = f"{answer} {GENERAL[rule.id]} {asked}"
+    elif rule.id == RESERVED.id:
+        answer = NOT_ZERO
     elif rule.id == FRAME_SHAPE.id:
         answer = answer.replace("DLC …", "another length than 8")
     return Cause(*told_once(rule.id, answer))

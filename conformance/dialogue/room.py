@@ -201,7 +201,8 @@ class Room:
         """
         try:
             yield
-        except Violation:
+        except Violation as broken:
+            broken.request = broken.request or self._sdo.wire.last_sent
             self._sdo.silence.recover()
             self.need(known, size)
             raise

@@ -14,7 +14,7 @@ IN_BLOCKS = "block-upload.first-sub-block: other data"
 BLOCKED = "server.idle-afterwards: abort 08000021h to whatever is asked, until the client aborts"
 CODE = "specifier.unknown: abort 06020000h"
 IGNORED = "response.answered: no answer to what is out of place"
-RESERVED = "response.reserved: reserved bits of byte … are …"
+RESERVED = "response.reserved: other than 0"
 DISTURBED = "channel.independent: a transfer on one channel disturbs that on another"
 UNSTORED = "response.not-refused: a download that is confirmed and not stored"
 BEHIND_LAST = "block-upload.end: block segment"
@@ -37,6 +37,12 @@ BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
             ("test_specifiers.py", "test_segmented_download_errors.py", *BLOCK_UPLOADS),
         ),
         ("abort-command-81h", RESERVED, 0, ("test_abort.py", *BLOCK_UPLOADS)),
+        (
+            "block-download-initiate-response-filled",
+            RESERVED,
+            0,
+            ("test_block_download.py", "test_whole_run.py"),
+        ),
         ("download-not-stored", UNSTORED, 0, (*FILES, "test_communication.py")),
         (
             "block-upload-marked-one-early",
