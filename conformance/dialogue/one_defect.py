@@ -92,6 +92,12 @@ FAMILIES = (
         "block-upload.over",
         "block-upload.acknowledged-again",
     ),
+    # What no block size can be, wherever it stands.
+    _family(
+        "block-upload.invalid-block-size",
+        "block-upload.acknowledges-block-size",
+        "block-upload.threshold-without-block-size",
+    ),
     _family("upload.size", answer="another number of bytes"),
     # Sub-index FFh is one that an object may lack.
     _family("object.sub-index-missing", "dictionary.structure"),
