@@ -130,7 +130,7 @@ class OneByteStored(Server):
 @fault(
     "download-not-stored",
     Defect.ACCESS_OR_SIZE,
-    "block-download.size-not-indicated",
+    "download.unused-bytes-of-text",
     "random.sequences",
 )
 class NotStored(Server):
