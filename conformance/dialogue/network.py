@@ -25,6 +25,8 @@ from conformance.sdo.nmt import (
 from conformance.sdo.rules import Violation
 from conformance.sdo.rules.channels import NMT_INITIALISING
 
+# Whatever state is to be seen in them.
+NO_HEARTBEATS = ("nmt.pre-operational", "no heartbeats")
 HEARTBEAT_TIME = Multiplexer(0x1017)
 # What is asked for, in seconds; the second where the first is refused as too short.
 HEARTBEAT_PERIODS = (0.02, 0.1)
@@ -153,7 +155,9 @@ class Network:
         for _ in range(round(patience / self._period) + 2):
             frame = self._channel.receive_error_control(patience)
             if frame is None:
-                raise self._sdo.breach("heartbeats, as 1017h says", "none")
+                silent = self._sdo.breach("heartbeats, as 1017h says", "none")
+                silent.habit = NO_HEARTBEATS
+                raise silent
             told = told + 1 if frame.data[0] & 0x7F == self.state else 0
             if told > 1:
                 return

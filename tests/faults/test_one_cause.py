@@ -14,6 +14,7 @@ IN_BLOCKS = "block-upload.first-sub-block: other data"
 BLOCKED = "server.idle-afterwards: abort 08000021h to whatever is asked, until the client aborts"
 CODE = "specifier.unknown: abort 06020000h"
 BLOCK_SIZE = "block-upload.invalid-block-size: abort 06090030h"
+NO_HEARTBEATS = "nmt.pre-operational: no heartbeats"
 IGNORED = "response.answered: no answer to what is out of place"
 RESERVED = "response.reserved: other than 0"
 DISTURBED = "channel.independent: a transfer on one channel disturbs that on another"
@@ -53,6 +54,7 @@ BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
         ),
         ("channels-share-transfer", DISTURBED, 0, ("test_channel_independence.py",)),
         ("block-upload-block-size-code-wrong", BLOCK_SIZE, 0, BLOCK_UPLOADS),
+        ("nmt-heartbeat-never", NO_HEARTBEATS, 0, ("test_nmt.py",)),
         ("unknown-specifier-code-wrong", CODE, 0, ("test_specifiers.py", *FILES)),
     ],
 )
