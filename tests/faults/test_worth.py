@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from worth import candidates, risks
+from early import risks
+from worth import candidates
 
 from conformance.faults.catalogue import faults
 from conformance.faults.registry import About, Defect

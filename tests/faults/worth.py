@@ -22,7 +22,6 @@ from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -40,16 +39,14 @@ from detection import (
     kind_of,
     scripts,
 )
+from early import EARLY, early_cases
 from pairs import spread
 
-from conformance.faults.catalogue import build_node, faults, find_deviation
+from conformance.faults.catalogue import faults, find_deviation
 from conformance.faults.registry import About
 from conformance.plugin import worth
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.items import CaseFunction
-from conformance.reference.built_in_eds import listing_of
-from conformance.reporting.rule_listing import scripted_cases
-from conformance.run.risks import Kind
 from conformance.run.verdict import CaseResult, Verdict
 
 CATCHES = Path(__file__).with_name("catches.json")
@@ -60,8 +57,6 @@ CHEAP = 40
 MOST_VARIATIONS = 3
 # So much more counts a case that fails by a rule that it tests itself.
 OWN = 1.25
-# This part of all requests is sent by the cases that come early, and no more than this by each.
-EARLY, EARLY_EACH = 0.1, 0.01
 # How often a quick run is made and counted: then its cases cost what they were thought to.
 ROUNDS = 12
 # A device of which nothing may be written.
@@ -277,45 +272,6 @@ class Table:
         write_table(
             {"requests": self.total, "beside": beside, "early": 0, "faults": names, "cases": rows}
         )
-
-
-@cache
-def risks() -> dict[str, Kind]:
-    """Return the cases of the built-in device by their ids, and what they risk."""
-    listing = listing_of(build_node(None, 5))
-    return {
-        case_id: risk.kind if (risk := case.risk_of(arguments)) else Kind.ORDINARY
-        for case in scripted_cases()
-        for case_id, arguments in case.variations(listing)
-    }
-
-
-def early_cases(
-    order: Sequence[str],
-    quick: Collection[str],
-    usual: Catches,
-    costs: Mapping[str, int],
-    total: int,
-) -> set[str]:
-    """Return the cases that come before all others, but for those of frames that no client sends.
-
-    They are those of a quick run, which shows the most at its requests, the cheapest ones for what
-    it does not show, and more in their order.
-    """
-    early = {case for case in quick if risks()[case] in worth.FAMILIAR}
-    left = EARLY * total - sum(costs[case] for case in early)
-    familiar = [case for case in order if case not in early and risks()[case] in worth.FAMILIAR]
-    missing = [found for found in usual.values() if found.keys().isdisjoint(early)]
-    for case in sorted(familiar, key=costs.__getitem__):
-        if costs[case] <= left and any(case in found for found in missing):
-            left -= costs[case]
-            early.add(case)
-            missing = [found for found in missing if case not in found]
-    for case in familiar:
-        if case not in early and costs[case] <= min(left, EARLY_EACH * total):
-            left -= costs[case]
-            early.add(case)
-    return early
 
 
 def write_table(kept: Mapping[str, Any]) -> None:
