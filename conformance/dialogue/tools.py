@@ -13,7 +13,7 @@ from conformance.dialogue.storage import Storage
 
 @dataclass(frozen=True, slots=True)
 class CaseTools:
-    """The conversation of a case, and what works by means of it; fixtures bear their names."""
+    """The conversation of a case, and what works by means of it, by the names of arguments."""
 
     sdo: Dialogue
     room: Room

@@ -14,7 +14,7 @@ from conformance.bus.stop import RunStopped
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
 from conformance.generated.conversations.search import Search
-from conformance.plugin.items import OWN, CaseFunction
+from conformance.plugin.items import CaseFunction
 from conformance.plugin.state import CASE_RUN, ItemCase
 from conformance.plugin.suite_errors import conclude
 from conformance.run import doubts
@@ -115,10 +115,11 @@ def is_told(error: BaseException | None) -> bool:
 
 
 def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
+    given = item.given
     for tool in fields(run.tools):
-        if (name := OWN + tool.name) in item.funcargs:
-            item.funcargs[name] = getattr(run.tools, tool.name)
-    for value in item.funcargs.values():
+        if tool.name in given:
+            given[tool.name] = getattr(run.tools, tool.name)
+    for value in given.values():
         if isinstance(value, Search):
             value.begin_again(run)
     try:

@@ -1,7 +1,9 @@
-"""What a user's own test may ask for: the same as the suite's cases get, under names of their own.
+"""What a user's own test may ask for: the same as the suite's cases get, as fixtures.
 
 They may be overridden like any fixture: no case of the suite asks for them.
 """
+
+from collections.abc import Iterator
 
 import pytest
 
@@ -16,11 +18,35 @@ from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.room import Room
 from conformance.dialogue.storage import Storage
 from conformance.generated.conversations.search import Search
+from conformance.plugin.attempts import begin
+from conformance.plugin.case_arguments import (
+    end_unperformed,
+    or_skip,
+    search,
+    session_of,
+)
+from conformance.plugin.state import CASE_RUN, case_of
+from conformance.run.case_run import CaseRun
 from conformance.run.session import DeviceSession, WholeRun
 
 
 class Fixtures:
     """The fixtures of the suite for tests of the user's own."""
+
+    @pytest.fixture(name="_conformance_device_session")
+    def device_session(self, request: pytest.FixtureRequest) -> DeviceSession:
+        """The device of this case within the run."""
+        return session_of(request.node)
+
+    @pytest.fixture(name="_conformance_case_run")
+    def case_run(
+        self, request: pytest.FixtureRequest, _conformance_device_session: DeviceSession
+    ) -> Iterator[CaseRun]:
+        """The case, which has begun; the device is left idle, with its values as they were."""
+        item: pytest.Item = request.node
+        run = item.stash[CASE_RUN] = begin(_conformance_device_session, case_of(item))
+        yield run
+        end_unperformed(item)  # another fixture failed
 
     @pytest.fixture
     def sdo_device_session(self, _conformance_device_session: DeviceSession) -> DeviceSession:
@@ -28,86 +54,88 @@ class Fixtures:
         return _conformance_device_session
 
     @pytest.fixture
-    def sdo_device(self, _conformance_device: Device) -> Device:
+    def sdo_device(self, _conformance_device_session: DeviceSession) -> Device:
         """What is known of the device."""
-        return _conformance_device
+        return _conformance_device_session.device
 
     @pytest.fixture
-    def sdo(self, _conformance_sdo: Dialogue) -> Dialogue:
+    def sdo(self, _conformance_case_run: CaseRun) -> Dialogue:
         """The conversation with the device, which is left idle, with its values as they were."""
-        return _conformance_sdo
+        return _conformance_case_run.sdo
 
     @pytest.fixture
-    def sdo_room(self, _conformance_room: Room) -> Room:
+    def sdo_room(self, _conformance_case_run: CaseRun) -> Room:
         """How much strings and domains take, and what writes to them."""
-        return _conformance_room
+        return _conformance_case_run.tools.room
 
     @pytest.fixture
-    def sdo_blocks(self, _conformance_blocks: Blocks) -> Blocks:
+    def sdo_blocks(self, _conformance_case_run: CaseRun) -> Blocks:
         """Exchanges and transfers in blocks."""
-        return _conformance_blocks
+        return _conformance_case_run.tools.blocks
 
     @pytest.fixture
-    def sdo_network(self, _conformance_network: Network) -> Network:
+    def sdo_network(self, _conformance_case_run: CaseRun) -> Network:
         """NMT and heartbeat of the device."""
-        return _conformance_network
+        return _conformance_case_run.tools.network
 
     @pytest.fixture
-    def sdo_parameters(self, _conformance_parameters: Parameters) -> Parameters:
+    def sdo_parameters(self, _conformance_case_run: CaseRun) -> Parameters:
         """Communication parameters of the device."""
-        return _conformance_parameters
+        return _conformance_case_run.tools.parameters
 
     @pytest.fixture
-    def sdo_channels(self, _conformance_channels: Channels) -> Channels:
+    def sdo_channels(self, _conformance_case_run: CaseRun) -> Channels:
         """The further SDO channels of the device."""
-        return _conformance_channels
+        return _conformance_case_run.tools.channels
 
     @pytest.fixture
-    def sdo_storage(self, _conformance_storage: Storage) -> Storage:
+    def sdo_storage(self, _conformance_case_run: CaseRun) -> Storage:
         """What the device stores, and its defaults."""
-        return _conformance_storage
+        return _conformance_case_run.tools.storage
 
     @pytest.fixture
-    def sdo_conversations(self, _conformance_conversations: Search) -> Search:
+    def sdo_conversations(
+        self, request: pytest.FixtureRequest, _conformance_case_run: CaseRun
+    ) -> Search:
         """Random conversations with the device, as many as --sdo-examples says."""
-        return _conformance_conversations
+        return search(request.node, _conformance_case_run)
 
     @pytest.fixture
-    def sdo_whole_run(self, _conformance_whole_run: WholeRun) -> WholeRun:
+    def sdo_whole_run(self, _conformance_device_session: DeviceSession) -> WholeRun:
         """What all cases before this one saw on the way."""
-        return _conformance_whole_run
+        return _conformance_device_session.whole_run
 
     @pytest.fixture
-    def sdo_roles(self, _conformance_roles: Roles) -> Roles:
+    def sdo_roles(self, _conformance_device_session: DeviceSession) -> Roles:
         """The objects of the device that suit a case."""
-        return _conformance_roles
+        return Roles(_conformance_device_session.device)
 
     @pytest.fixture
-    def sdo_number(self, _conformance_number: KnownObject) -> KnownObject:
+    def sdo_number(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A writable number."""
-        return _conformance_number
+        return or_skip(Roles(_conformance_device_session.device).number)
 
     @pytest.fixture
-    def sdo_variable(self, _conformance_variable: KnownObject) -> KnownObject:
+    def sdo_variable(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A writable string or domain."""
-        return _conformance_variable
+        return or_skip(Roles(_conformance_device_session.device).variable)
 
     @pytest.fixture
-    def sdo_text(self, _conformance_text: KnownObject) -> KnownObject:
+    def sdo_text(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A writable string."""
-        return _conformance_text
+        return or_skip(Roles(_conformance_device_session.device).text)
 
     @pytest.fixture
-    def sdo_write_only(self, _conformance_write_only: KnownObject) -> KnownObject:
+    def sdo_write_only(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A write-only object."""
-        return _conformance_write_only
+        return or_skip(Roles(_conformance_device_session.device).write_only)
 
     @pytest.fixture
-    def sdo_read_only_text(self, _conformance_read_only_text: KnownObject) -> KnownObject:
+    def sdo_read_only_text(self, _conformance_device_session: DeviceSession) -> KnownObject:
         """A read-only object of more than 4 bytes."""
-        return _conformance_read_only_text
+        return or_skip(Roles(_conformance_device_session.device).read_only_text)
 
     @pytest.fixture
-    def sdo_server_timeout(self, _conformance_server_timeout: float) -> float:
+    def sdo_server_timeout(self, _conformance_device_session: DeviceSession) -> float:
         """The seconds after which the device gives up a transfer whose client is silent."""
-        return _conformance_server_timeout
+        return or_skip(_conformance_device_session.device.declared_timeout)

@@ -10,7 +10,7 @@ import pytest
 from conformance import __version__
 from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.budget import Budget
-from conformance.plugin.case_fixtures import CaseFixtures
+from conformance.plugin.case_arguments import CaseArguments
 from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.collecting import Collecting
 from conformance.plugin.final_report import FinalReport
@@ -53,7 +53,7 @@ def pytest_load_initial_conftests(
 
 def pytest_configure(config: pytest.Config) -> None:
     """Read the options; without a path, run the suite's own cases on the device asked for."""
-    config.pluginmanager.register(CaseFixtures(), "conformance-case-fixtures")
+    config.pluginmanager.register(CaseArguments(), "conformance-case-arguments")
     config.pluginmanager.register(Fixtures(), "conformance-fixtures")
     for name, what in MARKS.items():
         config.addinivalue_line("markers", f"{name}: a case that {what}")

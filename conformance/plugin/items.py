@@ -1,7 +1,7 @@
 """How cases become pytest items: named by their id, one for each variation and device."""
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from inspect import Signature, signature
 from pathlib import Path
@@ -17,14 +17,15 @@ from conformance.run.case import CaseInfo, case_info
 from conformance.run.case_files import CASE_FILES, CASES
 from conformance.run.risks import Kind, Risk
 
-# What stands before the names of the fixtures that the suite's own cases get.
-OWN = "_conformance_"
-WHOLE_RUN = f"{OWN}whole_run"
-DEVICE_SESSION = f"{OWN}device_session"
+# What each fixture that has to do with a device asks for.
+DEVICE_SESSION = "_conformance_device_session"
+# What stands before the name of an argument, in that of the fixture for users.
+FOR_USERS = "sdo_"
 # The parameter that the variation of a case is to pytest and to the reports of its plugins.
 VARIATION = "sdo_variation"
 
 
+NOTHING = Signature()
 # It keeps no function, which a run lets go of.
 _SIGNATURES: WeakKeyDictionary[object, dict[tuple[object, ...], Signature]] = WeakKeyDictionary()
 
@@ -56,36 +57,38 @@ class Variation(partial[object]):
         return list(getattr(self.func, "pytestmark", ()))
 
     @property
-    def __signature__(self) -> Signature:
-        """The same for all variations of a function, which pytest asks for it one by one."""
+    def wanted(self) -> Signature:
+        """What it has to be called with; the same for all variations of a function."""
         known = _SIGNATURES.setdefault(self.func, {})
-        key = type(self), *self.keywords
+        key = tuple(self.keywords)
         if key not in known:
-            known[key] = self._signature()
+            found = signature(self.func)
+            known[key] = found.replace(
+                parameters=[
+                    each for name, each in found.parameters.items() if name not in self.keywords
+                ]
+            )
         return known[key]
 
-    def _signature(self) -> Signature:
-        found = signature(self.func)
-        return found.replace(
-            parameters=[
-                each for name, each in found.parameters.items() if name not in self.keywords
-            ]
-        )
+    @property
+    def __signature__(self) -> Signature:
+        """What pytest has to give it."""
+        return self.wanted
 
 
 class OwnVariation(Variation):
-    """A case of the suite: whatever fixtures there are outside, it gets those of the suite."""
+    """A case of the suite: it asks pytest for nothing, and gets what it wants from the suite."""
 
-    def _signature(self) -> Signature:
-        found = super()._signature()
-        return found.replace(
-            parameters=[each.replace(name=OWN + name) for name, each in found.parameters.items()]
-        )
+    given: dict[str, object]
 
-    def __call__(self, /, **arguments: object) -> object:
-        """Call the function with what bears its own names."""
-        given = {name.removeprefix(OWN): value for name, value in arguments.items()}
-        return super().__call__(**given)
+    @property
+    def __signature__(self) -> Signature:
+        """What pytest has to give it."""
+        return NOTHING
+
+    def __call__(self) -> object:
+        """Call the function with what it was given."""
+        return super().__call__(**self.given)
 
 
 class CaseFunction(pytest.Function):
@@ -104,6 +107,28 @@ class CaseFunction(pytest.Function):
     def is_own(self) -> bool:
         """Whether the case is one of the suite's, not of the user's."""
         return isinstance(self.parent, CaseModule)
+
+    @property
+    def asked(self) -> Collection[str]:
+        """The names of what its function is given, beside its own argument."""
+        return self._variation.wanted.parameters
+
+    @property
+    def given(self) -> dict[str, object]:
+        """What a case of the suite was given for the try that runs."""
+        variation = self._variation
+        if not isinstance(variation, OwnVariation):
+            raise TypeError(f"{self.name} gets fixtures of pytest")
+        return variation.given
+
+    @property
+    def _variation(self) -> Variation:
+        variation: Variation = self.obj
+        return variation
+
+    def asks_for(self, name: str) -> bool:
+        """Say whether it asks for something of the suite, directly or by a fixture."""
+        return name in self.asked or FOR_USERS + name in self.fixturenames
 
     @property
     def service(self) -> str:
@@ -172,6 +197,8 @@ def _items(
             case_id, arguments = variations[label]
             call = variation(function, **arguments)
             call.__doc__ = function.__doc__  # what --collect-only -v shows
+            if isinstance(call, OwnVariation):
+                call.given = {}
             item = CaseFunction.from_parent(
                 collector,
                 name=name + made.name.removeprefix(made.originalname),
@@ -236,7 +263,7 @@ def parametrize(metafunc: pytest.Metafunc) -> None:
 
 def judges_run(item: pytest.Item) -> bool:
     """Say whether a case judges what the other cases of the run have seen."""
-    return isinstance(item, CaseFunction) and WHOLE_RUN in item.fixturenames
+    return isinstance(item, CaseFunction) and item.asks_for("whole_run")
 
 
 UNSORTED = ("", 0, 0)

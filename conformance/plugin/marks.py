@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from conformance.plugin.items import OWN, CaseFunction
+from conformance.plugin.items import CaseFunction
 from conformance.run.risks import Kind
 from conformance.sdo.nearest import meant
 
@@ -88,7 +88,7 @@ def _names(item: CaseFunction) -> Iterator[str]:
     yield from (name for name in GROUPS if family.startswith(f"{name}."))
     if not _reads(family):
         yield "writes"
-    if f"{OWN}network" in item.fixturenames or f"{OWN}storage" in item.fixturenames:
+    if item.asks_for("network") or item.asks_for("storage"):
         yield "nmt"
     if item.risk is not None and item.risk.kind is not Kind.ORDINARY:
         yield "risky"

@@ -28,6 +28,7 @@ from conformance.plugin.state import (
     REACHED,
     RESULT,
     RunState,
+    begin_again,
     case_of,
     left_out,
     uses_device,
@@ -134,7 +135,11 @@ class Running:
     # Within the wrappers of pytest, which would not be ready to tear down what they did not set up.
     @pytest.hookimpl(wrapper=True, trylast=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> Generator[None, object, object]:
-        """Skip the cases of a device that is out of the run, and those that would stop it again."""
+        """Skip the cases of a device that is out of the run, and those that would stop it again.
+
+        What an earlier try of the case has left is forgotten: a plugin may run an item once more.
+        """
+        begin_again(item)
         if not uses_device(item):
             return (yield)
         try:

@@ -131,6 +131,8 @@ CASE = pytest.StashKey[ItemCase]()
 
 def uses_device(item: pytest.Item) -> bool:
     """Say whether a test talks to a device."""
+    if isinstance(item, CaseFunction) and item.is_own:
+        return True
     return DEVICE_SESSION in getattr(item, "fixturenames", ())
 
 

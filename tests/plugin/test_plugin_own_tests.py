@@ -236,6 +236,29 @@ def test_next(sdo):
     own(pytester, body).assert_outcomes(passed=1, errors=1)
 
 
+def test_a_fixture_for_all_tests_and_a_case_share_a_conversation(
+    pytester: pytest.Pytester,
+) -> None:
+    """Whatever it writes is put back behind the case."""
+    pytester.makeconftest(
+        IMPORTS
+        + """
+@pytest.fixture(autouse=True)
+def prepared(sdo):
+    sdo.download(NUMBER, bytes(4))
+"""
+    )
+    result = self_test(pytester, "--sdo-simulated", "-k", "abort.own-multiplexer-download")
+    result.assert_outcomes(passed=1)
+    text = (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
+    written, own_case, put_back = (
+        text.index(frame)
+        for frame in ("605#2304200000000000", "605#80102000", "605#2304200011223344")
+    )
+    assert written < own_case < put_back
+    assert result.ret == 0
+
+
 def test_tests_without_a_device_are_no_cases(pytester: pytest.Pytester) -> None:
     body = """
 def test_mine():

@@ -1,0 +1,112 @@
+"""What the functions of the suite's own cases are given, by the names of their arguments.
+
+They are no fixtures of pytest. A conftest.py may have a fixture called ``device`` or ``text``: it
+is for the tests of its folder, and must not decide what a case of the suite is run on. And a
+fixture takes as long as two requests do, several times for each of thousands of cases.
+"""
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from functools import partial
+from typing import TypeVar
+
+import pytest
+
+from conformance.bus.stop import RunStopped
+from conformance.device.lacking import NotTestable
+from conformance.device.roles import Roles
+from conformance.generated.conversations.search import Plan, Search
+from conformance.generated.conversations.store import FailingStore
+from conformance.plugin.attempts import begin
+from conformance.plugin.items import CaseFunction
+from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
+from conformance.run.case_run import CaseRun
+from conformance.run.session import DeviceSession
+from conformance.run.verdict import Verdict
+
+Found = TypeVar("Found")
+
+OF_DEVICE: Mapping[str, Callable[[DeviceSession], object]] = {
+    "device_session": lambda session: session,
+    "device": lambda session: session.device,
+    "whole_run": lambda session: session.whole_run,
+    "roles": lambda session: Roles(session.device),
+    "number": lambda session: Roles(session.device).number(),
+    "variable": lambda session: Roles(session.device).variable(),
+    "text": lambda session: Roles(session.device).text(),
+    "write_only": lambda session: Roles(session.device).write_only(),
+    "read_only_text": lambda session: Roles(session.device).read_only_text(),
+    "server_timeout": lambda session: session.device.declared_timeout(),
+}
+# All others that need the conversation are among its tools.
+CONVERSATIONS = "conversations"
+
+
+class CaseArguments:
+    """The hooks that give a case its arguments when it is set up.
+
+    What a device lacks for it is found out before the conversation begins.
+    """
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_runtest_setup(self, item: pytest.Item) -> None:
+        """Give a case of the suite what it asks for, behind the fixtures of everybody else."""
+        if not (isinstance(item, CaseFunction) and item.is_own):
+            return
+        session, given = session_of(item), item.given
+        for name in item.asked:
+            if name in OF_DEVICE:
+                given[name] = or_skip(partial(OF_DEVICE[name], session))
+        if len(given) < len(item.asked):
+            run = item.stash.get(CASE_RUN, None)
+            if run is None or run.is_over:  # else a fixture for all tests has begun it
+                run = item.stash[CASE_RUN] = begin(session, case_of(item))
+            for name in item.asked:
+                if name not in given:
+                    given[name] = (
+                        search(item, run) if name == CONVERSATIONS else getattr(run.tools, name)
+                    )
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_teardown(self, item: pytest.Item) -> None:
+        """End a case that has begun and was not performed: what was written is put back."""
+        if isinstance(item, CaseFunction) and item.is_own:
+            item.given.clear()
+            end_unperformed(item)
+
+
+def session_of(item: pytest.Item) -> DeviceSession:
+    """Return the device of a case within the run; raises pytest.UsageError where there is none."""
+    state = item.config.stash.get(STATE, None)
+    if state is None:
+        raise pytest.UsageError(
+            "This test needs a device: name it with --node-id=N, or use --self-test."
+        )
+    return state.session(case_of(item).node_id)
+
+
+def or_skip(find: Callable[[], Found]) -> Found:
+    """Return what a device has for a case; skips it where there is no such thing."""
+    try:
+        return find()
+    except NotTestable as missing:
+        pytest.skip(f"{Verdict.NOT_TESTABLE}: {missing}")
+
+
+def end_unperformed(item: pytest.Item) -> None:
+    """Conclude a case that has begun and has no result, as where a fixture has failed."""
+    run = item.stash.get(CASE_RUN, None)
+    if run is not None and RESULT not in item.stash and not run.is_over:
+        with suppress(RunStopped):
+            run.conclude(None)
+
+
+def search(item: pytest.Item, run: CaseRun) -> Search:
+    """Return random conversations with the device, as many as --sdo-examples says."""
+    case, state = case_of(item), item.config.stash[STATE]
+    options, left = state.options, max(state.seconds_left(case.node_id), 0.0)
+    folder = options.report_dir / "failing"
+    store = FailingStore.of(folder, case.node_id, case.case_id)
+    seconds = min(options.search_seconds, left)
+    plan = Plan(options.examples, options.run.seed, seconds)
+    return Search(run.session, run, plan, store)
