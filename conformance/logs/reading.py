@@ -12,7 +12,7 @@ import sqlite3
 import struct
 import sys
 import zlib
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -139,13 +139,9 @@ def _check_container(data: bytes) -> None:
 class RecordedLog:
     """The frames of a log; ``notes`` are sentences on what was left out, once it is read."""
 
-    def __init__(self, name: str, chosen: Container[int] | None = None) -> None:
-        """Take the name of a file, ``-`` for the standard input.
-
-        Of a log in lines no more is read than those with ``chosen`` numbers, where there are such.
-        """
+    def __init__(self, name: str) -> None:
+        """Take the name of a file, ``-`` for the standard input."""
         self._name = name
-        self._chosen = chosen
         self._begin: float | None = None
         self._buses: dict[object, str] = {}
         self._blank_lines = 0
@@ -186,8 +182,6 @@ class RecordedLog:
             try:
                 while line := file.readline(LONGEST_LINE):
                     number += 1
-                    if self._chosen is not None and number not in self._chosen:
-                        continue
                     seen = self._line(number, line)
                     if seen is not None:
                         yield seen

@@ -5,6 +5,7 @@ import heapq
 import zlib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from conformance.reporting.bus_log import Place
 from conformance.sdo.cob_id import ChannelIds
 
 SENT = "T"
+FIELDS = 4
 PACKED = ".gz"
 # What stands for the CAN-ID of a line that is no frame.
 NO_FRAME = -1
@@ -87,21 +89,28 @@ def frames_by_case(
     buses: dict[int, str] = {}
     open_cases: defaultdict[tuple[int, str], dict[int, list[Logged]]] = defaultdict(dict)
 
+    @cache
+    def takers(can_id: int, bus: str) -> list[dict[int, list[Logged]]]:
+        """Return where the open cases stand that get such frames: a log has few kinds of them."""
+        return [open_cases[node_id, bus] for node_id in owners.get(can_id, nodes)]
+
     def end_first() -> tuple[int, list[Logged]]:
         _, number = heapq.heappop(ends)
         return number, open_cases[node_ids[number], buses[number]].pop(number)
 
     for line_number, line in log_lines(log_in(folder, log)):
         begins = bool(waiting) and waiting[-1][0] <= line_number
-        logged = logged_line(line_number, line) if ends or begins else None
+        if not (ends or begins):
+            continue
+        logged = logged_line(line_number, line)
         while waiting and waiting[-1][0] <= line_number:
             _, last, number = waiting.pop()
             heapq.heappush(ends, (last, number))
             buses[number] = "" if logged is None else logged.bus
             open_cases[node_ids[number], buses[number]][number] = []
         if logged is not None:
-            for node_id in owners.get(logged.can_id, nodes):
-                for lines in open_cases[node_id, logged.bus].values():
+            for cases in takers(logged.can_id, logged.bus):
+                for lines in cases.values():
                     lines.append(logged)
         while ends and ends[0][0] <= line_number:
             yield end_first()
@@ -120,10 +129,14 @@ def _owners(channels: Mapping[int, ChannelIds]) -> dict[int, list[int]]:
 
 def logged_line(number: int, line: str) -> Logged | None:
     """Read a line of bus.log; None for one that was not written to its end."""
-    match line.split():
-        case [time, bus, frame, direction]:
-            digits = frame.partition("#")[0]
-            can_id = int(digits, 16) if digits else NO_FRAME
-            return Logged(float(time.strip("()")), bus, frame, direction == SENT, number, can_id)
-        case _:
-            return None
+    fields = line.split()
+    if len(fields) != FIELDS:
+        return None
+    time, bus, frame, direction = fields
+    digits = frame.partition("#")[0]
+    return Logged(float(time[1:-1]), bus, frame, direction == SENT, number, _can_id(digits))
+
+
+@cache
+def _can_id(digits: str) -> int:
+    return int(digits, 16) if digits else NO_FRAME

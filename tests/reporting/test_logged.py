@@ -4,7 +4,7 @@ from pathlib import Path
 
 from conformance.reporting.bus_log import Place
 from conformance.reporting.logged import frames_by_case
-from conformance.reporting.page.traffic import read_traffic
+from conformance.reporting.page.traffic import Traffic
 from conformance.sdo.cob_id import ChannelIds
 
 LOG = """\
@@ -34,4 +34,7 @@ def test_a_command_to_all_devices_is_one_command(tmp_path: Path) -> None:
     (tmp_path / "bus.log").write_text(log, encoding="utf-8")
     places = [Place("bus.log", 1, 3), Place("bus.log", 2, 3)]
     channels = {node_id: ChannelIds.default(node_id) for node_id in (5, 6)}
-    assert read_traffic(tmp_path, places, [5, 6], channels).commands.total() == 1
+    traffic = Traffic()
+    for number, lines in frames_by_case(tmp_path, "bus.log", places, [5, 6], channels):
+        traffic.take(number, 5 + number, channels[5 + number], lines)
+    assert traffic.commands.total() == 1

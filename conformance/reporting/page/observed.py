@@ -1,10 +1,13 @@
 """What the log of a run shows of its devices, where there is one."""
 
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from conformance.reporting.page.profile import profiles, sampled
-from conformance.reporting.page.traffic import Traffic, read_traffic
+from conformance.reporting.bus_log import Place
+from conformance.reporting.logged import frames_by_case
+from conformance.reporting.page.profile import Choices, sampled
+from conformance.reporting.page.traffic import Traffic
 from conformance.reporting.recorded import RecordedRun
 
 
@@ -30,11 +33,25 @@ def observed(folder: Path, run: RecordedRun, beside: RecordedRun | None = None) 
             place if result.case_id in shared else None
             for place, result in zip(run.places, run.results, strict=True)
         ]
-    node_ids = [result.node_id for result in run.results]
     try:
-        return Observed(
-            read_traffic(folder, places, node_ids, run.channels),
-            profiles(folder, run, sampled(*runs)),
-        )
+        return _read(folder, run, places, sampled(*runs))
     except FileNotFoundError:
         return Observed()
+
+
+def _read(
+    folder: Path, run: RecordedRun, places: Sequence[Place | None], judged: Container[str]
+) -> Observed:
+    """Read the frames of the cases with these places; those of ``judged`` cases show choices."""
+    found, channels = Observed(), run.channels
+    node_ids = [result.node_id for result in run.results]
+    for log in sorted({place.log for place in places if place is not None}):
+        choices = Choices()
+        for number, lines in frames_by_case(folder, log, places, node_ids, channels):
+            node_id = node_ids[number]
+            found.traffic.take(number, node_id, channels[node_id], lines)
+            if run.results[number].case_id in judged:
+                choices.take(lines)
+        for node_id, words in choices.profiles(node_ids).items():
+            found.profile.setdefault(node_id, []).extend(words)
+    return found

@@ -1,12 +1,12 @@
 """What the devices of a run chose where the specification leaves a choice, as its log shows."""
 
-from collections.abc import Collection
-from pathlib import Path
+from collections.abc import Collection, Sequence
 
 from conformance.logs.judging import LogJudge
-from conformance.logs.reading import RecordedLog
-from conformance.reporting.logged import log_in
+from conformance.logs.reading import Seen
+from conformance.reporting.logged import Logged
 from conformance.reporting.recorded import RecordedRun
+from conformance.sdo.can_frame import CanFrame
 
 # To judge takes time; the choices show in the first frames of each kind of case.
 MOST_FRAMES = 20_000
@@ -34,23 +34,28 @@ def _frames_of_short_cases(run: RecordedRun) -> dict[str, int]:
     return {case_id: frames for case_id, frames in found.items() if case_id not in long}
 
 
-def profiles(folder: Path, run: RecordedRun, cases: Collection[str]) -> dict[int, list[str]]:
-    """Return lines of words for each node-ID, as some cases have shown it; raises OSError."""
-    places = [
-        place
-        for result, place in zip(run.results, run.places, strict=True)
-        if place is not None and result.case_id in cases
-    ]
-    node_ids = {result.node_id for result in run.results}
-    found: dict[int, list[str]] = {}
-    for name in sorted({place.log for place in places}):
-        own = (place for place in places if place.log == name)
-        chosen = {line for place in own for line in range(place.first, place.last + 1)}
-        judge = LogJudge()
-        for seen in RecordedLog(str(log_in(folder, name)), chosen):
-            for _ in judge.take(seen):
+class Choices:
+    """Judges the frames of cases, to learn what each device chose."""
+
+    def __init__(self) -> None:
+        """Know nothing yet."""
+        self._judge = LogJudge()
+
+    def take(self, lines: Sequence[Logged]) -> None:
+        """Take the frames of a case, behind those of the cases before on its channel."""
+        for logged in lines:
+            frame = CanFrame.parse(logged.frame)
+            if frame.fd:
+                continue
+            for _ in self._judge.take(
+                Seen(logged.number, logged.time, logged.bus, frame, logged.sent)
+            ):
                 pass
-        for (_, node_id), channel in judge.channels.items():
+
+    def profiles(self, node_ids: Collection[int]) -> dict[int, list[str]]:
+        """Return lines of words for each of these nodes that was met."""
+        found: dict[int, list[str]] = {}
+        for (_, node_id), channel in self._judge.channels.items():
             if node_id in node_ids:
                 found.setdefault(node_id, []).extend(channel.oracle.profile.lines())
-    return found
+        return found

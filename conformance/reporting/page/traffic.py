@@ -2,14 +2,12 @@
 
 from bisect import insort
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from pathlib import Path
 
 from conformance.device.safety import WRITING
-from conformance.reporting.bus_log import Place
-from conformance.reporting.logged import Logged, frames_by_case
+from conformance.reporting.logged import Logged
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder, describe
@@ -69,24 +67,12 @@ class Traffic:
     responses: int = 0
     commanding: set[int] = field(default_factory=set)
 
+    def take(self, case: int, node_id: int, ids: ChannelIds, lines: Sequence[Logged]) -> None:
+        """Take the frames of a case of this number, on this channel of this node.
 
-def read_traffic(
-    folder: Path,
-    places: Sequence[Place | None],
-    node_ids: Sequence[int],
-    channels: Mapping[int, ChannelIds],
-) -> Traffic:
-    """Read the frames of cases of which the ``places`` and nodes are known; raises OSError.
-
-    ``channels`` are those of the devices, by node-ID. What the bus carried between the cases counts
-    with those that follow.
-    """
-    traffic = Traffic()
-    for log in sorted({place.log for place in places if place is not None}):
-        for number, lines in frames_by_case(folder, log, places, node_ids, channels):
-            node_id = node_ids[number]
-            _Case(traffic, number, node_id, channels[node_id]).take(lines)
-    return traffic
+        What the bus carried between the cases counts with those that follow.
+        """
+        _Case(self, case, node_id, ids).take(lines)
 
 
 class _Case:

@@ -1,0 +1,24 @@
+"""What the devices of a run chose, as its log shows it."""
+
+from pathlib import Path
+
+from reporting_results import ABOUT, DEVICE, result
+
+from conformance.reporting.bus_log import Place
+from conformance.reporting.page.observed import observed
+from conformance.reporting.page.profile import OF_A_CASE
+from conformance.reporting.recorded import RecordedRun
+
+ASKED, ANSWERED = "#4000100000000000 T", "#4300100091010F00 R"
+
+
+def test_frames_of_another_device_show_no_choice_of_a_case_beside(tmp_path: Path) -> None:
+    """Of a long case, which is not judged, the lines are those that a short one happens to have."""
+    long = [f"can0 609{ASKED}", f"can0 589{ANSWERED}"] * OF_A_CASE
+    long[10:10] = [f"can0 605{ASKED}", *long[10:12], f"can0 585{ANSWERED}"]
+    lines = (f"({number}.000000) {line}\n" for number, line in enumerate(long))
+    (tmp_path / "bus.log").write_text("".join(lines), encoding="utf-8")
+    results = [result(case_id="long", node_id=9), result(case_id="short", node_id=5)]
+    places: list[Place | None] = [Place("bus.log", 1, len(long)), Place("bus.log", 11, 14)]
+    run = RecordedRun(ABOUT, [DEVICE], results, places)
+    assert observed(tmp_path, run).profile == {5: ["expedited upload: counted"]}
