@@ -36,5 +36,5 @@ def test_a_command_to_all_devices_is_one_command(tmp_path: Path) -> None:
     channels = {node_id: ChannelIds.default(node_id) for node_id in (5, 6)}
     traffic = Traffic()
     for number, lines in frames_by_case(tmp_path, "bus.log", places, [5, 6], channels):
-        traffic.take(number, 5 + number, channels[5 + number], lines)
+        traffic.take(number, 5 + number, channels[5 + number], lines, in_words=False)
     assert traffic.commands.total() == 1

@@ -14,7 +14,7 @@ from reporting_results import ABOUT, DEVICE, END, UNHURRIED, result
 from conformance.__main__ import main
 from conformance.commands.status import DONE
 from conformance.reporting.bus_log import Place
-from conformance.reporting.page.writing import PAGE, write_page
+from conformance.reporting.page.writing import MOST_WITH_FRAMES, PAGE, write_page
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import FOLDER
 from conformance.reporting.results import RESULTS, ResultsFile
@@ -117,6 +117,23 @@ def test_the_frames_of_a_case_that_passed(tmp_path: Path) -> None:
         "91 01 0F 00 500.0 > 000#8205 NMT: reset communication, node 5"
     ) in page.text
     assert "609#" not in page.text
+
+
+def test_a_page_of_many_cases_has_the_frames_of_those_that_did_not_pass(tmp_path: Path) -> None:
+    (tmp_path / "bus.log").write_text(LOG, encoding="utf-8")
+    results = [result(trace=[]), result(Verdict.UNIMPLEMENTED, trace=[])]
+    results += [result(trace=[])] * (MOST_WITH_FRAMES - len(results))
+    run = RecordedRun(ABOUT, [DEVICE], results, [*PLACES, *[None] * (len(results) - 2)])
+    assert "0.0 &gt; 605#4000100000000000 upload" in write_page(tmp_path, run).read_text(
+        encoding="utf-8"
+    )
+    run.results.append(result(trace=[]))
+    run.places.append(Place("bus.log", 4, 6))
+    page = write_page(tmp_path, run).read_text(encoding="utf-8")
+    assert "605#4000100000000000" not in page
+    assert "<pre>0.0 &gt; 605#2B01200034120000 download" in page
+    assert "<pre>… 3 frames, which are in bus.log, lines 1 to 3</pre>" in page
+    assert "does not show the frames of the 2 cases that passed" in page
 
 
 def test_times_and_audit(tmp_path: Path) -> None:

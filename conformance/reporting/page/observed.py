@@ -19,11 +19,18 @@ class Observed:
     profile: dict[int, list[str]] = field(default_factory=dict)
 
 
-def observed(folder: Path, run: RecordedRun, beside: RecordedRun | None = None) -> Observed:
+def observed(
+    folder: Path,
+    run: RecordedRun,
+    *,
+    in_words: Container[int] = (),
+    beside: RecordedRun | None = None,
+) -> Observed:
     """Read the log in a report folder; one that is not there has shown nothing. Raises OSError.
 
-    Only cases that a run ``beside`` it has too count, where there is one: what other cases ask for,
-    a device answers otherwise, and later.
+    The frames of cases with numbers ``in_words`` are put into words. Only cases that a run
+    ``beside`` it has too count, where there is one: what other cases ask for, a device answers
+    otherwise, and later.
     """
     places = run.places
     runs = [run] if beside is None else [run, beside]
@@ -34,13 +41,17 @@ def observed(folder: Path, run: RecordedRun, beside: RecordedRun | None = None) 
             for place, result in zip(run.places, run.results, strict=True)
         ]
     try:
-        return _read(folder, run, places, sampled(*runs))
+        return _read(folder, run, places, in_words, sampled(*runs))
     except FileNotFoundError:
         return Observed()
 
 
 def _read(
-    folder: Path, run: RecordedRun, places: Sequence[Place | None], judged: Container[str]
+    folder: Path,
+    run: RecordedRun,
+    places: Sequence[Place | None],
+    in_words: Container[int],
+    judged: Container[str],
 ) -> Observed:
     """Read the frames of the cases with these places; those of ``judged`` cases show choices."""
     found, channels = Observed(), run.channels
@@ -49,7 +60,9 @@ def _read(
         choices = Choices()
         for number, lines in frames_by_case(folder, log, places, node_ids, channels):
             node_id = node_ids[number]
-            found.traffic.take(number, node_id, channels[node_id], lines)
+            found.traffic.take(
+                number, node_id, channels[node_id], lines, in_words=number in in_words
+            )
             if run.results[number].case_id in judged:
                 choices.take(lines)
         for node_id, words in choices.profiles(node_ids).items():

@@ -11,7 +11,7 @@ from conformance.reporting.logged import Logged
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder, describe
-from conformance.sdo.frames import DownloadInitiate, Request
+from conformance.sdo.frames import DownloadInitiate, Request, Response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.nmt import NMT_ID, describe_nmt
 
@@ -53,13 +53,15 @@ class Times:
 
 @dataclass(slots=True)
 class Traffic:
-    """The frames of a run: those that are shown, as lines of text by the number of their case.
+    """The frames of a run: as the page shows them, lines of text by the number of their case.
 
-    What was ``written`` is kept by node-ID and object, NMT commands by their words, and the lines
-    that are ``commanding``; response ``times`` by kind of request.
+    Of the frames of ``not_in_words`` cases it is only said where they are. What was ``written`` is
+    kept by node-ID and object, NMT commands by their words, and the lines that are ``commanding``;
+    response ``times`` by kind of request.
     """
 
     shown: dict[int, list[str]] = field(default_factory=dict)
+    not_in_words: int = 0
     written: dict[tuple[int, Multiplexer], Written] = field(default_factory=dict)
     commands: Counter[str] = field(default_factory=Counter)
     times: defaultdict[str, Times] = field(default_factory=lambda: defaultdict(Times))
@@ -67,12 +69,41 @@ class Traffic:
     responses: int = 0
     commanding: set[int] = field(default_factory=set)
 
-    def take(self, case: int, node_id: int, ids: ChannelIds, lines: Sequence[Logged]) -> None:
+    def take(
+        self, case: int, node_id: int, ids: ChannelIds, lines: Sequence[Logged], *, in_words: bool
+    ) -> None:
         """Take the frames of a case of this number, on this channel of this node.
 
-        What the bus carried between the cases counts with those that follow.
+        They are shown ``in_words``, or it is only said where they are. What the bus carried between
+        the cases counts with those that follow.
         """
-        _Case(self, case, node_id, ids).take(lines)
+        messages = _Case(self, case, node_id, ids).follow(lines)
+        self.shown[case] = _in_words(lines, messages) if in_words else _where(lines)
+        self.not_in_words += not in_words
+
+
+def _in_words(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> list[str]:
+    """Write the first and the last frames of a case, at milliseconds from its first."""
+    left_out = len(lines) - FIRST_SHOWN - LAST_SHOWN
+    shown = []
+    for position, (logged, message) in enumerate(zip(lines, messages, strict=True)):
+        if FIRST_SHOWN <= position < len(lines) - LAST_SHOWN:
+            if position == FIRST_SHOWN:
+                shown.append(f"… {left_out} frames, which are in bus.log")
+            continue
+        elapsed = (logged.time - lines[0].time) * 1000
+        arrow = ">" if logged.sent else "<"
+        words = message if isinstance(message, str) else describe(message)
+        shown.append(f"{elapsed:.1f} {arrow} {logged.frame} {words}".rstrip())
+    return shown
+
+
+def _where(lines: Sequence[Logged]) -> list[str]:
+    """Say where the frames of a case are."""
+    if not lines:
+        return []
+    numbers = f"lines {lines[0].number} to {lines[-1].number}"
+    return [f"… {len(lines)} frames, which are in bus.log, {numbers}"]
 
 
 class _Case:
@@ -82,54 +113,44 @@ class _Case:
         self._traffic = traffic
         self._number = number
         self._node_id = node_id
-        self._ids = ids
-        self._own = self._ids.request.can_id, self._ids.response.can_id
+        self._request_id = ids.request.can_id
+        self._response_id = ids.response.can_id
         self._decoder = Decoder()
         self._asked: tuple[float, Request] | None = None
 
-    def take(self, lines: Sequence[Logged]) -> None:
-        """Follow the frames, and keep those that are shown."""
-        shown = []
-        for position, logged in enumerate(lines):
-            is_shown = position < FIRST_SHOWN or position >= len(lines) - LAST_SHOWN
-            words = self._follow(logged, is_shown)
-            if is_shown:
-                elapsed = (logged.time - lines[0].time) * 1000
-                arrow = ">" if logged.sent else "<"
-                shown.append(f"{elapsed:.1f} {arrow} {logged.frame} {words}".rstrip())
-            elif position == FIRST_SHOWN:
-                left_out = len(lines) - FIRST_SHOWN - LAST_SHOWN
-                shown.append(f"… {left_out} frames, which are in bus.log")
-        self._traffic.shown[self._number] = shown
+    def follow(self, lines: Sequence[Logged]) -> list[Request | Response | str]:
+        """Count the frames; return each as a message, or in words where it is none of SDO."""
+        return [self._follow(logged) for logged in lines]
 
-    def _follow(self, logged: Logged, is_shown: bool) -> str:
-        """Count a frame; return it in words where they are wanted."""
+    def _follow(self, logged: Logged) -> Request | Response | str:
         can_id, data = logged.can_id, logged.data
-        if data is None or len(data) != FRAME_LENGTH or can_id not in self._own:
-            return self._beside(logged, can_id, data)
-        if can_id == self._ids.request.can_id:
+        if data is None or len(data) != FRAME_LENGTH:
+            return self._beside(logged, data)
+        if can_id == self._request_id:
             request = self._decoder.request(data)
             if logged.sent:
                 self._traffic.requests += 1
                 self._asked = logged.time, request
                 self._note(request, logged.time)
-            return describe(request) if is_shown else ""
+            return request
+        if can_id != self._response_id:
+            return self._beside(logged, data)
         self._traffic.responses += 1
         response = self._decoder.response(data)
         if self._asked is not None:
             time, request = self._asked
             self._asked = None
-            self._traffic.times[_in_words(type(request).__name__)].add(
-                logged.time - time, self._number
-            )
-        return describe(response) if is_shown else ""
+            kind = _kind(type(request).__name__)
+            self._traffic.times[kind].add(logged.time - time, self._number)
+        return response
 
-    def _beside(self, logged: Logged, can_id: int, data: bytes | None) -> str:
+    def _beside(self, logged: Logged, data: bytes | None) -> str:
         """Note an NMT command; return what is not of the device's SDO channel in words."""
-        if data is None or can_id < 0:
+        if data is None or logged.can_id < 0:
             return ""
-        words = describe_nmt(CanFrame(can_id, data)) or ""
-        if logged.sent and can_id == NMT_ID and logged.number not in self._traffic.commanding:
+        words = describe_nmt(CanFrame(logged.can_id, data)) or ""
+        is_command = logged.sent and logged.can_id == NMT_ID
+        if is_command and logged.number not in self._traffic.commanding:
             self._traffic.commanding.add(logged.number)  # cases of several devices see it
             self._traffic.commands[words] += 1
         return words
@@ -150,6 +171,6 @@ class _Case:
 
 
 @cache
-def _in_words(name: str) -> str:
+def _kind(name: str) -> str:
     """Return the name of a kind of request in words."""
     return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip()

@@ -1,18 +1,31 @@
 """Writes report.html: one file without anything beside it."""
 
+from collections.abc import Collection
 from pathlib import Path
 
 from conformance.reporting.page.content import MARKS, PageContent
 from conformance.reporting.page.observed import observed
 from conformance.reporting.page.templates import template
 from conformance.reporting.recorded import RecordedRun
+from conformance.run.verdict import Verdict
 
 PAGE = "report.html"
+# Of this many cases a page has 15 MB, and a browser opens it within seconds.
+MOST_WITH_FRAMES = 10_000
+
+
+def with_frames(run: RecordedRun) -> Collection[int]:
+    """Return the numbers of the cases whose frames the page shows: of many those that matter."""
+    if len(run.results) <= MOST_WITH_FRAMES:
+        return range(len(run.results))
+    return {
+        number for number, result in enumerate(run.results) if result.verdict is not Verdict.PASS
+    }
 
 
 def write_page(folder: Path, run: RecordedRun) -> Path:
     """Write the page of a run into its report folder; raises OSError."""
-    seen = observed(folder, run)
+    seen = observed(folder, run, in_words=with_frames(run))
     content = PageContent(folder, run, seen.traffic, seen.profile)
     path = folder / PAGE
     path.write_text(template("report").render(page=content, marks=MARKS), encoding="utf-8")
