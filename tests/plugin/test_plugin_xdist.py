@@ -1,5 +1,6 @@
 """-n: several devices at once, each left to one worker, and one report of all."""
 
+import json
 import re
 from collections import defaultdict
 
@@ -101,6 +102,25 @@ def test_a_device_keeps_the_order_of_its_cases(pytester: pytest.Pytester) -> Non
     assert began[-4:] == behind
     alone = self_test(pytester, "--node-id=9", *CHOSEN, "-v")
     assert began == re.findall(r"::(\S+) +(?:PASSED|INFO|NON)", alone.stdout.str())
+
+
+def test_devices_come_to_long_cases_one_after_another(pytester: pytest.Pytester) -> None:
+    """The order of all others is the same, and what may stop a device stays the last."""
+    chosen = "block-upload.beyond-16-bits or frame.short-abort or upload.size or upload.threshold"
+    devices = ("--self-test", "--sdo-simulated", "--node-id=5,9,12", "-k", chosen)
+    run_workers(pytester, *devices, "-n", "3")
+    orders: defaultdict[int, list[str]] = defaultdict(list)
+    for line in (the_report(pytester) / "results.jsonl").read_text(encoding="utf-8").splitlines():
+        if (record := json.loads(line))["record"] == "case":
+            orders[record["result"]["node_id"]].append(record["result"]["case_id"])
+    long = "block-upload.beyond-16-bits"
+    places = [orders[node_id].index(long) for node_id in (5, 9, 12)]
+    assert places == sorted(set(places))
+    for order in orders.values():
+        order.remove(long)
+    first, *others = orders.values()
+    assert others == [first, first]
+    assert places[-1] <= min(first.index(case) for case in first if case.startswith("frame."))
 
 
 def test_devices_are_tested_side_by_side(pytester: pytest.Pytester) -> None:
