@@ -1,11 +1,16 @@
 """How long self-tests take, beside their frames alone, and their requests by service.
 
-The floor is the exchange of the very same frames, as the bus log of the run has them, by two
-threads with bare python-can on the same kind of bus, which is in this process. Of a device that
-takes a time for each answer it is that time for each request; of several devices, one of them.
+The floor is what no run can be without: the exchange of the very same frames, as the bus log of the
+run has them, by two threads with bare python-can on the same kind of bus, which is in this process,
+and as many empty tests, by pytest alone. Of a device that takes a time for each answer it is that
+time for each request; of several devices, one of them.
+
+Devices that take their time have no threads of their own: what they compute, a lab does not. They
+answer within the call that sends the request, and the answer is there when it is due.
 """
 
 import math
+import os
 import re
 import subprocess
 import sys
@@ -29,12 +34,24 @@ SENT, RECEIVED = "T", "R"
 OUTCOME = re.compile(r"\d+ passed.* in [\d.]+s")
 COLLECTED = re.compile(r"(\d+) tests collected in ([\d.]+)s")
 ONE_PROCESS = ("-p", "no:xdist")
+SIMULATED = "--sdo-simulated"
+# As users run it: what Python and pytest have compiled is kept.
+ENVIRONMENT = {
+    name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"
+}
+EMPTY_TESTS = """
+import pytest
+
+@pytest.mark.parametrize("number", range({count}))
+def test_nothing(number):
+    pass
+"""
 # Seconds that a device takes for an answer.
 DELAY = 0.002
 COLLECTIONS = 3
-# What a self-test may take, beside its frames and in seconds; a device, beside its requests; many
+# What a self-test may take, beside its floor and in seconds; a device, beside its requests; many
 # of them, beside one; and the collection of all cases, in seconds.
-MOST_OF_FRAMES, MOST_ON_TWO, MOST_OF_REQUESTS, MOST_OF_ONE, MOST_COLLECTING = (
+MOST_OF_FLOOR, MOST_ON_TWO, MOST_OF_REQUESTS, MOST_OF_ONE, MOST_COLLECTING = (
     2.0,
     15,
     1.15,
@@ -51,23 +68,31 @@ class TimedRun:
     directions: list[str]
     outcome: str
     requests: Counter[str]
+    cases: int
+
+
+def timed_pytest(folder: str, *arguments: str) -> tuple[Cost, str]:
+    """Run pytest in a folder; return its cost and what it has printed."""
+    plain = ("-q", "-p", "no:cacheprovider", f"--rootdir={folder}")
+    wall, cpu = time.perf_counter(), computed()
+    run = subprocess.run(  # noqa: S603 - it is our own
+        [sys.executable, "-m", "pytest", *plain, *arguments],
+        cwd=folder, env=ENVIRONMENT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    spent = Cost(time.perf_counter() - wall, computed() - cpu)
+    if run.returncode:
+        raise SystemExit(run.stdout + run.stderr)
+    return spent, run.stdout
 
 
 def timed_run(cases: str, *arguments: str) -> TimedRun:
     """Run these cases of the self-test."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            *(sys.executable, "-m", "pytest", "--self-test", "-q", "-p", "no:cacheprovider"),
-            *(f"--rootdir={folder}", f"--sdo-report-dir={folder}", "-k", cases, *arguments),
-        ]
-        wall, cpu = time.perf_counter(), computed()
-        run = subprocess.run(  # noqa: S603 - it is our own
-            command, cwd=folder, capture_output=True, text=True, check=False
-        )
-        spent = Cost(time.perf_counter() - wall, computed() - cpu)
-        outcome = OUTCOME.search(run.stdout)
-        if run.returncode or outcome is None:
-            raise SystemExit(run.stdout + run.stderr)
+        asked = ("--self-test", f"--sdo-report-dir={folder}", "-k", cases, *arguments)
+        spent, printed = timed_pytest(folder, *asked)
+        outcome = OUTCOME.search(printed)
+        if outcome is None:
+            raise SystemExit(printed)
         (report,) = (log.parent for log in Path(folder).glob("*/bus.log"))
         lines = (report / "bus.log").read_text(encoding="utf-8").splitlines()
         recorded = read_run(report)
@@ -77,7 +102,15 @@ def timed_run(cases: str, *arguments: str) -> TimedRun:
         if place is not None:
             requests[result.service] += directions[place.first - 1 : place.last].count(SENT)
     requests["beside the cases"] = directions.count(SENT) - requests.total()
-    return TimedRun(spent, directions, outcome.group(), requests)
+    return TimedRun(spent, directions, outcome.group(), requests, len(recorded.results))
+
+
+def empty_tests(count: int) -> Cost:
+    """Let pytest run as many tests that do nothing, without the suite."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "test_empty.py").write_text(EMPTY_TESTS.format(count=count), encoding="utf-8")
+        spent, _ = timed_pytest(folder, *ONE_PROCESS, "-p", "no:conformance")
+    return spent
 
 
 def frames_alone(directions: Sequence[str]) -> Cost:
@@ -107,20 +140,26 @@ def frames_alone(directions: Sequence[str]) -> Cost:
 
 def self_tests(cases: str) -> Iterator[Row | str]:
     """Yield a row for each way to run the self-test, and then its requests by service."""
+    tests: Cost | None = None
     for name, arguments in (
         ("one process", ONE_PROCESS),
         ("two workers", ("-n", "2")),
-        ("simulated bus", (*ONE_PROCESS, "--sdo-simulated")),
+        ("simulated bus", (*ONE_PROCESS, SIMULATED)),
     ):
         run = timed_run(cases, *arguments)
-        floor = frames_alone(run.directions)
+        frames = frames_alone(run.directions)
+        if tests is None:
+            tests = empty_tests(run.cases)
+            yield Row(f"  {len(run.directions)} frames alone", frames)
+            yield Row(f"  {run.cases} empty tests", tests)
+        floor = Cost(frames.wall + tests.wall, frames.cpu + tests.cpu)
         bounds = {
-            "one process": (f"{MOST_OF_FRAMES:g} x", MOST_OF_FRAMES * floor.wall),
+            "one process": (f"{MOST_OF_FLOOR:g} x", MOST_OF_FLOOR * floor.wall),
             "two workers": (f"{MOST_ON_TWO:g} s", MOST_ON_TWO),
         }
         bound, most = bounds.get(name, ("", math.inf))
-        rate = f"{len(run.directions)} frames, {run.outcome}"
-        yield Row(f"self-test, {name}", run.cost, floor, bound, run.cost.wall <= most, rate)
+        kept = run.cost.wall <= most
+        yield Row(f"self-test, {name}", run.cost, floor, bound, kept, run.outcome)
     yield f"{run.requests.total()} requests by service:"
     for service, count in run.requests.most_common():
         yield f"{count:7} {service}"
@@ -128,8 +167,8 @@ def self_tests(cases: str) -> Iterator[Row | str]:
 
 def delayed(cases: str, devices: int) -> Iterator[Row | str]:
     """Yield rows for a device that takes its time, and for some of them at once."""
-    delay = f"--sdo-answer-delay={DELAY}"
-    one = timed_run(cases, *ONE_PROCESS, delay)
+    delay = (SIMULATED, f"--sdo-answer-delay={DELAY}")
+    one = timed_run(cases, *ONE_PROCESS, *delay)
     requests = one.directions.count(SENT)
     answers = sum(direction == RECEIVED for direction, _ in groupby(one.directions))
     name, shown = f"a device, {1000 * DELAY:g} ms an answer", f"{MOST_OF_REQUESTS:g} x"
@@ -139,7 +178,7 @@ def delayed(cases: str, devices: int) -> Iterator[Row | str]:
     yield Row(f"{name}: answers", one.cost, Cost(answers * DELAY, 0.0), rate=f"{answers} answers")
     if devices > 1:
         ids, workers = f"--node-id=1-{devices}", str(devices)
-        run = timed_run(cases, ids, "-n", workers, delay)
+        run = timed_run(cases, ids, "-n", workers, *delay)
         kept = run.cost.wall <= MOST_OF_ONE * one.cost.wall
         shown = f"{MOST_OF_ONE:g} x"
         yield Row(f"{devices} such devices", run.cost, one.cost, shown, kept, run.outcome)
@@ -147,20 +186,15 @@ def delayed(cases: str, devices: int) -> Iterator[Row | str]:
 
 def collection() -> Iterator[Row | str]:
     """Yield a row for the collection of all cases, as pytest counts it: the best of some tries."""
-    command = [sys.executable, "-m", "pytest", "--self-test", "--collect-only", "-q"]
     found, cases = [], ""
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(COLLECTIONS):
-            cpu = computed()
-            run = subprocess.run(  # noqa: S603 - it is our own
-                [*command, "-p", "no:cacheprovider", f"--rootdir={folder}"],
-                cwd=folder, capture_output=True, text=True, check=True,
-            )  # fmt: skip
-            collected = COLLECTED.search(run.stdout)
+            spent, printed = timed_pytest(folder, "--self-test", "--collect-only")
+            collected = COLLECTED.search(printed)
             if collected is None:
-                raise SystemExit(run.stdout + run.stderr)
+                raise SystemExit(printed)
             cases = collected[1]
-            found.append(Cost(float(collected[2]), computed() - cpu))
+            found.append(Cost(float(collected[2]), spent.cpu))
     least = best(found)
     kept = least.wall <= MOST_COLLECTING
     bound = f"{MOST_COLLECTING:g} s"
