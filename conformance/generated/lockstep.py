@@ -27,7 +27,7 @@ from conformance.sdo.frames import Abort, Request, Response
 from conformance.sdo.layout import Multiplexer, whole_frame
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.rules import UNSOLICITED, Level, Violation
+from conformance.sdo.rules import RESTART, UNSOLICITED, Level, Violation, idle
 from conformance.sdo.rules.idle import (
     DOWNLOAD_WITHOUT_INITIATE,
     OUT_OF_BLOCK,
@@ -41,6 +41,8 @@ GIVEN_UP = (
 
 # What the oracle expects where data of an upload are not those that are due.
 READS_WRONG = " to read as "
+# By these a server says what is wrong with an initiate, not why it drops the transfer before it.
+OF_AN_INITIATE = (AbortCode.INVALID_BLOCK_SIZE, AbortCode.LENGTH_TOO_HIGH)
 # A frame behind an abort of the server breaks them because what it ended goes on.
 WITHOUT_TRANSFER = frozenset(
     rule.id for rule in (DOWNLOAD_WITHOUT_INITIATE, UPLOAD_WITHOUT_INITIATE, OUT_OF_BLOCK)
@@ -197,8 +199,10 @@ class Lockstep:
     def send(self, frame: CanFrame, *, point: bool = False) -> list[Response]:
         """Send any frame, take the answers that have to come, and return them.
 
-        ``point``: what is wrong with them is what the case is about. What comes behind an abort is
-        waited for also where a fence follows: its read would supersede what is served then.
+        ``point``: what is wrong with them is what the case is about, and a fence follows. What
+        comes behind an abort is waited for before that as well: its read would supersede what is
+        served then. Not so where the abort has refused the request itself: whatever else comes has
+        come before the answer to the fence.
         """
         answers = []
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
@@ -214,9 +218,16 @@ class Lockstep:
         self._point = self._sdo.wire.last_sent if point else None
         while self.oracle.awaited is Awaited.ANSWER:
             answers += self._answer()
-        if answers and isinstance(answers[-1], Abort):
+        latest = answers[-1] if answers else None
+        if isinstance(latest, Abort) and not self._refuses_point(latest):
             answers += self._behind_abort()
         return answers
+
+    def _refuses_point(self, abort: Abort) -> bool:
+        """Say whether an abort names what is wrong with the initiate that a case is about."""
+        reasons = self.oracle.rules - {RESTART, idle.ABORT_NOT_ANSWERED}
+        named = abort.code in OF_AN_INITIATE and len(reasons) > 0
+        return named and isinstance(self._point, INITIATES)
 
     def _behind_abort(self) -> list[Response]:
         """Take the answer that comes behind an abort where that is of a superseded transfer."""

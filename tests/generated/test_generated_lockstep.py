@@ -7,7 +7,7 @@ from conformance.generated.lockstep import Lockstep
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import Abort, UploadInitiate, UploadSegment
+from conformance.sdo.frames import Abort, BlockUploadInitiate, UploadInitiate, UploadSegment
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 
@@ -85,20 +85,72 @@ def test_a_segment_where_nothing_was_aborted_is_one_without_a_transfer() -> None
     )
 
 
-@pytest.mark.parametrize("point", [True, False])
-def test_a_new_initiate_that_is_refused_is_not_waited_out(*, point: bool) -> None:
-    node = Scripted(
+INVALID_BLOCK_SIZE = Abort(TEXT.mux, AbortCode.INVALID_BLOCK_SIZE).encode()
+NO_BLOCK_SIZE = BlockUploadInitiate(TEXT.mux, block_size=0)
+
+
+def superseding(abort: bytes, *late: bytes) -> Scripted:
+    """Return a node that aborts an upload where another begins; what comes ``late`` is served."""
+    return Scripted(
         lambda data: {
-            READ: [BASELINE],
+            READ: [*late, BASELINE],
             UploadInitiate(TEXT.mux).encode(): [BEGUN],
-            UploadInitiate(NUMBER.mux).encode(): [SUPERSEDED],
+            NO_BLOCK_SIZE.encode(): [abort],
         }.get(data, [])
     )
-    with undiscovered(node, timeout=10.0) as bench:
+
+
+def begin_another(lockstep: Lockstep, *, point: bool = True) -> None:
+    """Ask for blocks of no segments within an upload, and settle."""
+    with lockstep.following():
+        lockstep.send(frame(UploadInitiate(TEXT.mux).encode()))
+        lockstep.send(frame(NO_BLOCK_SIZE.encode()), point=point)
+        lockstep.settle(TEXT.mux)
+
+
+@pytest.mark.parametrize(
+    ("abort", "point", "waits"),
+    [
+        (SUPERSEDED, True, True),
+        (SUPERSEDED, False, True),
+        (INVALID_BLOCK_SIZE, False, True),
+        (INVALID_BLOCK_SIZE, True, False),
+    ],
+)
+def test_a_refusal_is_not_waited_out(abort: bytes, *, point: bool, waits: bool) -> None:
+    with undiscovered(superseding(abort), timeout=10.0) as bench:
+        sdo = bench.dialogue()
+        begin_another(Lockstep(sdo, Oracle(None, NODE_ID)), point=point)
+    assert sdo.wire.timing.waited <= 1.0
+    assert (sdo.wire.timing.waited > 0.0) == waits
+
+
+def test_a_code_that_no_initiate_is_refused_by_may_be_of_the_transfer_before() -> None:
+    known = UploadInitiate(NUMBER.mux).encode()
+    answers = {UploadInitiate(TEXT.mux).encode(): BEGUN, known: INVALID_BLOCK_SIZE, READ: BASELINE}
+    with undiscovered(Scripted(lambda data: [answers[data]])) as bench:
         sdo = bench.dialogue()
         lockstep = Lockstep(sdo, Oracle(None, NODE_ID))
         with lockstep.following():
             lockstep.send(frame(UploadInitiate(TEXT.mux).encode()))
-            lockstep.send(frame(UploadInitiate(NUMBER.mux).encode()), point=point)
-            lockstep.settle(TEXT.mux)
-    assert sdo.wire.timing.waited <= 1.0
+            lockstep.send(frame(known), point=True)
+            assert sdo.wire.timing.waited > 0.0
+            lockstep.settle(NUMBER.mux)
+
+
+def test_a_second_abort_comes_before_the_fence() -> None:
+    with undiscovered(superseding(INVALID_BLOCK_SIZE, INVALID_BLOCK_SIZE)) as bench:
+        lockstep = Lockstep(bench.dialogue(), Oracle(None, NODE_ID))
+        begin_another(lockstep)
+    topic = "a new initiate in a segmented upload"
+    assert lockstep.oracle.profile[topic] == {"served behind an abort"}
+    assert lockstep.oracle.idle
+
+
+def test_what_is_served_though_it_was_refused_is_found_by_the_fence() -> None:
+    blocks = bytes.fromhex("C610200014000000")
+    with undiscovered(superseding(INVALID_BLOCK_SIZE, blocks)) as bench:
+        lockstep = Lockstep(bench.dialogue(), Oracle(None, NODE_ID))
+        with pytest.raises(Violation, match="invalid block size") as found:
+            begin_another(lockstep)
+    assert found.value.request == NO_BLOCK_SIZE

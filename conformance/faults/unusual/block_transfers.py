@@ -114,11 +114,24 @@ class SupersededAborted(Server):
         )
         if superseded is None or not initiate:
             return super().react(request)
-        abort = Abort(superseded.mux, AbortCode.DEVICE_STATE)
         try:
-            return [abort, *super().react(request)]
+            answers = super().react(request)
         except Refusal as refusal:
-            return [abort, *self.refuse(request, refusal.code)]
+            answers = self.refuse(request, refusal.code)
+        return [Abort(superseded.mux, self.code_before(answers)), *answers]
+
+    def code_before(self, answers: list[Response]) -> int:
+        """Return the code of the abort that comes before the answer to the new initiate."""
+        del answers
+        return AbortCode.DEVICE_STATE
+
+
+class SupersededAbortedAlike(SupersededAborted):
+    """Says of a superseded transfer what is wrong with the new initiate, if anything is."""
+
+    def code_before(self, answers: list[Response]) -> int:
+        answer = answers[0]
+        return answer.code if isinstance(answer, Abort) else super().code_before(answers)
 
 
 @unusual("superseded-transfer-aborted-then-served", about=About.TIME, server=SupersededAborted)
@@ -135,3 +148,8 @@ class AbortedThenServed(AnswersLater):
             self.hold(frames[1:])
             frames = frames[:1]
         return due + frames
+
+
+@unusual("superseded-transfer-aborted-alike", about=About.TIME, server=SupersededAbortedAlike)
+class AbortedAlike(AbortedThenServed):
+    """Aborts a superseded transfer by the code by which it refuses the new initiate 2 ms later."""

@@ -43,6 +43,7 @@ from conformance.sdo.rules import (
     FRAME_SHAPE,
     NOT_REFUSED,
     UNSOLICITED,
+    Rule,
     Violation,
     channels,
     idle,
@@ -111,6 +112,11 @@ class Oracle:
     def states(self) -> frozenset[str]:
         """The names of the states that the server may be in."""
         return frozenset(branch.state.name for branch in self._branches)
+
+    @property
+    def rules(self) -> frozenset[Rule]:
+        """The rules by which the server may have come to wait for a request."""
+        return frozenset(branch.rule for branch in self._branches if branch.due is None)
 
     @property
     def effort(self) -> int:
