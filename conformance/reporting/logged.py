@@ -2,10 +2,11 @@
 
 import gzip
 import heapq
+import math
 import zlib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,24 +15,32 @@ from conformance.sdo.cob_id import ChannelIds
 
 SENT = "T"
 FIELDS = 4
+# A log has few CAN-IDs, but those of random frames.
+KNOWN_IDS = 1024
+NEVER = math.inf
 PACKED = ".gz"
 # What stands for the CAN-ID of a line that is no frame.
 NO_FRAME = -1
 
 
 class Logged(NamedTuple):
-    """A line of bus.log: seconds, the frame as candump writes it, and whether we sent it.
+    """A line of bus.log: its time and frame as candump writes them, and whether we sent it.
 
     ``bus`` is the name of the interface, ``number`` that of the line, ``can_id`` NO_FRAME for what
     is none.
     """
 
-    time: float
+    stamp: str
     bus: str
     frame: str
     sent: bool
     number: int
     can_id: int
+
+    @property
+    def time(self) -> float:
+        """The time in seconds: of most lines nobody asks for it, and to read it takes long."""
+        return float(self.stamp[1:-1])
 
     @property
     def data(self) -> bytes | None:
@@ -85,37 +94,36 @@ def frames_by_case(
         reverse=True,
     )
     owners, nodes = _owners(channels or {}), set(node_ids)
-    ends: list[tuple[int, int]] = []
     buses: dict[int, str] = {}
     open_cases: defaultdict[tuple[int, str], dict[int, list[Logged]]] = defaultdict(dict)
 
-    @cache
+    @lru_cache(KNOWN_IDS)
     def takers(can_id: int, bus: str) -> list[dict[int, list[Logged]]]:
-        """Return where the open cases stand that get such frames: a log has few kinds of them."""
+        """Return where the open cases stand that get such frames."""
         return [open_cases[node_id, bus] for node_id in owners.get(can_id, nodes)]
 
-    def end_first() -> tuple[int, list[Logged]]:
-        _, number = heapq.heappop(ends)
-        return number, open_cases[node_ids[number], buses[number]].pop(number)
-
+    ends: list[tuple[int, int]] = []
+    next_begin, next_end = waiting[-1][0] if waiting else NEVER, NEVER
     for line_number, line in log_lines(log_in(folder, log)):
-        begins = bool(waiting) and waiting[-1][0] <= line_number
-        if not (ends or begins):
+        if line_number < next_begin and not ends:
             continue
         logged = logged_line(line_number, line)
-        while waiting and waiting[-1][0] <= line_number:
+        while line_number >= next_begin:
             _, last, number = waiting.pop()
             heapq.heappush(ends, (last, number))
             buses[number] = "" if logged is None else logged.bus
             open_cases[node_ids[number], buses[number]][number] = []
+            next_begin, next_end = waiting[-1][0] if waiting else NEVER, ends[0][0]
         if logged is not None:
             for cases in takers(logged.can_id, logged.bus):
                 for lines in cases.values():
                     lines.append(logged)
-        while ends and ends[0][0] <= line_number:
-            yield end_first()
-    while ends:  # the log was cut off
-        yield end_first()
+        while line_number >= next_end:
+            _, number = heapq.heappop(ends)
+            next_end = ends[0][0] if ends else NEVER
+            yield number, open_cases[node_ids[number], buses[number]].pop(number)
+    for _, number in sorted(ends):  # the log was cut off
+        yield number, open_cases[node_ids[number], buses[number]].pop(number)
 
 
 def _owners(channels: Mapping[int, ChannelIds]) -> dict[int, list[int]]:
@@ -132,11 +140,10 @@ def logged_line(number: int, line: str) -> Logged | None:
     fields = line.split()
     if len(fields) != FIELDS:
         return None
-    time, bus, frame, direction = fields
-    digits = frame.partition("#")[0]
-    return Logged(float(time[1:-1]), bus, frame, direction == SENT, number, _can_id(digits))
+    stamp, bus, frame, direction = fields
+    return Logged(stamp, bus, frame, direction == SENT, number, _can_id(frame.partition("#")[0]))
 
 
-@cache
+@lru_cache(KNOWN_IDS)
 def _can_id(digits: str) -> int:
     return int(digits, 16) if digits else NO_FRAME

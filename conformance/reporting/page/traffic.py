@@ -11,7 +11,7 @@ from conformance.reporting.logged import Logged
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder, describe
-from conformance.sdo.frames import DownloadInitiate, Request, Response
+from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request, Response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.nmt import NMT_ID, describe_nmt
 
@@ -78,11 +78,11 @@ class Traffic:
         the cases counts with those that follow.
         """
         messages = _Case(self, case, node_id, ids).follow(lines)
-        self.shown[case] = _in_words(lines, messages) if in_words else _where(lines)
+        self.shown[case] = _shown(lines, messages) if in_words else _where(lines)
         self.not_in_words += not in_words
 
 
-def _in_words(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> list[str]:
+def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> list[str]:
     """Write the first and the last frames of a case, at milliseconds from its first."""
     left_out = len(lines) - FIRST_SHOWN - LAST_SHOWN
     shown = []
@@ -114,35 +114,35 @@ class _Case:
         self._number = number
         self._node_id = node_id
         self._request_id = ids.request.can_id
-        self._response_id = ids.response.can_id
+        self._own = ids.request.can_id, ids.response.can_id
         self._decoder = Decoder()
-        self._asked: tuple[float, Request] | None = None
 
     def follow(self, lines: Sequence[Logged]) -> list[Request | Response | str]:
         """Count the frames; return each as a message, or in words where it is none of SDO."""
-        return [self._follow(logged) for logged in lines]
-
-    def _follow(self, logged: Logged) -> Request | Response | str:
-        can_id, data = logged.can_id, logged.data
-        if data is None or len(data) != FRAME_LENGTH:
-            return self._beside(logged, data)
-        if can_id == self._request_id:
-            request = self._decoder.request(data)
-            if logged.sent:
-                self._traffic.requests += 1
-                self._asked = logged.time, request
-                self._note(request, logged.time)
-            return request
-        if can_id != self._response_id:
-            return self._beside(logged, data)
-        self._traffic.responses += 1
-        response = self._decoder.response(data)
-        if self._asked is not None:
-            time, request = self._asked
-            self._asked = None
-            kind = _kind(type(request).__name__)
-            self._traffic.times[kind].add(logged.time - time, self._number)
-        return response
+        traffic, decoder = self._traffic, self._decoder
+        messages: list[Request | Response | str] = []
+        asked: tuple[Logged, Request] | None = None
+        for logged in lines:
+            can_id, data = logged.can_id, logged.data
+            if data is None or len(data) != FRAME_LENGTH or can_id not in self._own:
+                messages.append(self._beside(logged, data))
+            elif can_id == self._request_id:
+                request = decoder.request(data)
+                messages.append(request)
+                if logged.sent:
+                    traffic.requests += 1
+                    asked = logged, request
+                    if isinstance(request, WRITING):
+                        self._note(request, logged.time)
+            else:
+                messages.append(decoder.response(data))
+                traffic.responses += 1
+                if asked is not None:
+                    before, request = asked
+                    asked = None
+                    times = traffic.times[_in_words(type(request).__name__)]
+                    times.add(logged.time - before.time, self._number)
+        return messages
 
     def _beside(self, logged: Logged, data: bytes | None) -> str:
         """Note an NMT command; return what is not of the device's SDO channel in words."""
@@ -155,10 +155,8 @@ class _Case:
             self._traffic.commands[words] += 1
         return words
 
-    def _note(self, request: Request, time: float) -> None:
+    def _note(self, request: DownloadInitiate | BlockDownloadInitiate, time: float) -> None:
         """Keep what would be written."""
-        if not isinstance(request, WRITING):
-            return
         written = self._traffic.written.setdefault(
             (self._node_id, request.mux), Written(first=time)
         )
@@ -171,6 +169,6 @@ class _Case:
 
 
 @cache
-def _kind(name: str) -> str:
+def _in_words(name: str) -> str:
     """Return the name of a kind of request in words."""
     return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip()
