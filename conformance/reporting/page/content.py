@@ -2,11 +2,13 @@
 
 import math
 import re
+from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 from conformance.generated.server_states import STATES
@@ -42,7 +44,7 @@ BARS = 24
 SHORTEST = 0.001
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Case:
     """A case on the page: its place there, its result, its frames."""
 
@@ -50,7 +52,7 @@ class Case:
     result: CaseResult
     frames: list[str]
 
-    @property
+    @cached_property
     def anchor(self) -> str:
         """Where the page shows it."""
         return f"c{self.number}"
@@ -65,11 +67,21 @@ class Case:
         """The verdict as the name of a style."""
         return self.result.verdict.value.replace(" ", "-")
 
-    @property
+    @cached_property
+    def link(self) -> str:
+        """What leads to it, as HTML: a page may have ten of these, of each of many cases."""
+        return f'<a class="mark {self.kind}" href="#{self.anchor}">{self.mark}</a>'
+
+    @cached_property
     def state(self) -> str:
         """The state of the server that the case is about; empty for none."""
         found = MATRIX.fullmatch(self.result.case_id)
         return found[1] if found else ""
+
+
+def links(cases: Iterable[Case]) -> str:
+    """Return what leads to each of these cases, as HTML."""
+    return "".join([case.link for case in cases])
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +115,7 @@ def cause_shown(count: CauseCount, cases: list[Case], files: Sequence[str] = ())
     return CauseShown(count, rule, cases[0], diagram(cases[0].result.trace), cases, list(files))
 
 
-@dataclass(slots=True)
+@dataclass
 class Group:
     """Cases that belong together: to a rule, a clause or a step of the official test."""
 
@@ -111,19 +123,20 @@ class Group:
     what: str
     cases: list[Case] = field(default_factory=list)
 
-    def number(self, verdicts: Iterable[Verdict]) -> int:
-        """Return how many cases have one of these verdicts."""
-        return sum(case.result.verdict in verdicts for case in self.cases)
+    @cached_property
+    def verdicts(self) -> Counter[Verdict]:
+        """How many cases have each verdict."""
+        return Counter(case.result.verdict for case in self.cases)
 
     @property
     def passed(self) -> int:
         """How many passed."""
-        return self.number(PASSED)
+        return sum(self.verdicts[each] for each in PASSED)
 
     @property
     def failed(self) -> int:
         """How many failed."""
-        return self.number(FAILED)
+        return sum(self.verdicts[each] for each in FAILED)
 
     @property
     def others(self) -> int:
@@ -294,7 +307,7 @@ class PageContent:
         groups: dict[str, Group] = {}
         for case in self.cases:
             tested = case.result.tested_rules | case.result.broken_rules
-            for name in sorted(tested & RULES_BY_ID.keys()):
+            for name in tested & RULES_BY_ID.keys():
                 group = groups.setdefault(name, Group(name, RULES_BY_ID[name].sentence))
                 group.cases.append(case)
         return [groups[name] for name in RULES_BY_ID if name in groups]
@@ -311,14 +324,19 @@ class PageContent:
     @cached_property
     def by_step(self) -> list[Group]:
         """The cases that do what a step of the official test does, and more."""
-        return [
-            Group(
-                step.name,
-                step.what,
-                [case for case in self.cases if case.result.case_id.startswith(step.stems)],
-            )
-            for step in OFFICIAL_STEPS
-        ]
+        groups = [Group(step.name, step.what) for step in OFFICIAL_STEPS]
+        of_case: dict[str, list[Group]] = {}  # that of each device has the same id
+        for case in self.cases:
+            case_id = case.result.case_id
+            if case_id not in of_case:
+                of_case[case_id] = [
+                    group
+                    for group, step in zip(groups, OFFICIAL_STEPS, strict=True)
+                    if case_id.startswith(step.stems)
+                ]
+            for group in of_case[case_id]:
+                group.cases.append(case)
+        return groups
 
     # Times
 
@@ -332,16 +350,17 @@ class PageContent:
         # Each bar stands for times of one ratio: most answers are fast, a few very slow.
         shortest = max(ordered[0], SHORTEST)
         span = math.log(max(ordered[-1], 2 * shortest) / shortest)
-        bars = Counter(
-            min(BARS - 1, int(BARS * math.log(max(each, shortest) / shortest) / span))
-            for each in ordered
-        )
+
+        def bar(time: float) -> int:
+            return min(BARS - 1, int(BARS * math.log(max(time, shortest) / shortest) / span))
+
+        ends = [bisect_right(ordered, number, key=bar) for number in range(BARS)]
         slowest = [(seconds * 1000, self.cases[case]) for seconds, case in reversed(times.slowest)]
         return Distribution(
             kind,
             len(ordered),
             times.percentiles(),
-            [bars[number] for number in range(BARS)],
+            [end - begin for begin, end in pairwise([0, *ends])],
             slowest,
         )
 

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from pathlib import Path
 
-from conformance.reporting.page.content import MARKS, PageContent
+from conformance.reporting.page.content import MARKS, PageContent, links
 from conformance.reporting.page.observed import observed
 from conformance.reporting.page.templates import template
 from conformance.reporting.recorded import RecordedRun
@@ -28,5 +28,6 @@ def write_page(folder: Path, run: RecordedRun) -> Path:
     seen = observed(folder, run, in_words=with_frames(run))
     content = PageContent(folder, run, seen.traffic, seen.profile)
     path = folder / PAGE
-    path.write_text(template("report").render(page=content, marks=MARKS), encoding="utf-8")
+    text = template("report").render(page=content, marks=MARKS, links=links)
+    path.write_text(text, encoding="utf-8")
     return path
