@@ -77,7 +77,7 @@ def test_stopped_silent(sdo: Dialogue, network: Network, command: NmtCommand) ->
     network.send(NmtCommand.STOP)
     network.settle()
     sdo.send(UploadInitiate(VENDOR_ID.mux))
-    network.settle()
+    network.linger()
     network.send(command)
     network.settle()
     sdo.expect_nothing()
@@ -92,7 +92,7 @@ def test_stopped_writes_nothing(sdo: Dialogue, network: Network, number: KnownOb
         network.send(NmtCommand.STOP)
         network.settle()
         sdo.send(DownloadInitiate.with_data(number.mux, changed[:4]))
-        network.settle()
+        network.linger()
         network.send(NmtCommand.ENTER_PRE_OPERATIONAL)
         network.settle()
         sdo.expect_nothing()
@@ -118,7 +118,7 @@ def test_stopped_in_transfer(
         if not allowed or len(farewell) > 1:
             raise sdo.breach("silence, or one abort 060A0023h", in_words(response))
     sdo.send(next_segment(sdo, kind))
-    network.settle()
+    network.linger()
     network.send(NmtCommand.ENTER_PRE_OPERATIONAL)
     network.settle()
     sdo.tracker.open = None

@@ -9,6 +9,8 @@ MARGIN = 10.0
 # The shortest wait in seconds, the shortest where an answer need not come, and the shortest where
 # nothing is concluded from a silence. On a busy machine a device that is a program may take longer.
 SHORTEST, SHORTEST_OF_OPEN, SHORTEST_OF_LOOK = 0.25, 0.1, 0.02
+# How much longer than its longest change of state so far another one of the device may take.
+SLOWER = 2.0
 # Of this number of answers, the machine may have delayed one.
 NEARLY_ALL = 100
 # Plain reads that are looked at, each behind an answer, and how many unanswered ones are too many:
@@ -30,6 +32,8 @@ class Pace:
         # By the power of two in milliseconds within which they came.
         self._within: Counter[int] = Counter()
         self._latest = 0.0
+        # The longest time that it took to enter another NMT state; 0 as long as none was seen.
+        self._entering = 0.0
         self._reads: deque[bool] = deque(maxlen=LOOKED_AT)
 
     def answered(self, seconds: float) -> None:
@@ -50,6 +54,16 @@ class Pace:
         """Take a plain read right behind an answer, with no transfer open: it has to be served."""
         self._reads.append(answered)
 
+    def entered(self, seconds: float) -> None:
+        """Take that the device has told another NMT state some time after the command."""
+        self._entering = max(self._entering, seconds)
+
+    def entering(self, limit: float) -> float:
+        """Return how long to wait until a state is entered that the device does not tell."""
+        if not self._entering:
+            return limit
+        return min(limit, max(self._entering * SLOWER, SHORTEST_OF_LOOK))
+
     def patience(self, timeout: float) -> float:
         """Return how long to wait for an answer that has to come within ``timeout``.
 
@@ -65,6 +79,10 @@ class Pace:
     def look(self, timeout: float) -> float:
         """Return how long to look for what comes so soon, where it may come later as well."""
         return self._sure(timeout, SHORTEST_OF_LOOK)
+
+    def surely(self, timeout: float) -> float:
+        """Return within which time the device has done what it does as soon as it answers."""
+        return self._sure(timeout, 0.0)
 
     def _sure(self, timeout: float, shortest: float) -> float:
         return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, shortest))

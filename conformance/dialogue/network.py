@@ -4,6 +4,7 @@ All of it needs a permission of the user. The device ends Pre-operational.
 """
 
 import time
+from math import ceil
 
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import NMT
@@ -28,17 +29,19 @@ from conformance.sdo.rules.channels import NMT_INITIALISING
 # Whatever state is to be seen in them.
 NO_HEARTBEATS = ("nmt.pre-operational", "no heartbeats")
 HEARTBEAT_TIME = Multiplexer(0x1017)
-# What is asked for, in seconds; the second where the first is refused as too short.
-HEARTBEAT_PERIODS = (0.02, 0.1)
+# What is asked for, in seconds; the next one where one is refused as too short.
+HEARTBEAT_PERIODS = (0.01, 0.02, 0.1)
 # A device that has a time of its own is watched by it, unless that takes longer than this.
 LONGEST_PERIOD = 0.25
 # A bit beside the state in what a device sends for error control.
 TOGGLED = 0x7F
-# How many heartbeats a device may have in its queue when it stops to send them.
-MOST_QUEUED = 8
+# How many heartbeats a device may have in its queue when it stops to send them, and how many
+# seconds at least such a queue is silent when it is empty.
+MOST_QUEUED = 16
+QUEUE_SILENCE = 0.01
 # Within how many seconds a device boots.
 BOOT_TIME = 5.0
-# How long a device without heartbeats gets to enter a state that cannot be observed.
+# How long a device gets to enter a state that cannot be observed, unless it was seen to be faster.
 SETTLING_TIME = 0.1
 TOO_SHORT = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 
@@ -61,6 +64,9 @@ class Network:
         self._booting = False
         # The time between heartbeats in seconds, 0 where there are none, or too few.
         self._period = 0.0
+        # When it was told to leave a state that it was brought into, by the monotonic clock; 0 when
+        # it has told the next one.
+        self._left_at = 0.0
 
     def send(self, command: NmtCommand) -> None:
         """Send a command to the device."""
@@ -76,6 +82,8 @@ class Network:
         if not state.serves_sdo:
             self._sdo.tracker.open = None
         self._sdo.silence.calms_down = state.serves_sdo
+        changes = self.state not in (None, state) and state is not NmtState.INITIALISING
+        self._left_at = time.monotonic() if changes else 0.0
         self.state = state
         self._sdo.wire.seen.clear()
         self._channel.send_nmt(NmtMessage(command, self._device.node_id))
@@ -145,28 +153,48 @@ class Network:
     def settle(self) -> None:
         """Wait until the device tells that it is in the state last asked for, twice if it beats.
 
-        The first heartbeat may have been on its way when the last frame was sent to the device.
+        The first heartbeat may have been on its way when the command was sent, or its SDO server
+        may follow only then: a slow device has to tell the state more often.
         """
-        if not self._period:
-            self._wait_settled()
-            return
-        told = 0
+        pace = self._channel.pace
+        if self._period:
+            self._expect_told_for(pace.surely(self._channel.response_timeout))
+        else:
+            self._pause(pace.entering(SETTLING_TIME))
+
+    def linger(self) -> None:
+        """Stay in a state in which a request is not answered until it has been met for sure.
+
+        That takes as long as an answer elsewhere.
+        """
+        pace = self._channel.pace
+        if self._period:
+            self._expect_told_for(pace.look(self._channel.response_timeout))
+        else:
+            self._pause(pace.soon(self._channel.response_timeout))
+
+    def _expect_told_for(self, seconds: float) -> None:
+        """Expect heartbeats with the state last asked for, and with no other for some time."""
+        told, times = 0, 1 + max(ceil(seconds / self._period), 1)
         patience = max(self._channel.response_timeout, 2 * self._period)
-        for _ in range(round(patience / self._period) + 2):
+        for _ in range(round(patience / self._period) + times):
             frame = self._channel.receive_error_control(patience)
             if frame is None:
                 silent = self._sdo.breach("heartbeats, as 1017h says", "none")
                 silent.habit = NO_HEARTBEATS
                 raise silent
             told = told + 1 if frame.data[0] & 0x7F == self.state else 0
-            if told > 1:
+            if told and self._left_at:
+                self._channel.pace.entered(self._channel.arrived - self._left_at)
+                self._left_at = 0.0
+            if told == times:
                 return
         state = NmtState.INITIALISING if self.state is None else self.state
         raise self._sdo.breach(f"heartbeats with {state:02X}h", f"{frame}")
 
-    def _wait_settled(self) -> None:
-        """Let the time pass in which a device settles; a heartbeat now and then does not end it."""
-        deadline = time.monotonic() + SETTLING_TIME
+    def _pause(self, seconds: float) -> None:
+        """Let a time pass; a heartbeat now and then does not end it."""
+        deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0:
             if self._channel.receive_error_control(left) is None:
                 return
@@ -178,7 +206,8 @@ class Network:
         while self._channel.receive_error_control(0.0) is not None:
             pass
         for _ in range(MOST_QUEUED):
-            if self._channel.receive_error_control(self._period / 2) is None:
+            silence = max(self._period / 2, QUEUE_SILENCE)
+            if self._channel.receive_error_control(silence) is None:
                 break
         if self._channel.receive_error_control(2 * self._period) is not None:
             raise self._sdo.breach("no heartbeat with 1017h = 0", "one came")

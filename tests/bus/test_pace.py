@@ -2,7 +2,7 @@
 
 import pytest
 
-from conformance.bus.pace import LOOKED_AT, PROVEN, SHORTEST, TOO_MANY, Pace
+from conformance.bus.pace import LOOKED_AT, PROVEN, SHORTEST, SHORTEST_OF_LOOK, TOO_MANY, Pace
 
 
 @pytest.mark.parametrize(
@@ -51,3 +51,25 @@ def test_one_that_misses_a_read_now_and_then_is() -> None:
     for number in range(10 * LOOKED_AT):
         pace.read(answered=number % 6 != 0)
     assert pace.unsound == ""
+
+
+def test_a_state_is_waited_for_as_long_as_the_slowest_change_so_far_makes_sure() -> None:
+    pace = Pace()
+    assert pace.entering(0.1) == 0.1
+    pace.entered(0.004)
+    assert pace.entering(0.1) == SHORTEST_OF_LOOK
+    pace.entered(0.03)
+    pace.entered(0.02)
+    assert pace.entering(0.1) == 0.06
+    pace.entered(0.07)
+    assert pace.entering(0.1) == 0.1
+
+
+def test_what_a_device_does_as_soon_as_it_answers() -> None:
+    pace = Pace()
+    pace.answered(0.0003)
+    assert pace.surely(1.0) == 0.01
+    pace.answered(0.003)
+    assert pace.surely(1.0) == 0.04
+    pace.answered(0.9)
+    assert pace.surely(1.0) == 1.0

@@ -23,11 +23,12 @@ from conformance.sdo.block_client import Step
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.frames import Abort, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.nmt import NmtCommand, NmtState
+from conformance.sdo.nmt import TRANSITIONS, NmtCommand, NmtState
 from conformance.sdo.rules import Level, Rule, Violation
 
 RULE = Rule("test.rule", "7.2.4", Level.MUST, "What the case is about.")
 FIRST, SECOND = TEST_CHANNELS
+LATE = "nmt-state-changes-after-70-ms"
 
 
 def allow(bench: Workbench) -> None:
@@ -247,6 +248,37 @@ def test_a_state_is_seen_in_heartbeats(node: Node) -> None:
         network.end()
         network.settle()
         assert sdo.fence() == []
+
+
+@pytest.mark.parametrize("name", [LATE, f"no-heartbeat+{LATE}"])
+def test_a_device_may_take_its_time_to_enter_a_state(name: str) -> None:
+    node = build_node(name, NODE_ID)
+    with discovered(node) as bench:
+        allow(bench)
+        network = Network(bench.dialogue())
+        network.produce_heartbeats()
+        for command, state in TRANSITIONS.items():
+            if state is not NmtState.INITIALISING:
+                network.send(command)
+                assert node.state is not state
+                network.settle()
+                assert node.state is state
+                network.linger()
+                assert node.state is state
+
+
+def test_a_change_of_state_that_is_not_told_is_waited_for_as_long_as_those_that_were(
+    node: Node,
+) -> None:
+    with discovered(node) as bench:
+        allow(bench)
+        network = Network(bench.dialogue())
+        assert network.produce_heartbeats() is None
+        for command in (NmtCommand.STOP, NmtCommand.ENTER_PRE_OPERATIONAL):
+            network.send(command)
+            network.settle()
+        network.end_heartbeats()
+        assert 0.0 < bench.channel.pace.entering(60.0) < 60.0
 
 
 @pytest.mark.parametrize(

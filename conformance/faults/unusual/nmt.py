@@ -5,6 +5,7 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.addressed_objects import DOWNLOADS, initiated
 from conformance.faults.altered_nodes import AlteredNode
+from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import About
 from conformance.reference.node import HEARTBEAT_TIME, Node
 from conformance.sdo.abort_codes import AbortCode
@@ -12,12 +13,13 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.emergency import register_of
 from conformance.sdo.frames import Abort
-from conformance.sdo.nmt import NmtCommand, emergency
+from conformance.sdo.nmt import TRANSITIONS, NmtCommand, NmtState, emergency
 from conformance.sdo.objects import Access, DataType, Refusal
 
 unusual = partial(registry.unusual, about=About.NMT)
 COMMUNICATION_ERROR = 0x8100
 SHORTEST_HEARTBEAT = 50
+STATE_CHANGE_SECONDS = 0.07
 
 
 @unusual("stopped-with-an-abort")
@@ -97,6 +99,27 @@ class HeartbeatsQueued(Node):
         if not beating or initiated(frame, DOWNLOADS) != HEARTBEAT_TIME:
             return frames
         return [self.heartbeat()] * 3 + frames + [self.heartbeat()]
+
+
+@unusual("nmt-state-changes-after-70-ms")
+class StateChangesLate(OwnClock):
+    """Takes 70 ms to enter another state, and serves and beats in the old one up to then."""
+
+    coming: NmtCommand | None = None
+
+    def follow(self, command: NmtCommand) -> list[CanFrame]:
+        """Follow a reset at once."""
+        if TRANSITIONS[command] is NmtState.INITIALISING:
+            self.own_due = None
+            return super().follow(command)
+        self.coming, self.own_due = command, self.now + STATE_CHANGE_SECONDS
+        return []
+
+    def when_due(self) -> list[bytes]:
+        """Enter the state."""
+        if self.coming is not None:
+            super().follow(self.coming)
+        return []
 
 
 @unusual("operational-at-once")
