@@ -10,7 +10,8 @@ from can.interfaces.virtual import VirtualBus
 
 # Where python-can filters in software it would, given no time, look at one frame only.
 SHORTEST_LOOK = 0.001
-# What these pass on is filtered already, or not at all: a look at what is there takes no time.
+# What these pass on is filtered already, or not at all: a look at what is there takes no time. A
+# bus of another package that ``filters_nothing`` says so.
 EXACT = (SocketcanBus, VirtualBus)
 # What these say of when a frame arrived is by the clock of this machine.
 STAMPED = (SocketcanBus, UdpMulticastBus, VirtualBus)
@@ -20,7 +21,8 @@ LONGEST_WAIT = 60.0
 
 def shortest_look(bus: can.BusABC) -> float:
     """Return the seconds that a look takes at least to find what has arrived."""
-    return 0.0 if isinstance(bus, EXACT) else SHORTEST_LOOK
+    exact = isinstance(bus, EXACT) or getattr(bus, "filters_nothing", False)
+    return 0.0 if exact else SHORTEST_LOOK
 
 
 def arrivals(bus: can.BusABC) -> Callable[[can.Message], float]:

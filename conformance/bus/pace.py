@@ -80,10 +80,6 @@ class Pace:
         """Return how long to look for what comes so soon, where it may come later as well."""
         return self._sure(timeout, SHORTEST_OF_LOOK)
 
-    def surely(self, timeout: float) -> float:
-        """Return within which time the device has done what it does as soon as it answers."""
-        return self._sure(timeout, 0.0)
-
     def _sure(self, timeout: float, shortest: float) -> float:
         return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, shortest))
 

@@ -158,7 +158,7 @@ class Network:
         """
         pace = self._channel.pace
         if self._period:
-            self._expect_told_for(pace.surely(self._channel.response_timeout))
+            self._expect_told_for(pace.nearly_all)
         else:
             self._pause(pace.entering(SETTLING_TIME))
 

@@ -56,6 +56,7 @@ class SimulatedBus(can.BusABC):
     """
 
     loses_nothing = True
+    filters_nothing = True
 
     def __init__(
         self, nodes: Iterable[HostedNode], delay: float = 0.0, clock: Clock | None = None
@@ -81,7 +82,7 @@ class SimulatedBus(can.BusABC):
             self._take(node.receive(frame), now + self._delay)
 
     def recv(self, timeout: float | None = None) -> can.Message | None:
-        """Return what was sent first, or None. Nothing is filtered: a filter only saves time."""
+        """Return what was sent first, or None, whatever filters were set: they only save time."""
         now = self._clock.now()
         end = now + (timeout or 0.0)
         while not self._incoming or self._incoming[0][0] > now:

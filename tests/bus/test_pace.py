@@ -63,13 +63,3 @@ def test_a_state_is_waited_for_as_long_as_the_slowest_change_so_far_makes_sure()
     assert pace.entering(0.1) == 0.06
     pace.entered(0.07)
     assert pace.entering(0.1) == 0.1
-
-
-def test_what_a_device_does_as_soon_as_it_answers() -> None:
-    pace = Pace()
-    pace.answered(0.0003)
-    assert pace.surely(1.0) == 0.01
-    pace.answered(0.003)
-    assert pace.surely(1.0) == 0.04
-    pace.answered(0.9)
-    assert pace.surely(1.0) == 1.0

@@ -5,7 +5,8 @@ import time
 import can
 import pytest
 
-from conformance.bus.messages import to_message
+from conformance.bus.link import Link
+from conformance.bus.messages import to_frame, to_message
 from conformance.faults.catalogue import build_node
 from conformance.faults.hosting import simulated_bus
 from conformance.reference.simulated_bus import SimulatedBus, SimulatedClock
@@ -62,3 +63,14 @@ def test_a_delay_on_a_simulated_clock_costs_nothing() -> None:
     assert bus.recv(DELAY / 2) is None
     assert answered(bus.recv(DELAY))
     assert clock.now() == pytest.approx(DELAY)
+
+
+def test_a_look_at_what_has_arrived_takes_no_time() -> None:
+    clock = SimulatedClock()
+    link = Link(SimulatedBus([build_node(None, NODE_ID)], DELAY, clock), "simulated")
+    boot_up = link.receive(0)
+    assert boot_up is not None
+    link.send(to_frame(READ))
+    assert link.receive(0) is None
+    assert clock.now() == 0.0
+    link.close()
