@@ -7,7 +7,10 @@ def inert(text: str, keep: str = "") -> str:
     That is what moves the cursor, colours the terminal, sets its title, or turns the direction of
     writing round.
     """
-    if text.isprintable() or text.translate(dict.fromkeys(map(ord, keep))).isprintable():
+    others = text
+    for char in keep:
+        others = others.replace(char, "")
+    if others.isprintable():
         return text
     return "".join(char if char.isprintable() or char in keep else in_ascii(char) for char in text)
 

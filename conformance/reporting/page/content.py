@@ -50,7 +50,7 @@ class Case:
 
     number: int
     result: CaseResult
-    frames: list[str]
+    frames: str
 
     @cached_property
     def anchor(self) -> str:
@@ -175,7 +175,7 @@ class PageContent:
         self.traffic = traffic
         self.profile = profile
         self.cases = [
-            Case(number, result, traffic.shown.get(number, []))
+            Case(number, result, traffic.shown.get(number, ""))
             for number, result in enumerate(run.results)
         ]
         self.about = run.about

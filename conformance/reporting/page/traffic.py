@@ -53,14 +53,14 @@ class Times:
 
 @dataclass(slots=True)
 class Traffic:
-    """The frames of a run: as the page shows them, lines of text by the number of their case.
+    """The frames of a run: as the page shows them, lines of text, by the number of their case.
 
     Of the frames of ``not_in_words`` cases it is only said where they are. What was ``written`` is
     kept by node-ID and object, NMT commands by their words, and the lines that are ``commanding``;
     response ``times`` by kind of request.
     """
 
-    shown: dict[int, list[str]] = field(default_factory=dict)
+    shown: dict[int, str] = field(default_factory=dict)
     not_in_words: int = 0
     written: dict[tuple[int, Multiplexer], Written] = field(default_factory=dict)
     commands: Counter[str] = field(default_factory=Counter)
@@ -82,7 +82,7 @@ class Traffic:
         self.not_in_words += not in_words
 
 
-def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> list[str]:
+def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> str:
     """Write the first and the last frames of a case, at milliseconds from its first."""
     left_out = len(lines) - FIRST_SHOWN - LAST_SHOWN
     shown = []
@@ -95,15 +95,15 @@ def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]
         arrow = ">" if logged.sent else "<"
         words = message if isinstance(message, str) else describe(message)
         shown.append(f"{elapsed:.1f} {arrow} {logged.frame} {words}".rstrip())
-    return shown
+    return "\n".join(shown)
 
 
-def _where(lines: Sequence[Logged]) -> list[str]:
+def _where(lines: Sequence[Logged]) -> str:
     """Say where the frames of a case are."""
     if not lines:
-        return []
+        return ""
     numbers = f"lines {lines[0].number} to {lines[-1].number}"
-    return [f"… {len(lines)} frames, which are in bus.log, {numbers}"]
+    return f"… {len(lines)} frames, which are in bus.log, {numbers}"
 
 
 class _Case:
