@@ -281,7 +281,14 @@ def test_what_a_device_says_is_inert(
     """Whatever it sends is text, and is shown; nothing of it becomes a tag."""
     folder = tmp_path_factory.mktemp("inert")
     harmless, hostile = (
-        result(Verdict.FAIL, actual=text, notes=[text], trace=[f"{before}{text}"], cause=text)
+        result(
+            Verdict.FAIL,
+            **dict.fromkeys(("case_id", "service", "requirement", "expected", "reason"), text),
+            actual=text,
+            notes=[text],
+            trace=[f"{before}{text}"],
+            cause=text,
+        )
         for before, text in (("*     0.0 ms < 1#00 ", "x"), (f"*     0.0 ms < {frame} ", said))
     )
     plain = page_of(folder, [harmless])

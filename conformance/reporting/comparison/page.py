@@ -22,6 +22,6 @@ def write_comparison(path: Path, comparison: Comparison) -> None:
 
 def _shown(causes: Sequence[CauseCount]) -> list[CauseShown]:
     return [
-        cause_shown(count, [Case(number, result, []) for number, result in enumerate(count.failed)])
+        cause_shown(count, [Case(number, result, "") for number, result in enumerate(count.failed)])
         for count in causes
     ]

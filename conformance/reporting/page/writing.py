@@ -3,6 +3,7 @@
 from collections.abc import Collection
 from pathlib import Path
 
+from conformance.reporting.page.case_list import case_list
 from conformance.reporting.page.content import MARKS, PageContent, links
 from conformance.reporting.page.observed import observed
 from conformance.reporting.page.templates import template
@@ -28,6 +29,6 @@ def write_page(folder: Path, run: RecordedRun) -> Path:
     seen = observed(folder, run, in_words=with_frames(run))
     content = PageContent(folder, run, seen.traffic, seen.profile)
     path = folder / PAGE
-    text = template("report").render(page=content, marks=MARKS, links=links)
+    text = template("report").render(page=content, marks=MARKS, links=links, case_list=case_list)
     path.write_text(text, encoding="utf-8")
     return path
