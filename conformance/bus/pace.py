@@ -2,6 +2,8 @@
 
 from collections import Counter, deque
 
+from conformance.sdo.nmt import NmtState
+
 # Requests that were left unanswered for the whole time-out, before it is cut short.
 PROVEN = 10
 # How much longer than nearly all of its answers took a device is waited for then.
@@ -9,7 +11,7 @@ MARGIN = 10.0
 # The shortest wait in seconds, the shortest where an answer need not come, and the shortest where
 # nothing is concluded from a silence. On a busy machine a device that is a program may take longer.
 SHORTEST, SHORTEST_OF_OPEN, SHORTEST_OF_LOOK = 0.25, 0.1, 0.02
-# How much longer than its longest change of state so far another one of the device may take.
+# How much longer than the longest time so far it may take a device to enter the same NMT state.
 SLOWER = 2.0
 # Of this number of answers, the machine may have delayed one.
 NEARLY_ALL = 100
@@ -32,8 +34,8 @@ class Pace:
         # By the power of two in milliseconds within which they came.
         self._within: Counter[int] = Counter()
         self._latest = 0.0
-        # The longest time that it took to enter another NMT state; 0 as long as none was seen.
-        self._entering = 0.0
+        # The longest time that it took to enter each NMT state.
+        self._entering: dict[NmtState | None, float] = {}
         self._reads: deque[bool] = deque(maxlen=LOOKED_AT)
 
     def answered(self, seconds: float) -> None:
@@ -54,15 +56,15 @@ class Pace:
         """Take a plain read right behind an answer, with no transfer open: it has to be served."""
         self._reads.append(answered)
 
-    def entered(self, seconds: float) -> None:
-        """Take that the device has told another NMT state some time after the command."""
-        self._entering = max(self._entering, seconds)
+    def entered(self, state: NmtState | None, seconds: float) -> None:
+        """Take that the device has told a new NMT state some time after the command."""
+        self._entering[state] = max(self._entering.get(state, 0.0), seconds)
 
-    def entering(self, limit: float) -> float:
+    def entering(self, state: NmtState | None, limit: float) -> float:
         """Return how long to wait until a state is entered that the device does not tell."""
-        if not self._entering:
+        if state not in self._entering:
             return limit
-        return min(limit, max(self._entering * SLOWER, SHORTEST_OF_LOOK))
+        return min(limit, max(self._entering[state] * SLOWER, SHORTEST_OF_LOOK))
 
     def patience(self, timeout: float) -> float:
         """Return how long to wait for an answer that has to come within ``timeout``.

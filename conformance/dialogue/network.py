@@ -159,7 +159,7 @@ class Network:
         if self._period:
             self._expect_told_for(pace.nearly_all)
         else:
-            self._pause(pace.entering(SETTLING_TIME))
+            self._pause(pace.entering(self.state, SETTLING_TIME))
 
     def linger(self) -> None:
         """Stay in a state in which a request is not answered until it has been met for sure.
@@ -184,7 +184,7 @@ class Network:
                 raise silent
             told = told + 1 if frame.data[0] & 0x7F == self.state else 0
             if told and self._left_at:
-                self._channel.pace.entered(self._channel.arrived - self._left_at)
+                self._channel.pace.entered(self.state, self._channel.arrived - self._left_at)
                 self._left_at = 0.0
             if told == times:
                 return

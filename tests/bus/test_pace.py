@@ -3,6 +3,7 @@
 import pytest
 
 from conformance.bus.pace import LOOKED_AT, PROVEN, SHORTEST, SHORTEST_OF_LOOK, TOO_MANY, Pace
+from conformance.sdo.nmt import NmtState
 
 
 @pytest.mark.parametrize(
@@ -55,11 +56,9 @@ def test_one_that_misses_a_read_now_and_then_is() -> None:
 
 def test_a_state_is_waited_for_as_long_as_the_slowest_change_so_far_makes_sure() -> None:
     pace = Pace()
-    assert pace.entering(0.1) == 0.1
-    pace.entered(0.004)
-    assert pace.entering(0.1) == SHORTEST_OF_LOOK
-    pace.entered(0.03)
-    pace.entered(0.02)
-    assert pace.entering(0.1) == 0.06
-    pace.entered(0.07)
-    assert pace.entering(0.1) == 0.1
+    waits = []
+    for seconds in (0.004, 0.03, 0.02, 0.07):
+        pace.entered(NmtState.OPERATIONAL, seconds)
+        waits.append(pace.entering(NmtState.OPERATIONAL, 0.1))
+    assert waits == [SHORTEST_OF_LOOK, 0.06, 0.06, 0.1]
+    assert pace.entering(NmtState.PRE_OPERATIONAL, 0.1) == 0.1

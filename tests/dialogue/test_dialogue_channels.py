@@ -278,7 +278,7 @@ def test_a_change_of_state_that_is_not_told_is_waited_for_as_long_as_those_that_
             network.send(command)
             network.settle()
         network.end_heartbeats()
-        assert 0.0 < bench.channel.pace.entering(60.0) < 60.0
+        assert 0.0 < bench.channel.pace.entering(NmtState.PRE_OPERATIONAL, 60.0) < 60.0
 
 
 @pytest.mark.parametrize(
