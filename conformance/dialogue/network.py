@@ -63,9 +63,10 @@ class Network:
         self._booting = False
         # The time between heartbeats in seconds, 0 where there are none, or too few.
         self._period = 0.0
-        # When it was told to leave a state that it was brought into, by the monotonic clock; 0 when
-        # it has told the next one.
-        self._left_at = 0.0
+        # The state in its last heartbeat, None before the first; and when it was sent a command, by
+        # the monotonic clock.
+        self._told: int | None = None
+        self._sent_at = 0.0
 
     def send(self, command: NmtCommand) -> None:
         """Send a command to the device."""
@@ -77,14 +78,14 @@ class Network:
             self.expected_boot_ups += 1
             self._booting = True
             self._period = 0.0
+            self._told = None
             self._expect_reset(command)
         if not state.serves_sdo:
             self._sdo.tracker.open = None
         self._sdo.silence.calms_down = state.serves_sdo
-        changes = self.state not in (None, state) and state is not NmtState.INITIALISING
-        self._left_at = time.monotonic() if changes else 0.0
         self.state = state
         self._sdo.wire.seen.clear()
+        self._sent_at = time.monotonic()
         self._channel.send_nmt(NmtMessage(command, self._device.node_id))
 
     def _expect_reset(self, command: NmtCommand) -> None:
@@ -150,16 +151,19 @@ class Network:
         return refusal
 
     def settle(self) -> None:
-        """Wait until the device tells that it is in the state last asked for, twice if it beats.
+        """Wait until the device tells that it is in the state last asked for.
 
-        The first heartbeat may have been on its way when the command was sent, or its SDO server
-        may follow only then: a slow device has to tell the state more often.
+        The first heartbeat may have been on its way when the command was sent, and an SDO server
+        may fall silent somewhat later: a device tells its state twice, and a slow one more often.
+        Once is enough where it has told that it was Stopped, and serves now.
         """
         pace = self._channel.pace
-        if self._period:
-            self._expect_told_for(pace.nearly_all)
-        else:
+        if not self._period:
             self._pause(pace.entering(self.state, SETTLING_TIME))
+        elif self._told == NmtState.STOPPED != self.state:
+            self._expect_told(1)
+        else:
+            self._expect_told(self._beats(pace.nearly_all))
 
     def linger(self) -> None:
         """Stay in a state in which a request is not answered until it has been met for sure.
@@ -168,13 +172,17 @@ class Network:
         """
         pace = self._channel.pace
         if self._period:
-            self._expect_told_for(pace.look(self._channel.response_timeout))
+            self._expect_told(self._beats(pace.look(self._channel.response_timeout)))
         else:
             self._pause(pace.soon(self._channel.response_timeout))
 
-    def _expect_told_for(self, seconds: float) -> None:
-        """Expect heartbeats with the state last asked for, and with no other for some time."""
-        told, times = 0, 1 + max(ceil(seconds / self._period), 1)
+    def _beats(self, seconds: float) -> int:
+        """Return the number of heartbeats that take so long at least, whenever the first comes."""
+        return 1 + max(ceil(seconds / self._period), 1)
+
+    def _expect_told(self, times: int) -> None:
+        """Expect so many heartbeats in a row with the state last asked for."""
+        told = 0
         patience = max(self._channel.response_timeout, 2 * self._period)
         for _ in range(round(patience / self._period) + times):
             frame = self._channel.receive_error_control(patience)
@@ -182,14 +190,15 @@ class Network:
                 silent = self._sdo.breach("heartbeats, as 1017h says", "none")
                 silent.habit = NO_HEARTBEATS
                 raise silent
-            told = told + 1 if frame.data[0] & 0x7F == self.state else 0
-            if told and self._left_at:
-                self._channel.pace.entered(self.state, self._channel.arrived - self._left_at)
-                self._left_at = 0.0
+            state = frame.data[0] & 0x7F
+            told = told + 1 if state == self.state else 0
+            if told and self._told not in (None, state):
+                self._channel.pace.entered(self.state, self._channel.arrived - self._sent_at)
+            self._told = state
             if told == times:
                 return
-        state = NmtState.INITIALISING if self.state is None else self.state
-        raise self._sdo.breach(f"heartbeats with {state:02X}h", f"{frame}")
+        due = NmtState.INITIALISING if self.state is None else self.state
+        raise self._sdo.breach(f"heartbeats with {due:02X}h", f"{frame}")
 
     def _pause(self, seconds: float) -> None:
         """Let a time pass; a heartbeat now and then does not end it."""
