@@ -84,18 +84,23 @@ class Traffic:
 
 def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> str:
     """Write the first and the last frames of a case, at milliseconds from its first."""
-    left_out = len(lines) - FIRST_SHOWN - LAST_SHOWN
-    shown = []
-    for position, (logged, message) in enumerate(zip(lines, messages, strict=True)):
-        if FIRST_SHOWN <= position < len(lines) - LAST_SHOWN:
-            if position == FIRST_SHOWN:
-                shown.append(f"… {left_out} frames, which are in bus.log")
-            continue
-        elapsed = (logged.time - lines[0].time) * 1000
-        arrow = ">" if logged.sent else "<"
-        words = message if isinstance(message, str) else describe(message)
-        shown.append(f"{elapsed:.1f} {arrow} {logged.frame} {words}".rstrip())
-    return "\n".join(shown)
+    begin = lines[0].time if lines else 0.0
+
+    def written(first: int, behind_last: int) -> list[str]:
+        shown = zip(lines[first:behind_last], messages[first:behind_last], strict=True)
+        return [_line(begin, logged, message) for logged, message in shown]
+
+    last = len(lines) - LAST_SHOWN
+    if last <= FIRST_SHOWN:
+        return "\n".join(written(0, len(lines)))
+    left_out = f"… {last - FIRST_SHOWN} frames, which are in bus.log"
+    return "\n".join([*written(0, FIRST_SHOWN), left_out, *written(last, len(lines))])
+
+
+def _line(begin: float, logged: Logged, message: Request | Response | str) -> str:
+    words = message if isinstance(message, str) else describe(message)
+    arrow = ">" if logged.sent else "<"
+    return f"{(logged.time - begin) * 1000:.1f} {arrow} {logged.frame} {words}".rstrip()
 
 
 def _where(lines: Sequence[Logged]) -> str:
