@@ -55,14 +55,7 @@ class Recorder:
         found = merge_logs(logs, whole, wanted)
         merged = {log.name for log in logs}
         self.run.places = [
-            Place(
-                whole.name,
-                found.get((place.log, place.first), 1),
-                found.get((place.log, place.last), 0),
-                place.left_out,
-            )
-            if place is not None and place.log in merged
-            else place
+            _moved(place, whole.name, found) if place is not None and place.log in merged else place
             for place in self.run.places
         ]
         self._file.merged(self.run.places)
@@ -100,6 +93,12 @@ class Recorder:
         file.end(run.end or {})
         trouble = file.close()
         return [trouble] if trouble else []
+
+
+def _moved(place: Place, log: str, found: Mapping[tuple[str, int], int]) -> Place:
+    """Return where frames are in a log that was merged of others."""
+    first, last = found.get((place.log, place.first), 1), found.get((place.log, place.last), 0)
+    return Place(log, first, last, place.left_out, last + 1 - first - place.lines)
 
 
 def as_place(values: dict[str, Any] | None) -> Place | None:

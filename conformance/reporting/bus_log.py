@@ -26,13 +26,19 @@ class Place(NamedTuple):
     """Where frames are in a log: the numbers of the first and the last line, from 1.
 
     Without a frame the last is before the first. ``left_out`` are frames of a flood that are not
-    written.
+    written; ``between`` are lines between the first and the last that other workers have written.
     """
 
     log: str
     first: int
     last: int
     left_out: int = 0
+    between: int = 0
+
+    @property
+    def lines(self) -> int:
+        """The number of lines of the worker that ran the case."""
+        return self.last + 1 - self.first - self.between
 
 
 def in_a_log(channel: str) -> str:

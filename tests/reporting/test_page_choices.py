@@ -22,3 +22,13 @@ def test_frames_of_another_device_show_no_choice_of_a_case_beside(tmp_path: Path
     places: list[Place | None] = [Place("bus.log", 1, len(long)), Place("bus.log", 11, 14)]
     run = RecordedRun(ABOUT, [DEVICE], results, places)
     assert observed(tmp_path, run).profile == {5: ["expedited upload: counted"]}
+
+
+def test_a_case_is_short_whatever_others_send_meanwhile(tmp_path: Path) -> None:
+    lines = [f"can0 609{ASKED}", f"can0 589{ANSWERED}"] * OF_A_CASE
+    lines = [f"can0 605{ASKED}", *lines, f"can0 585{ANSWERED}"]
+    log = "".join(f"({number}.000000) {line}\n" for number, line in enumerate(lines))
+    (tmp_path / "bus.log").write_text(log, encoding="utf-8")
+    place = Place("bus.log", 1, len(lines), between=len(lines) - 2)
+    run = RecordedRun(ABOUT, [DEVICE], [result(node_id=5)], [place])
+    assert observed(tmp_path, run).profile == {5: ["expedited upload: counted"]}

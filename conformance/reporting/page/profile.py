@@ -26,11 +26,11 @@ def _frames_of_short_cases(run: RecordedRun) -> dict[str, int]:
     found: dict[str, int] = {}
     long: set[str] = set()
     for result, place in zip(run.results, run.places, strict=True):
-        frames = 0 if place is None else place.last - place.first
-        if frames >= OF_A_CASE:
+        frames = 0 if place is None else place.lines
+        if frames > OF_A_CASE:
             long.add(result.case_id)
-        elif frames > 0:
-            found[result.case_id] = found.get(result.case_id, 0) + frames + 1
+        elif frames > 1:
+            found[result.case_id] = found.get(result.case_id, 0) + frames
     return {case_id: frames for case_id, frames in found.items() if case_id not in long}
 
 
