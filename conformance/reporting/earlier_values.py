@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from conformance.device.safety import written_by
-from conformance.reporting.logged import Logged, log_lines, logged_line
+from conformance.reporting.logged import Logged, log_lines
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
@@ -68,14 +68,12 @@ def _earlier_downloads(path: Path, wanted: Sequence[Begin]) -> dict[Begin, Downl
     followed = {ids: _Followed(ids) for _, ids in wanted}
     waiting = sorted(set(wanted), key=lambda each: each[0], reverse=True)
     found: dict[Begin, Downloads] = {}
-    for number, line in log_lines(path):
-        while waiting and waiting[-1][0] <= number:
+    for logged in log_lines(path):
+        while waiting and waiting[-1][0] <= logged.number:
             each = waiting.pop()
             found[each] = dict(followed[each[1]].completed)
-        logged = logged_line(number, line)
-        if logged is not None:
-            for channel in followed.values():
-                channel.take(logged)
+        for channel in followed.values():
+            channel.take(logged)
     return {
         begin: {
             mux: frames

@@ -6,6 +6,7 @@ import math
 import zlib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
@@ -59,17 +60,23 @@ def log_in(folder: Path, name: str) -> Path:
     return packed if packed.is_file() and not path.is_file() else path
 
 
-def log_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a log with their numbers, as far as they go; raises OSError."""
-    if path.suffix != PACKED:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            yield from enumerate(file, start=1)
-        return
-    with gzip.open(path, "rt", encoding="utf-8", errors="replace") as packed:
-        try:
-            yield from enumerate(packed, start=1)
-        except (EOFError, zlib.error, gzip.BadGzipFile):
-            return  # it was cut off
+def log_lines(path: Path) -> Iterator[Logged]:
+    """Yield the lines of a log, as far as they go and were written to their end; raises OSError."""
+    with ExitStack() as stack:
+        opened = gzip.open if path.suffix == PACKED else open
+        file = stack.enter_context(opened(path, "rt", encoding="utf-8", errors="replace"))
+        stack.enter_context(suppress(EOFError, zlib.error, gzip.BadGzipFile))  # it was cut off
+        for number, line in enumerate(file, start=1):
+            fields = line.split()
+            if len(fields) == FIELDS:
+                stamp, bus, frame, direction = fields
+                can_id = _can_id(frame.partition("#")[0])
+                yield Logged(stamp, bus, frame, direction == SENT, number, can_id)
+
+
+@lru_cache(KNOWN_IDS)
+def _can_id(digits: str) -> int:
+    return int(digits, 16) if digits else NO_FRAME
 
 
 def frames_by_case(
@@ -104,25 +111,21 @@ def frames_by_case(
 
     ends: list[tuple[int, int]] = []
     next_begin, next_end = waiting[-1][0] if waiting else NEVER, NEVER
-    for line_number, line in log_lines(log_in(folder, log)):
-        if line_number < next_begin and not ends:
-            continue
-        logged = logged_line(line_number, line)
-        while line_number >= next_begin:
-            _, last, number = waiting.pop()
-            heapq.heappush(ends, (last, number))
-            buses[number] = "" if logged is None else logged.bus
-            open_cases[node_ids[number], buses[number]][number] = []
-            next_begin, next_end = waiting[-1][0] if waiting else NEVER, ends[0][0]
-        if logged is not None:
-            for cases in takers(logged.can_id, logged.bus):
-                for lines in cases.values():
-                    lines.append(logged)
-        while line_number >= next_end:
+    for logged in log_lines(log_in(folder, log)):
+        while logged.number > next_end:
             _, number = heapq.heappop(ends)
             next_end = ends[0][0] if ends else NEVER
             yield number, open_cases[node_ids[number], buses[number]].pop(number)
-    for _, number in sorted(ends):  # the log was cut off
+        while logged.number >= next_begin:
+            _, last, number = waiting.pop()
+            heapq.heappush(ends, (last, number))
+            buses[number] = logged.bus
+            open_cases[node_ids[number], logged.bus][number] = []
+            next_begin, next_end = waiting[-1][0] if waiting else NEVER, ends[0][0]
+        for cases in takers(logged.can_id, logged.bus):
+            for lines in cases.values():
+                lines.append(logged)
+    for _, number in sorted(ends):
         yield number, open_cases[node_ids[number], buses[number]].pop(number)
 
 
@@ -133,17 +136,3 @@ def _owners(channels: Mapping[int, ChannelIds]) -> dict[int, list[int]]:
         for can_id in {ids.request.can_id, ids.response.can_id}:
             found[can_id].append(node_id)
     return dict(found)
-
-
-def logged_line(number: int, line: str) -> Logged | None:
-    """Read a line of bus.log; None for one that was not written to its end."""
-    fields = line.split()
-    if len(fields) != FIELDS:
-        return None
-    stamp, bus, frame, direction = fields
-    return Logged(stamp, bus, frame, direction == SENT, number, _can_id(frame.partition("#")[0]))
-
-
-@lru_cache(KNOWN_IDS)
-def _can_id(digits: str) -> int:
-    return int(digits, 16) if digits else NO_FRAME
