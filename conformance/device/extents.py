@@ -64,6 +64,10 @@ class Extents:
                 self._open = self._sent[request.mux]
                 self._open.latest = 0
 
+    def latest(self, mux: Multiplexer) -> int:
+        """Return how many bytes the latest download to an object has brought at the most."""
+        return self._sent[mux].latest if mux in self._sent else 0
+
     def longest(self, known: KnownObject | None, value: bytes | None) -> int:
         """Return the most bytes that an upload may bring of an object with a ``value`` at first.
 

@@ -24,6 +24,8 @@ from conformance.sdo.storage_commands import SAVE_ALL
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
 MOST_TRIES = 2
+# A string or domain that is longer is put back at once: another case may read it as it is.
+MOST_LEFT = 1000
 # A device that was silent twice may have been busy: after this number of cases it is tried again.
 MOST_SILENCES = 5
 
@@ -81,13 +83,16 @@ class Restorer:
     def _leave(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
         """Note which of some objects stay as a case has left them, and return these.
 
-        What is empty does not: a device may refuse to read it.
+        What is empty does not: a device may refuse to read it. Nor what is very long, unless it was
+        as long before.
         """
-        seen = sdo.wire.seen
+        seen, extents = sdo.wire.seen, self.device.extents
         staying = {
             mux
-            for mux in self._due(written)
-            if self.device.may_be_left(mux) and (mux not in seen or seen[mux])
+            for mux, value in self._due(written).items()
+            if self.device.may_be_left(mux)
+            and (mux not in seen or seen[mux])
+            and extents.latest(mux) <= max(MOST_LEFT, len(value))
         }
         for mux, value in self._due(staying).items():
             found = seen.get(mux)

@@ -53,6 +53,23 @@ def test_a_string_stays_a_number_does_not() -> None:
     assert told[-1] == {"record": BACK, "object": "2010h:00"}
 
 
+@pytest.mark.parametrize(
+    ("own", "written", "stays"), [(5, 994, True), (5, 1009, False), (2000, 1009, True)]
+)
+def test_what_is_very_long_stays_only_where_it_was_as_long(
+    own: int, written: int, *, stays: bool
+) -> None:
+    """Another case may read it as it is, in thousands of requests."""
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = before = bytes(own)
+    server = Recording(entries)
+    with discovered(server) as bench:
+        run = begin(bench.session())
+        Blocks(run.sdo).download(DOMAIN, left := bytes(n % 250 for n in range(written)))
+        run.conclude(None)
+        assert server.entries[DOMAIN.mux].value == (left if stays else before)
+
+
 def test_a_test_of_the_users_finds_what_was_there() -> None:
     server = recording()
     before = server.values()
