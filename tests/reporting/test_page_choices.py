@@ -32,3 +32,16 @@ def test_a_case_is_short_whatever_others_send_meanwhile(tmp_path: Path) -> None:
     place = Place("bus.log", 1, len(lines), between=len(lines) - 2)
     run = RecordedRun(ABOUT, [DEVICE], [result(node_id=5)], [place])
     assert observed(tmp_path, run).profile == {5: ["expedited upload: counted"]}
+
+
+def test_devices_stand_in_the_order_of_their_nodes(tmp_path: Path) -> None:
+    lines = [f"can0 {can_id}{data}" for node in (9, 5) for can_id, data in _read(node)]
+    log = "".join(f"({number}.000000) {line}\n" for number, line in enumerate(lines))
+    (tmp_path / "bus.log").write_text(log, encoding="utf-8")
+    results = [result(node_id=9), result(node_id=5)]
+    run = RecordedRun(ABOUT, [DEVICE], results, [Place("bus.log", 1, 2), Place("bus.log", 3, 4)])
+    assert list(observed(tmp_path, run).profile) == [5, 9]
+
+
+def _read(node_id: int) -> list[tuple[str, str]]:
+    return [(f"{0x600 + node_id:03X}", ASKED), (f"{0x580 + node_id:03X}", ANSWERED)]

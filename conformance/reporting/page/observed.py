@@ -65,6 +65,6 @@ def _read(
             )
             if run.results[number].case_id in judged:
                 choices.take(lines)
-        for node_id, words in choices.profiles(node_ids).items():
+        for node_id, words in sorted(choices.profiles(node_ids).items()):
             found.profile.setdefault(node_id, []).extend(words)
     return found
