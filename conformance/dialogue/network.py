@@ -154,16 +154,13 @@ class Network:
         """Wait until the device tells that it is in the state last asked for.
 
         The first heartbeat may have been on its way when the command was sent, and an SDO server
-        may fall silent somewhat later: a device tells its state twice, and a slow one more often.
-        Once is enough where it has told that it was Stopped, and serves now.
+        may follow somewhat later: a device tells its state twice, and a slow one more often.
         """
         pace = self._channel.pace
-        if not self._period:
-            self._pause(pace.entering(self.state, SETTLING_TIME))
-        elif self._told == NmtState.STOPPED != self.state:
-            self._expect_told(1)
-        else:
+        if self._period:
             self._expect_told(self._beats(pace.nearly_all))
+        else:
+            self._pause(pace.entering(self.state, SETTLING_TIME))
 
     def linger(self) -> None:
         """Stay in a state in which a request is not answered until it has been met for sure.

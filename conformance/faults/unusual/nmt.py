@@ -7,7 +7,7 @@ from conformance.faults.addressed_objects import DOWNLOADS, initiated
 from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import About
-from conformance.reference.node import HEARTBEAT_TIME, Node
+from conformance.reference.node import HEARTBEAT_TIME, Node, ServerChannel
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.channel_parameters import CheckedEntry
@@ -19,7 +19,7 @@ from conformance.sdo.objects import Access, DataType, Refusal
 unusual = partial(registry.unusual, about=About.NMT)
 COMMUNICATION_ERROR = 0x8100
 SHORTEST_HEARTBEAT = 50
-STATE_CHANGE_SECONDS = 0.07
+STATE_CHANGE_SECONDS, SERVING_SECONDS = 0.07, 0.01
 
 
 @unusual("stopped-with-an-abort")
@@ -120,6 +120,25 @@ class StateChangesLate(OwnClock):
         if self.coming is not None:
             super().follow(self.coming)
         return []
+
+
+@unusual("nmt-state-told-before-it-serves")
+class ToldBeforeItServes(Node):
+    """Tells each new state at once, and serves 10 ms after it has left Stopped."""
+
+    serves_at = 0.0
+
+    def follow(self, command: NmtCommand) -> list[CanFrame]:
+        if self.state is NmtState.STOPPED:
+            self.serves_at = self.now + SERVING_SECONDS
+        frames = super().follow(command)
+        if self.heartbeat_seconds() and TRANSITIONS[command] is not NmtState.INITIALISING:
+            frames.append(self.heartbeat())
+        return frames
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        """Miss what comes before that."""
+        return super().serve(channel, frame) if self.now >= self.serves_at else []
 
 
 @unusual("operational-at-once")
