@@ -1,6 +1,5 @@
 """What must not store the parameters of a device or load its defaults (CiA 301, 7.5.2.13, .14)."""
 
-from conformance.device.device import Device
 from conformance.device.protected_objects import NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
@@ -45,11 +44,11 @@ def test_save_signature(sdo: Dialogue, network: Network) -> None:
 
 
 @must("od.load-signature", "storage.signature", clause="7.5.2.14")
-def test_load_signature(sdo: Dialogue, storage: Storage, device: Device) -> None:
+def test_load_signature(sdo: Dialogue, storage: Storage) -> None:
     """Only "load" loads the defaults: everything else that 1011h:01 gets is refused.
 
     What the defaults would replace is known before, and is stored again where they are loaded.
     """
     storage.prepare_loading()
     expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
-    device.keeping.to_store = {}
+    sdo.device.keeping.nothing_was_lost()

@@ -36,6 +36,16 @@ class Keeping:
     )
     changes: Changes = field(default_factory=Changes)
 
+    def will_lose(self, stored: Mapping[Multiplexer, bytes]) -> None:
+        """Take that something else is about to be stored than this: it is stored again."""
+        self.to_store = stored
+        self.changes.stores(stored)
+
+    def nothing_was_lost(self) -> None:
+        """Take that it is stored still."""
+        self.stored, self.to_store = self.to_store, {}
+        self.changes.is_stored_again()
+
 
 @dataclass(slots=True)
 class Defaults:

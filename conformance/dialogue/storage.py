@@ -107,9 +107,8 @@ class Storage:
         self._network.reset(NmtCommand.RESET_NODE)
         defaults = self._present()
         if device.keeping.to_store.items() <= defaults.items():
-            # They were stored, or never changed: nothing was lost.
-            device.keeping.stored, device.keeping.to_store = device.keeping.to_store, {}
-            device.keeping.changes.is_stored_again()
+            # They were stored, or never changed.
+            device.keeping.nothing_was_lost()
         return defaults
 
     def prepare_loading(self) -> None:
@@ -130,8 +129,7 @@ class Storage:
         if device.keeping.stored is None:
             self._network.reset(NmtCommand.RESET_NODE)
             device.keeping.stored = self._stored()
-        device.keeping.to_store = device.keeping.stored
-        device.keeping.changes.stores(device.keeping.to_store)
+        device.keeping.will_lose(device.keeping.stored)
 
     def _require_for_defaults(self, permission: str) -> None:
         try:

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from conformance.device.changes import Changes, LeftBehind, parse_multiplexer
+from conformance.device.keeping import Keeping
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType
 
@@ -46,6 +47,16 @@ def test_what_was_stored() -> None:
     changes.stores({NUMBER: b"1234"})
     assert left.stored == {NUMBER: b"1234"}
     changes.is_stored_again()
+    assert left.is_all_back
+
+
+def test_what_will_be_lost_is_told_before_it_is() -> None:
+    changes, left = followed()
+    keeping = Keeping(changes=changes)
+    keeping.will_lose({NUMBER: b"1234"})
+    assert (keeping.to_store, left.stored) == ({NUMBER: b"1234"}, {NUMBER: b"1234"})
+    keeping.nothing_was_lost()
+    assert (keeping.to_store, keeping.stored) == ({}, {NUMBER: b"1234"})
     assert left.is_all_back
 
 

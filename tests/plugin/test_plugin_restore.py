@@ -147,3 +147,12 @@ def test_a_run_that_leaves_a_value_does_not_exit_0(pytester: pytest.Pytester) ->
     result.stdout.fnmatch_lines(["not restored: write 4 bytes: * to 2004h:00 of node 5"])
     result.stdout.fnmatch_lines(["*'conformance restore *' writes them back"])
     assert len(left(pytester)) == 1
+
+
+@pytest.mark.parametrize("case", ["od.load-signature", "channel.client-stored"])
+def test_nothing_is_left_by_a_case_about_what_is_stored(
+    pytester: pytest.Pytester, case: str
+) -> None:
+    result = run(pytester, "--self-test", "-k", case)
+    result.assert_outcomes(passed=1, deselected=result.parseoutcomes()["deselected"])
+    assert left(pytester) == []
