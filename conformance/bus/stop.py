@@ -34,6 +34,17 @@ class Stop:
         """Call ``listener`` at each request; it may come at any moment."""
         self._listeners.append(listener)
 
+    def for_thread(self) -> "Stop":
+        """Return one that is told of the same requests, for what another thread does."""
+        its = Stop()
+
+        def follow() -> None:
+            its.requests, its.by = max(its.requests, self.requests), self.by
+
+        follow()
+        self.when_requested(follow)
+        return its
+
     @property
     def reason(self) -> str:
         """Why the run ends, as a part of a sentence."""

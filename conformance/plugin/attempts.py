@@ -70,7 +70,7 @@ def try_again(
             return run, error  # it is met again when the case is concluded
         run.follow(before)
         item.stash[CASE_RUN] = run
-        error = _perform(item, run)
+        error = perform(item, run)
     if ways:
         run.sdo.info(f"{_in_words(ways)}; the case was repeated")
     return run, error
@@ -98,7 +98,7 @@ def conclude_tries(
             break
         run = begin_again()
         item.stash[CASE_RUN] = run
-        run, error = try_again(item, run, _perform(item, run), begin_again)
+        run, error = try_again(item, run, perform(item, run), begin_again)
         result = _conclude(item, run, error)
     if tries and (result.verdict not in BREACHES or len(tries) == doubts.MOST_TRIES):
         doubt(run, failed, tries[-1])
@@ -114,7 +114,11 @@ def is_told(error: BaseException | None) -> bool:
     return isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
 
 
-def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
+def perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
+    """Call the function of a case of the suite with the tools of a try; return what has ended it.
+
+    Raises RunStopped.
+    """
     given = item.given
     for tool in fields(run.tools):
         if tool.name in given:
@@ -123,7 +127,7 @@ def _perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
         if isinstance(value, Search):
             value.begin_again(run)
     try:
-        item.runtest()
+        item.obj()
     except RunStopped:
         raise
     except (KeyboardInterrupt, pytest.exit.Exception):

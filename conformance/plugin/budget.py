@@ -10,7 +10,7 @@ from collections.abc import Generator, Sequence
 import pytest
 
 from conformance.plugin.items import judges_run
-from conformance.plugin.state import RESULT, case_of, left_out, uses_device
+from conformance.plugin.state import RESULT, case_of, is_ahead, left_out, uses_device
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.run.verdict import Verdict
 
@@ -34,6 +34,22 @@ class Budget:
         parts = (nodes.index(node_id) + 1) / len(nodes) if node_id in nodes else 1.0
         return self._begin + self._seconds * parts - time.monotonic()
 
+    def check(self, item: pytest.Item) -> None:
+        """Skip a case that would take too long."""
+        case = case_of(item)
+        if judges_run(item) and case.node_id in self._tried:
+            return
+        if self._estimate.due(item.nodeid) > self.left(case.node_id):
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, WHY)
+            pytest.skip(f"{Verdict.NOT_RUN.value}: {WHY}")
+
+    def take(self, item: pytest.Item, seconds: float) -> None:
+        """Take how long a case has taken, with what goes before and behind it."""
+        taken = Taken.by(item.stash.get(RESULT, None), seconds)
+        if taken.tried:
+            self._tried.add(case_of(item).node_id)
+            self._estimate.pace.add(self._estimate.work(item.nodeid), taken)
+
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtestloop(self) -> None:
         """Begin to count."""
@@ -42,22 +58,14 @@ class Budget:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Leave out a case that would take too long."""
-        if not uses_device(item):
-            return
-        case = case_of(item)
-        if judges_run(item) and case.node_id in self._tried:
-            return
-        if self._estimate.due(item.nodeid) > self.left(case.node_id):
-            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, WHY)
-            pytest.skip(f"{Verdict.NOT_RUN.value}: {WHY}")
+        if uses_device(item) and not is_ahead(item):
+            self.check(item)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
-        """Take how long a case has taken, with what goes before and behind it."""
+        """Take how long a case has taken."""
         begin = time.monotonic()
         outcome = yield
-        taken = Taken.by(item.stash.get(RESULT, None), time.monotonic() - begin)
-        if taken.tried and uses_device(item):
-            self._tried.add(case_of(item).node_id)
-            self._estimate.pace.add(self._estimate.work(item.nodeid), taken)
+        if uses_device(item) and not is_ahead(item):
+            self.take(item, time.monotonic() - begin)
         return outcome

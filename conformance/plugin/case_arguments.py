@@ -19,7 +19,7 @@ from conformance.generated.conversations.search import Plan, Search
 from conformance.generated.conversations.store import FailingStore
 from conformance.plugin.attempts import begin
 from conformance.plugin.items import CaseFunction
-from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
+from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of, is_ahead
 from conformance.run.case_run import CaseRun
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
@@ -43,36 +43,45 @@ CONVERSATIONS = "conversations"
 
 
 class CaseArguments:
-    """The hooks that give a case its arguments when it is set up.
-
-    What a device lacks for it is found out before the conversation begins.
-    """
+    """The hooks that give a case its arguments when it is set up."""
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Give a case of the suite what it asks for, behind the fixtures of everybody else."""
-        if not (isinstance(item, CaseFunction) and item.is_own):
-            return
-        session, given = session_of(item), item.given
-        for name in item.asked:
-            if name in OF_DEVICE:
-                given[name] = or_skip(partial(OF_DEVICE[name], session))
-        if len(given) < len(item.asked):
-            run = item.stash.get(CASE_RUN, None)
-            if run is None or run.is_over:  # else a fixture for all tests has begun it
-                run = item.stash[CASE_RUN] = begin(session, case_of(item))
-            for name in item.asked:
-                if name not in given:
-                    given[name] = (
-                        search(item, run) if name == CONVERSATIONS else getattr(run.tools, name)
-                    )
+        if isinstance(item, CaseFunction) and item.is_own and not is_ahead(item):
+            give_arguments(item)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item: pytest.Item) -> None:
         """End a case that has begun and was not performed: what was written is put back."""
-        if isinstance(item, CaseFunction) and item.is_own:
-            item.given.clear()
-            end_unperformed(item)
+        if isinstance(item, CaseFunction) and item.is_own and not is_ahead(item):
+            take_arguments(item)
+
+
+def give_arguments(item: CaseFunction) -> None:
+    """Give a case of the suite what it asks for; skips it where the device lacks something.
+
+    That is found out before the conversation begins.
+    """
+    session, given = session_of(item), item.given
+    for name in item.asked:
+        if name in OF_DEVICE:
+            given[name] = or_skip(partial(OF_DEVICE[name], session))
+    if len(given) < len(item.asked):
+        run = item.stash.get(CASE_RUN, None)
+        if run is None or run.is_over:  # else a fixture for all tests has begun it
+            run = item.stash[CASE_RUN] = begin(session, case_of(item))
+        for name in item.asked:
+            if name not in given:
+                given[name] = (
+                    search(item, run) if name == CONVERSATIONS else getattr(run.tools, name)
+                )
+
+
+def take_arguments(item: CaseFunction) -> None:
+    """Take them away again. A case that was not performed is ended: its values are put back."""
+    item.given.clear()
+    end_unperformed(item)
 
 
 def session_of(item: pytest.Item) -> DeviceSession:
@@ -82,7 +91,8 @@ def session_of(item: pytest.Item) -> DeviceSession:
         raise pytest.UsageError(
             "This test needs a device: name it with --node-id=N, or use --self-test."
         )
-    return state.session(case_of(item).node_id)
+    node_id = case_of(item).node_id
+    return state.of(node_id).session(node_id)
 
 
 def or_skip(find: Callable[[], Found]) -> Found:
@@ -103,7 +113,8 @@ def end_unperformed(item: pytest.Item) -> None:
 
 def search(item: pytest.Item, run: CaseRun) -> Search:
     """Return random conversations with the device, as many as --sdo-examples says."""
-    case, state = case_of(item), item.config.stash[STATE]
+    case = case_of(item)
+    state = item.config.stash[STATE].of(case.node_id)
     options, left = state.options, max(state.seconds_left(case.node_id), 0.0)
     folder = options.report_dir / "failing"
     store = FailingStore.of(folder, case.node_id, case.case_id)

@@ -4,7 +4,8 @@ from collections.abc import Generator
 
 import pytest
 
-from conformance.bus.errors import BenchError, BusOff, InterfaceLost, SuiteError, TransmitBufferFull
+from conformance.bus.errors import BenchError, SuiteError
+from conformance.plugin.ahead import PERFORMED
 from conformance.plugin.failure import CaseFailed, as_pytest_shows
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.outcome import attach, attach_not_run
@@ -16,10 +17,8 @@ from conformance.plugin.suite_errors import (
     suite_error,
     traceback_of,
 )
+from conformance.reporting.bus_log import Place
 from conformance.run.verdict import Verdict
-
-# After this number of cases in a row, a full transmit buffer is a cable that is unplugged.
-MOST_FULL = 3
 
 
 class CaseReports:
@@ -28,7 +27,6 @@ class CaseReports:
     def __init__(self, state: RunState) -> None:
         """Take the state of the run."""
         self._state = state
-        self._full_in_a_row = 0
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -56,23 +54,19 @@ class CaseReports:
         if isinstance(error, BenchError):
             self._state.findings.bench_errors.append(error)
             report.longrepr = str(error)
-            if isinstance(error, InterfaceLost | BusOff):
-                self._state.leave_out_all("the bus is gone")
-        if call.when == "call":
-            full = isinstance(error, TransmitBufferFull)
-            self._full_in_a_row = self._full_in_a_row + 1 if full else 0
-            if self._full_in_a_row >= MOST_FULL:
-                self._state.leave_out_all(
-                    "no frame leaves the interface: its transmit buffer stays full"
-                )
+        performed = item.stash.get(PERFORMED, None)
+        told = performed is None or call.when == performed.phase
+        if performed is None and (call.when == "call" or isinstance(error, BenchError)):
+            self._state.heed(error)
+        if performed is not None and told:
+            report.duration = performed.seconds  # not for how long it was waited for
         result = item.stash.get(RESULT, None)
-        if result is None or call.when == "teardown":
+        if result is None or call.when == "teardown" or not told:
             return report
         report.conformance = result.as_dict()  # type: ignore[attr-defined]
-        if self._state.log is not None:
-            self._state.log.flush()
-            place = as_values(self._state.log.place())
-            report.conformance_frames = place  # type: ignore[attr-defined]
+        place = performed.place if performed is not None else self._place()
+        if place is not None:
+            report.conformance_frames = as_values(place)  # type: ignore[attr-defined]
         if report.skipped and isinstance(item, CaseFunction):
             path, line, _ = item.location
             report.longrepr = (path, (line or 0) + 1, str(error))
@@ -86,6 +80,14 @@ class CaseReports:
         elif report.failed:
             report.sections.append(("frames on the bus", "\n".join(result.trace)))
         return report
+
+    def _place(self) -> Place | None:
+        """Return where the frames of the case are that runs."""
+        log = self._state.log
+        if log is None:
+            return None
+        log.flush()
+        return log.place()
 
     def _take_suite_error(
         self, item: pytest.Item, report: pytest.TestReport, error: BaseException | None

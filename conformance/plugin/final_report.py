@@ -266,8 +266,8 @@ class FinalReport:
 
     def _logs_of_workers(self, controller: Controller) -> list[Path]:
         # One that has not ended is writing still.
-        parts = [self._state.bus_log_of(worker) for worker in sorted(controller.finished)]
-        return [part for part in parts if part.is_file()]
+        parts = map(self._state.bus_logs_of, sorted(controller.finished))
+        return [log for logs in parts for log in logs]
 
     def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""

@@ -3,16 +3,19 @@
 What is collected is in ``collecting``, what happens in a run in ``running``.
 """
 
+import os
 from collections.abc import Generator
 
 import pytest
 
 from conformance import __version__
+from conformance.plugin.ahead import nobody_between
 from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import CaseArguments
 from conformance.plugin.case_reports import CaseReports
 from conformance.plugin.collecting import Collecting
+from conformance.plugin.deviation_scope import DeviationScope
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.garbage import Garbage
@@ -87,11 +90,13 @@ def pytest_configure(config: pytest.Config) -> None:
         time_left = TimeLeft(config, estimate_for(options), options.budget)
         config.pluginmanager.register(time_left, "conformance-time-left")
     if controller is None:
+        budget = None
         if options.budget is not None:
             budget = Budget(options.budget, options.run.node_ids, estimate_for(options))
             state.seconds_left = budget.left
             config.pluginmanager.register(budget, "conformance-budget")
-        config.pluginmanager.register(Running(config, state), "conformance-running")
+        config.pluginmanager.register(DeviationScope(state), "conformance-deviation-scope")
+        config.pluginmanager.register(Running(config, state, budget), "conformance-running")
         config.pluginmanager.register(CaseReports(state), "conformance-case-reports")
     # The last one is the innermost: what it raises is met by those before.
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
@@ -139,6 +144,13 @@ def _objects(run: RunSettings) -> str:
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Let ``-n auto`` mean a worker for each device: devices are waited for most of the time."""
+    """Let ``-n auto`` mean a worker for each device: devices are waited for most of the time.
+
+    Where a worker tests all of its own at once, more of them than processors only cost time.
+    """
     node_ids = config.getoption("node_id")
-    return len(node_ids) if node_ids else None
+    if not node_ids:
+        return None
+    suite_alone = config.args_source is not pytest.Config.ArgsSource.ARGS and config.stash[ASKED]
+    at_once = suite_alone and nobody_between(config)
+    return min(len(node_ids), os.cpu_count() or 1) if at_once else len(node_ids)

@@ -5,8 +5,10 @@ case at the same time, wait for 9,000 answers each while nothing is computed, an
 the same time again.
 """
 
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from itertools import groupby
+from operator import itemgetter
 
 import pytest
 
@@ -29,6 +31,19 @@ def spread(items: Sequence[pytest.Item], node_ids: Sequence[int]) -> list[pytest
         part = node_ids.index(node_id) / len(node_ids) if node_id in node_ids else 0.0
         found += _behind(list(own), part)
     return found
+
+
+def mixed(items: Sequence[pytest.Item], seconds: Callable[[str], float]) -> list[pytest.Item]:
+    """Mix the cases of devices as they come where all go on at the same pace.
+
+    The cases of each keep their order. ``seconds`` says how long one takes, by its name.
+    """
+    taken: defaultdict[int, float] = defaultdict(float)
+    ends: list[float] = []
+    for item in items:
+        taken[_node_id(item)] += seconds(item.nodeid)
+        ends.append(taken[_node_id(item)])
+    return [item for _, item in sorted(zip(ends, items, strict=True), key=itemgetter(0))]
 
 
 def _node_id(item: pytest.Item) -> int:

@@ -177,8 +177,7 @@ def delayed(cases: str, devices: int) -> Iterator[Row | str]:
     yield Row(f"{name}: requests", one.cost, floor, shown, kept, f"{requests} requests")
     yield Row(f"{name}: answers", one.cost, Cost(answers * DELAY, 0.0), rate=f"{answers} answers")
     if devices > 1:
-        ids, workers = f"--node-id=1-{devices}", str(devices)
-        run = timed_run(cases, ids, "-n", workers, *delay)
+        run = timed_run(cases, f"--node-id=1-{devices}", "-n", "auto", *delay)
         kept = run.cost.wall <= MOST_OF_ONE * one.cost.wall
         shown = f"{MOST_OF_ONE:g} x"
         yield Row(f"{devices} such devices", run.cost, one.cost, shown, kept, run.outcome)

@@ -8,8 +8,8 @@ import pytest
 from plugin_runs import NODE_ID, hosted, parsed, reference, reports, run, self_test, the_report
 
 from conformance.faults.catalogue import build_node
-from conformance.plugin.case_reports import MOST_FULL
 from conformance.plugin.exit_code import ExitCode
+from conformance.plugin.state import MOST_FULL
 from conformance.reference.host import HostedNode
 from conformance.reference.node import Node
 from conformance.reference.simulated_bus import SimulatedBus

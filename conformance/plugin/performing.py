@@ -1,0 +1,201 @@
+"""What becomes of the cases of one bench: which may run, what each is judged, what comes of it."""
+
+from collections import defaultdict
+from contextlib import suppress
+from functools import partial
+from typing import NoReturn
+
+import pytest
+
+from conformance.bus.errors import BenchError, DeviceLost, NotWritten
+from conformance.bus.link import Direction
+from conformance.bus.stop import RunStopped
+from conformance.plugin.attempts import begin, conclude_tries, is_told, perform
+from conformance.plugin.bench_opening import open_bench
+from conformance.plugin.budget import Budget
+from conformance.plugin.case_arguments import give_arguments
+from conformance.plugin.items import CaseFunction
+from conformance.plugin.outcome import attach, end_with
+from conformance.plugin.state import (
+    CASE_RUN,
+    EARLIER,
+    RESULT,
+    RunState,
+    case_of,
+    left_out,
+)
+from conformance.run.accounting import account
+from conformance.run.bench import Bench
+from conformance.run.case_run import CaseRun
+from conformance.run.losses import MOST_IN_A_ROW, Losses
+from conformance.run.session import DeviceSession
+from conformance.run.verdict import Afterwards, CaseResult, Verdict
+
+# The case that judges what came too late; where it was not selected, the run itself does.
+LATE_ANSWERS = "run.no-late-response"
+
+
+class Performing:
+    """The cases of a bench, from its opening to its end."""
+
+    def __init__(
+        self, config: pytest.Config, state: RunState, budget: Budget | None = None
+    ) -> None:
+        """Take the ``state``, and the time that the cases may take; nothing is opened yet."""
+        self._config = config
+        self._state = state
+        self._budget = budget
+        self._losses: defaultdict[int, Losses] = defaultdict(Losses)
+
+    def open(self) -> str:
+        """Open the bench; say why the run was stopped meanwhile, empty where it was not.
+
+        What cannot be opened leaves out all devices.
+        """
+        state = self._state
+        try:
+            open_bench(self._config, state)
+        except BenchError as error:
+            state.findings.bench_errors.append(error)
+            state.leave_out_all("the bus could not be opened")
+        except RunStopped as stopped:
+            state.leave_out_all(str(stopped))
+            return str(stopped)
+        return ""
+
+    # A case
+
+    def set_up(self, item: CaseFunction) -> None:
+        """Give a case of the suite what it asks for, or skip it; raises RunStopped."""
+        self.admit(item)
+        if self._budget is not None:
+            self._budget.check(item)
+        give_arguments(item)
+
+    def call(self, item: CaseFunction) -> None:
+        """Call the function of a case of the suite, and judge it; raises RunStopped."""
+        run = item.stash.get(CASE_RUN, None)
+        if run is None:
+            item.obj()
+        else:
+            self.judge(item, run, perform(item, run))
+
+    def admit(self, item: pytest.Item) -> None:
+        """Skip the cases of a device that is out of the run, and those that would stop it again.
+
+        Raises RunStopped.
+        """
+        self._state.stop.check()
+        case = case_of(item)
+        if (why := self._state.findings.out.get(case.node_id)) is not None:
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, why)
+        elif stopped := self._losses[case.node_id].why_not(case.case_id, case.risk):
+            item.stash[RESULT] = left_out(case, Verdict.NOT_TESTABLE, stopped)
+        else:
+            return
+        pytest.skip(f"{item.stash[RESULT].verdict.value}: {item.stash[RESULT].actual}")
+
+    def end_stopped(self, item: pytest.Item) -> NoReturn:
+        """End a case that a request to stop has interrupted; the run ends with it."""
+        run = item.stash.get(CASE_RUN, None)
+        stop = self._state.stop
+        if run is not None and not stop.gives_up:
+            with suppress(RunStopped):
+                run.conclude(None)  # the values are put back all the same
+        item.stash[RESULT] = left_out(
+            case_of(item), Verdict.NOT_RUN, f"{stop.reason} during this case"
+        )
+        pytest.skip(f"{Verdict.NOT_RUN}: {stop.reason}")
+
+    def judge(self, item: pytest.Item, run: CaseRun, error: BaseException | None) -> None:
+        """Judge a case that ended by ``error``, if by any, and raise what it is to pytest."""
+        state = self._state
+        session = state.session(case_of(item).node_id)
+        again = partial(begin, session, case_of(item))
+        run, error, result = conclude_tries(item, run, error, again)
+        self._look_after(item, session, result, run)
+        account(result, state.options.deviations, strict=state.options.strict)
+        result.notes += [
+            f"run again: before it was {earlier.verdict} ({earlier.cause or earlier.actual})"
+            for earlier in item.stash.get(EARLIER, ())
+        ]
+        item.stash[RESULT] = result
+        attach(item, result)
+        if result.case_id == LATE_ANSWERS:
+            late = session.whole_run.late
+            state.judged_late_answers[result.node_id] = len(late)
+        if is_told(error) and error is not None and result.verdict is Verdict.NOT_TESTABLE:
+            raise error
+        end_with(result, run.bench_error or error, strict=state.options.strict)
+
+    def _look_after(
+        self, item: pytest.Item, session: DeviceSession, result: CaseResult, run: CaseRun
+    ) -> None:
+        """Bring a lost device back; where nothing can, it is out of the run."""
+        losses = self._losses[result.node_id]
+        wrongly = result.afterwards is Afterwards.ANSWERS_WRONGLY
+        wedged = losses.is_wedged(answers_wrongly=wrongly) and session.revival is not None
+        if not session.lost:
+            losses.survived(result.case_id)
+        if not session.lost and not wedged:
+            if why := session.channel.pace.unsound:
+                self._give_up(result, why)
+            return
+        sent = [each.frame for each in session.frames if each.direction is Direction.SENT]
+        cause = "it answered wrongly whatever it was asked"
+        if session.lost:
+            cause = losses.add(result.case_id, case_of(item).risk, sent)
+        try:
+            why = session.revive()
+        except BenchError as error:
+            why = str(error)
+        if not why and losses.is_hopeless:
+            why = f"it was lost in {MOST_IN_A_ROW} different cases in a row"
+        if not why:
+            result.notes.append(f"the device was lost ({cause}), and has been brought back")
+            return
+        self._state.findings.bench_errors.append(session.loss())
+        self._state.findings.out[result.node_id] = f"lost in {result.case_id}; {why}"
+
+    def _give_up(self, result: CaseResult, why: str) -> None:
+        """Take a device out of the run that answers, but not in a way that could be tested."""
+        findings = self._state.findings
+        findings.bench_errors.append(
+            DeviceLost(f"Node {result.node_id} was given up after {result.case_id}: {why}.")
+        )
+        findings.out[result.node_id] = f"given up after {result.case_id}: {why}"
+
+    # The end
+
+    def close(self) -> None:
+        """Close the bench, and tell what the cases have not told."""
+        state = self._state
+        for node_id, losses in self._losses.items():
+            if node_id not in state.findings.out:
+                state.findings.stopped += losses.lines()
+        if state.bench is not None:
+            self._close(state.bench)
+        if state.values is not None:
+            state.values.close(state.findings)
+        if state.log is not None and (trouble := state.log.close()):
+            state.findings.bench_errors.append(NotWritten(trouble))
+
+    def _close(self, bench: Bench) -> None:
+        state = self._state
+        try:
+            bench.close()
+        except BenchError as error:
+            state.findings.bench_errors.append(error)
+        except RunStopped:
+            pass  # what is not back is listed
+        lost = bench.counted()
+        if lost:
+            counts = ", ".join(f"{name} {count}" for name, count in lost.items())
+            state.findings.notes.append(f"the interface has counted since the run began: {counts}")
+        if errors := bench.errors():
+            state.findings.notes.append(
+                f"the controller has reported errors on the bus since the run began: {errors}"
+            )
+        for node_id, device in bench.sessions.items():
+            judged, known = state.judged_late_answers[node_id], state.options.deviations
+            state.findings.close(device, judged=judged, known=known, lost=sum(lost.values()))
