@@ -1,4 +1,4 @@
-"""A device that keeps its values in a file: ``remembering_device.py FILE INTERFACE CHANNEL``.
+"""A device that keeps its values: ``remembering_device.py FOLDER NODE-ID INTERFACE CHANNEL``.
 
 It stands for one with a flash: what it held last can be read when it is gone.
 """
@@ -16,17 +16,20 @@ from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.objects import ObjectDictionary
 
-NODE_ID = 5
+
+def memory_of(folder: Path, node_id: int) -> Path:
+    """Return the file in which a device keeps its values."""
+    return folder / f"memory-{node_id}.json"
 
 
 class Remembering(Node):
     """Writes its file whenever a value has changed."""
 
-    def __init__(self, memory: Path) -> None:
-        self.entries = reference_entries(NODE_ID)
+    def __init__(self, memory: Path, node_id: int) -> None:
+        self.entries = reference_entries(node_id)
         self.memory = memory
         self.kept: dict[str, str] = {}
-        super().__init__(NODE_ID, Server(ObjectDictionary(self.entries)))
+        super().__init__(node_id, Server(ObjectDictionary(self.entries)))
         self.keep()
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
@@ -45,5 +48,6 @@ class Remembering(Node):
 
 
 if __name__ == "__main__":
-    memory, interface, channel = sys.argv[1:]
-    NodeHost(open_bus(BusSettings(interface, channel)), Remembering(Path(memory))).run()
+    folder, node_id, interface, channel = sys.argv[1:]
+    device = Remembering(memory_of(Path(folder), int(node_id)), int(node_id))
+    NodeHost(open_bus(BusSettings(interface, channel)), device).run()

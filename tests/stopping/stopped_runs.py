@@ -1,6 +1,7 @@
 """Stops runs at random moments by signals, and looks at what is left: run by hand.
 
     python tests/stopping/stopped_runs.py --times 50 self-test stand-in
+    python tests/stopping/stopped_runs.py --devices 3 --workers 1 stand-in
 
 The buses are python-can's virtual one, within a self-test, and what stands in for SocketCAN, with a
 device of its own process; or ``vcan0`` of a kernel. Of each run it is checked that it ended with
@@ -28,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "fleet")]
 
 from fleet_run import CHANNEL, Bus, socketcan, stand_in  # noqa: E402
-from remembering_device import NODE_ID  # noqa: E402
+from remembering_device import memory_of  # noqa: E402
 
 from conformance.__main__ import main  # noqa: E402
 from conformance.commands.status import DONE  # noqa: E402
@@ -39,11 +40,14 @@ from conformance.reporting.recorded import NotRecorded, read_run  # noqa: E402
 DEVICE = Path(__file__).with_name("remembering_device.py")
 SIGNALS = {name: getattr(signal, f"SIG{name}") for name in ("INT", "TERM", "KILL")}
 CASES = [ROOT / "cases" / "test_segmented_download.py"]
+# The first node-ID.
+FIRST = 5
 # Many short cases; a busy machine is not what is looked at.
 SELECTED = ("-k", "size or toggle or refused", "--sdo-response-timeout=20")
 OBJECTS = ("2001=unsigned8", "2004=unsigned32", "2010=visible_string", "2020=domain")
-# What a test is called in the verbose output when it has ended.
-TOLD = re.compile(r"^\S*::(\S+) (?:PASSED|FAILED|INFO|NON-STRICT)", re.MULTILINE)
+# What a test is called in the verbose output when it has ended, of a process and of workers.
+ENDED = "(?:PASSED|FAILED|INFO|NON-STRICT)"
+TOLD = re.compile(rf"^(?:\S*::(?=\S+ {ENDED})|\[gw.* {ENDED} \S*::)(\S+)", re.MULTILINE)
 INTERRUPTED = 2
 MOST_SAID = 12
 # Also where the processor is emulated.
@@ -66,8 +70,12 @@ class Outcome:
 
 @dataclass(frozen=True, slots=True)
 class Bench:
-    """Where runs go: the options that lead there, and what a program needs in its environment."""
+    """Where runs go: the options that lead there, and what a program needs in its environment.
 
+    ``node_ids`` are the devices.
+    """
+
+    node_ids: list[int]
     options: tuple[str, ...]
     environment: dict[str, str]
     has_device: bool
@@ -94,25 +102,26 @@ def await_report(folder: Path, run: subprocess.Popen[bytes]) -> float:
 
 
 @contextmanager
-def bench_of(name: str, folder: Path, workers: int) -> Iterator[Bench]:
+def bench_of(name: str, folder: Path, devices: int, workers: int) -> Iterator[Bench]:
     """Open one of the buses."""
-    more = ("-n", str(workers)) if workers else ()
+    node_ids = list(range(FIRST, FIRST + devices))
+    more = ["-n", str(workers)] if workers else []
+    more.append(f"--node-id={','.join(map(str, node_ids))}")
     if name == "self-test":
-        yield Bench(("--self-test", *more), {}, has_device=False)
+        yield Bench(node_ids, ("--self-test", *more), {}, has_device=False)
         return
     with stand_in(folder) if name == "stand-in" else socketcan(CHANNEL) as bus:
-        yield Bench((*_on(bus), *more), dict(bus.environment), has_device=True)
+        yield Bench(node_ids, (*_on(bus), *more), dict(bus.environment), has_device=True)
 
 
 def _on(bus: Bus) -> tuple[str, ...]:
     named = (f"--sdo-object={name}" for name in OBJECTS)
-    return ("--node-id=5", "--can-interface=socketcan", f"--can-channel={bus.channel}", *named)
+    return ("--can-interface=socketcan", f"--can-channel={bus.channel}", *named)
 
 
 def stopped(bench: Bench, folder: Path, number: int | None, moment: Moment) -> Outcome:
     """Run, send a signal at a moment, and look at what is left."""
-    memory = folder / "memory.json"
-    device = f"{sys.executable} {DEVICE} {memory} socketcan {CHANNEL}"
+    device = f"{sys.executable} {DEVICE} {folder} {{node_id}} socketcan {CHANNEL}"
     process = (f"--sdo-process={device}",) if bench.has_device else ()
     command = [
         *(sys.executable, "-u", "-m", "pytest", "-v", "-p", "no:cacheprovider"),
@@ -162,12 +171,24 @@ def _check(outcome: Outcome, folder: Path, bench: Bench, number: int | None) -> 
     if has_begun and ("Traceback" in output or "INTERNALERROR" in output):
         outcome.wrong.append("it shows a traceback")
     if has_begun:
-        _check_record(outcome, folder, output, number)
+        _check_record(outcome, folder, bench, output, number)
         _check_values(outcome, folder, bench)
     _check_processes(outcome, folder)
 
 
-def _check_record(outcome: Outcome, folder: Path, output: str, number: int | None) -> None:
+def item_name(case_id: str, node_id: int, *, several: bool) -> str:
+    """Return what pytest calls a case on a device.
+
+    >>> item_name("frame.short[1]", 5, several=True)
+    'frame.short@5[1]'
+    """
+    name, bracket, variation = case_id.partition("[")
+    return f"{name}@{node_id}{bracket}{variation}" if several else case_id
+
+
+def _check_record(
+    outcome: Outcome, folder: Path, bench: Bench, output: str, number: int | None
+) -> None:
     (report,) = (folder / "reports").iterdir()
     try:
         run = read_run(report)
@@ -176,7 +197,10 @@ def _check_record(outcome: Outcome, folder: Path, output: str, number: int | Non
             outcome.wrong.append(str(error))
         return
     outcome.cases = len(run.results)
-    recorded = {result.case_id for result in run.results}
+    recorded = {
+        item_name(result.case_id, result.node_id, several=len(bench.node_ids) > 1)
+        for result in run.results
+    }
     missing = set(TOLD.findall(output)) - recorded
     if missing:
         outcome.wrong.append(f"{len(missing)} cases were told and are not in the record")
@@ -197,7 +221,7 @@ def _check_record(outcome: Outcome, folder: Path, output: str, number: int | Non
 def _check_values(outcome: Outcome, folder: Path, bench: Bench) -> None:
     (report,) = (folder / "reports").iterdir()
     listed = {
-        str(mux): value.hex()
+        (left.node_id, str(mux)): value.hex()
         for path in journals(report)
         for left in read_journal(path)[1]
         for mux, value in left.values.items()
@@ -205,18 +229,19 @@ def _check_values(outcome: Outcome, folder: Path, bench: Bench) -> None:
     outcome.left = len(listed)
     if outcome.status in (0, INTERRUPTED) and listed:
         outcome.wrong.append(f"{sorted(listed)} were not put back")
-    memory = folder / "memory.json"
-    if not bench.has_device or not memory.exists():
-        return
-    held = json.loads(memory.read_text(encoding="utf-8"))["values"]
-    for name, value in initial_values().items():
-        if held[name] != value and listed.get(name) != value:
-            outcome.wrong.append(f"{name} is neither back nor listed")
+    for node_id in bench.node_ids:
+        memory = memory_of(folder, node_id)
+        if not bench.has_device or not memory.exists():
+            continue
+        held = json.loads(memory.read_text(encoding="utf-8"))["values"]
+        for name, value in initial_values(node_id).items():
+            if held[name] != value and listed.get((node_id, name)) != value:
+                outcome.wrong.append(f"{name} of node {node_id} is neither back nor listed")
 
 
-def initial_values() -> dict[str, str]:
-    """Return what the device holds at first."""
-    return {str(mux): entry.value.hex() for mux, entry in reference_entries(NODE_ID).items()}
+def initial_values(node_id: int) -> dict[str, str]:
+    """Return what a device holds at first."""
+    return {str(mux): entry.value.hex() for mux, entry in reference_entries(node_id).items()}
 
 
 def _check_processes(outcome: Outcome, folder: Path) -> None:
@@ -252,13 +277,14 @@ def main_program() -> int:
     parser.add_argument("--signals", nargs="+", choices=SIGNALS, default=list(SIGNALS))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=0)
+    parser.add_argument("--devices", type=int, default=1)
     options = parser.parse_args()
     chosen = random.Random(options.seed)
     failures = 0
     with tempfile.TemporaryDirectory(prefix="stopped-") as name:
         base = Path(name)
         for bus in options.buses:
-            with bench_of(bus, base / "built", options.workers) as bench:
+            with bench_of(bus, base / "built", options.devices, options.workers) as bench:
                 whole = base / f"{bus}-whole"
                 whole.mkdir()
                 first = stopped(bench, whole, None, Moment(0.0, begun=True))
