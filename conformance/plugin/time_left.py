@@ -97,6 +97,7 @@ class TimeLeft:
         self._config = config
         self._estimate = estimate
         self._deadline = inf if budget is None else time.monotonic() + budget
+        self._first: dict[str, float] = {}
         self._begin: dict[str, float] = {}
         self._started: float | None = None
         self._next: float | None = None
@@ -120,6 +121,7 @@ class TimeLeft:
         if self._started is None:
             self._started = now - report.duration
         begin = self._begin.setdefault(worker, now - report.duration)
+        first = self._first.setdefault(worker, begin)
         values = getattr(report, "conformance", None)
         if values is not None:
             self._results[report.nodeid] = CaseResult.from_dict(values)
@@ -127,7 +129,7 @@ class TimeLeft:
             return
         self._begin[worker] = now
         result = self._results.pop(report.nodeid, None)
-        self._estimate.finish(report.nodeid, Taken.by(result, now - begin), worker)
+        self._estimate.finish(report.nodeid, Taken.by(result, now - begin), worker, now - first)
         if result is None or result.verdict is not Verdict.NOT_RUN:
             self._look(now - self._started)
 

@@ -55,10 +55,14 @@ class Taken:
 
     @classmethod
     def by(cls, result: CaseResult | None, seconds: float) -> Self:
-        """Return how long a test has taken, as far as it is known; not each has a result."""
+        """Return how long a test has taken, as far as it is known; not each has a result.
+
+        ``seconds`` are those since the one before: a case may have run beside others for longer.
+        """
         if result is None:
             return cls(seconds, tried=False)
         tried = result.verdict not in UNTRIED
+        seconds = max(seconds, result.duration)
         return cls(seconds, result.answers, result.answering, result.waited, tried)
 
 
@@ -99,7 +103,8 @@ class Estimate:
 
     ``silence`` is its length in seconds. Random cases try ``times`` the usual examples, but
     no longer than ``search_seconds``. Cases that have the same to do, as those of many devices, are
-    counted together.
+    counted together. A process may test several devices at once: then its cases take longer
+    together than the process does.
     """
 
     silence: float = 0.0
@@ -113,6 +118,8 @@ class Estimate:
     _finished: defaultdict[Work, _Finished] = field(default_factory=lambda: defaultdict(_Finished))
     _whole_weight: float = 0.0
     _done_weight: float = 0.0
+    _busy: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
+    _elapsed: dict[str, float] = field(default_factory=dict)
 
     def work(self, name: str) -> Work:
         """Return what a case has to do in this run."""
@@ -138,14 +145,16 @@ class Estimate:
         self.selected += works.total()
         self._whole_weight += sum(_weight(work) * cases for work, cases in works.items())
 
-    def finish(self, name: str, taken: Taken, worker: str = "") -> None:
-        """Take a case that is done."""
+    def finish(self, name: str, taken: Taken, worker: str = "", elapsed: float = 0.0) -> None:
+        """Take a case that is done, ``elapsed`` seconds behind the beginning of the first one."""
         work = self._due.get(worker, {}).pop(name, None)
         if work is None:
             return
         self._left[worker][work] -= 1
         self._done_weight += _weight(work)
         self.done += 1
+        self._busy[worker] += taken.seconds
+        self._elapsed[worker] = elapsed
         finished = self._finished[work]
         finished.cases += 1
         finished.seconds += taken.seconds
@@ -175,8 +184,17 @@ class Estimate:
                 kinds[work.service].left += cases
                 kinds[work.family].left += cases
         return max(
-            (_seconds(works, fit, kinds, tried) for works in self._left.values()), default=0.0
+            (
+                _seconds(works, fit, kinds, tried) / self._at_once(worker)
+                for worker, works in self._left.items()
+            ),
+            default=0.0,
         )
+
+    def _at_once(self, worker: str) -> float:
+        """Return how many cases a process has run at once, on the average."""
+        elapsed = self._elapsed.get(worker, 0.0)
+        return max(self._busy[worker] / elapsed, 1.0) if elapsed else 1.0
 
 
 def _weight(work: Work) -> float:

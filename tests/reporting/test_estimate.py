@@ -57,6 +57,21 @@ def test_the_process_that_takes_longest_counts() -> None:
     assert (estimate.selected, estimate.done) == (400, 100)
 
 
+@pytest.mark.parametrize("machine", MACHINES)
+def test_a_process_may_run_several_cases_at_once(machine: tuple[float, float]) -> None:
+    chance = random.Random(1)
+    estimate, cases, at_once = Estimate(1.0), names(), 8
+    estimate.select(cases)
+    times = {name: taken(name, machine, chance) for name in cases}
+    elapsed = 0.0
+    while estimate.part < 0.05:
+        name = cases.pop(0)
+        elapsed += times[name].seconds / at_once
+        estimate.finish(name, times[name], elapsed=elapsed)
+    left = sum(times[name].seconds for name in cases) / at_once
+    assert estimate.left() == pytest.approx(left, rel=0.2)
+
+
 def test_what_a_device_lacks_takes_no_time_later_on_either() -> None:
     """Cases that were not testable say nothing of the pace, but of others like them."""
     cases = [name for name in names() if "block" in name]
