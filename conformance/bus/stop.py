@@ -39,10 +39,12 @@ class Stop:
         its = Stop()
 
         def follow() -> None:
-            its.requests, its.by = max(its.requests, self.requests), self.by
+            if self.requests > its.requests:
+                its.requests = self.requests - 1
+                its.request(self.by)
 
-        follow()
         self.when_requested(follow)
+        follow()
         return its
 
     @property

@@ -21,20 +21,21 @@ from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import take_arguments
-from conformance.plugin.direct import IDLE, captures_logs, is_alone, package, takes_part
+from conformance.plugin.direct import PROTOCOL, foreign, is_alone, nobody_takes_part
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.options import Options
 from conformance.plugin.performing import Performing
 from conformance.plugin.state import (
     RunState,
     begin_again,
-    uses_device,
 )
 from conformance.plugin.suite_errors import suite_error
 from conformance.plugin.time_left import estimate_for
 from conformance.reporting.bus_log import Place
 from conformance.run.bench import private_channel
 
+# By these options a run ends behind a case, as far as pytest has come.
+ENDING = ("maxfail", "stepwise", "stepwise_skip")
 # So many cases of a device wait for pytest at most.
 MOST_AHEAD = 2000
 
@@ -56,18 +57,14 @@ PERFORMED = pytest.StashKey[Performed]()
 
 
 def may_go_ahead(config: pytest.Config, items: Iterable[pytest.Item]) -> bool:
-    """Say whether the tests that talk to devices may be performed ahead of pytest."""
-    return nobody_between(config) and all(is_alone(item) for item in items if uses_device(item))
+    """Say whether the cases of a worker may be performed ahead of pytest."""
+    return nobody_between(config) and all(map(is_alone, items))
 
 
 def nobody_between(config: pytest.Config) -> bool:
-    """Say whether no conftest.py, and no plugin that is not installed, stands before a test.
-
-    It may keep one from being run. Nor may what is logged during a test be wanted: it would be of
-    several devices.
-    """
-    installed = {package(plugin) for plugin, _ in config.pluginmanager.list_plugin_distinfo()}
-    return not captures_logs(config) and not takes_part(config, installed | IDLE)
+    """Say whether nobody can keep a case from being run, or wants to end the run behind one."""
+    ends = any(config.getoption(name, default=False) for name in ENDING)
+    return not ends and nobody_takes_part(config) and not foreign(config, PROTOCOL)
 
 
 def state_of(state: RunState, node_id: int) -> RunState:
@@ -111,6 +108,7 @@ class Ahead:
         self._changed = threading.Condition()
         self._is_open = self._is_over = self._is_ending = False
         self.stopped = ""
+        state.stop.when_requested(self._wake)
         self._thread = threading.Thread(target=self._run, name=state.options.share.worker)
         self._thread.daemon = True  # nothing that pytest has not waited for keeps the process
 
@@ -126,27 +124,32 @@ class Ahead:
             self._changed.wait_for(lambda: self._is_open or self._is_over)
 
     def performed(self, item: CaseFunction) -> Performed | None:
-        """Wait for what comes of a case, and return it; None if it will not be run any more.
-
-        A case that is asked for once more is performed once more.
-        """
+        """Wait for what comes of a case, and return it; None if it will not be run any more."""
         with self._changed:
-            if item not in self._found and item not in self._next:
-                self._next.appendleft(item)
-                self._changed.notify_all()
             self._changed.wait_for(lambda: item in self._found or self._is_over)
             found = self._found.pop(item, None)
             self._changed.notify_all()
         return found
 
     def end(self) -> None:
-        """Perform no further case, close the bench, and wait for that."""
+        """Perform no further case, and close the bench."""
         with self._changed:
             self._is_ending = True
             if self._next and not self.state.stop.requests:
                 self.state.stop.request("")
             self._changed.notify_all()
+
+    def join(self) -> None:
+        """Wait until the bench is closed."""
         self._thread.join()
+
+    def _wake(self) -> None:
+        """Have the thread look whether it is to stop; a signal may do this at any moment.
+
+        The lock of the condition may be taken again by a thread that has it.
+        """
+        with self._changed:
+            self._changed.notify_all()
 
     # The thread
 

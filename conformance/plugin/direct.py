@@ -14,6 +14,7 @@ import pytest
 
 from conformance.plugin.items import VARIATION, CaseFunction
 
+PROTOCOL, CALLED = "pytest_runtest_protocol", "pytest_pyfunc_call"
 PHASES = ("pytest_runtest_setup", "pytest_runtest_call", "pytest_runtest_teardown")
 # By these marks a user keeps a case from being run.
 KEEPING_AWAY = {"skip", "skipif", "xfail"}
@@ -42,12 +43,21 @@ def captures_logs(config: pytest.Config) -> bool:
     return any(config.getoption(name) or config.getini(name) for name in LOG_LEVELS)
 
 
-def takes_part(config: pytest.Config, others: set[str]) -> bool:
-    """Say whether a plugin from another package than these takes part in the phases of a test."""
+def nobody_takes_part(config: pytest.Config) -> bool:
+    """Say whether nobody has anything to do in the phases of the suite's cases."""
+    if any(config.getoption(name, default=False) for name in LOOKING) or captures_logs(config):
+        return False
+    return not any(
+        foreign(config, name, but_wrappers=name == PROTOCOL) for name in (*PHASES, PROTOCOL, CALLED)
+    )
+
+
+def foreign(config: pytest.Config, hook: str, *, but_wrappers: bool = False) -> bool:
+    """Say whether somebody else implements a hook, ``but_wrappers`` do not count."""
     return any(
-        package(each.plugin) not in others
-        for name in PHASES
-        for each in getattr(config.hook, name).get_hookimpls()
+        package(each.plugin) not in IDLE
+        for each in getattr(config.hook, hook).get_hookimpls()
+        if not (but_wrappers and (each.wrapper or each.hookwrapper))
     )
 
 
@@ -59,20 +69,7 @@ def package(plugin: object) -> str:
 
 def may_run_directly(config: pytest.Config, items: Iterable[pytest.Item]) -> bool:
     """Say whether a run has nothing but cases of the suite, and nobody takes part in them."""
-    if any(config.getoption(name, default=False) for name in LOOKING):
-        return False
-    if captures_logs(config):
-        return False
-    protocols = [
-        each
-        for each in config.hook.pytest_runtest_protocol.get_hookimpls()
-        if not (each.wrapper or each.hookwrapper) and package(each.plugin) not in IDLE
-    ]
-    called = config.hook.pytest_pyfunc_call.get_hookimpls()
-    foreign = [each for each in called if package(each.plugin) not in IDLE]
-    if protocols or foreign or takes_part(config, IDLE):
-        return False
-    return all(map(is_alone, items))
+    return nobody_takes_part(config) and all(map(is_alone, items))
 
 
 Phase = Literal["setup", "call", "teardown"]

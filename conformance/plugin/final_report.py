@@ -69,7 +69,7 @@ class FinalReport:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtestloop(self, session: pytest.Session) -> Generator[None, object, object]:
         """Begin the record of the run before anything is opened."""
-        cases = sum(map(uses_device, session.items))
+        cases = sum(map(uses_device, _items(session)))
         if (cases or self._controller is not None) and not session.config.option.collectonly:
             state = self._state
             about = about_run(session.config, state)
@@ -225,7 +225,9 @@ class FinalReport:
         """Say how the run has ended, if not by itself."""
         if session.exitstatus == pytest.ExitCode.INTERRUPTED and self._state.stop.requests:
             return self._state.stop.reason
-        unreached = self._state.findings.unreached
+        unreached = [
+            result for result in self._state.findings.unreached if result.verdict is Verdict.NOT_RUN
+        ]
         ended = str(session.shouldfail or session.shouldstop or "")
         spent = any(result.actual == budget.WHY for result in self._state.results)
         return ended or (unreached[0].actual if unreached else budget.WHY if spent else COMPLETE)
@@ -277,6 +279,11 @@ class FinalReport:
         summary.write(self._failures.causes, self._stale, self._untested, left_out=left_out)
 
 
+def _items(session: pytest.Session) -> Sequence[pytest.Item]:
+    """Return the items of this process; up to pytest 7.4 a controller has not even none."""
+    return getattr(session, "items", ())
+
+
 def _show_dots_alone(session: pytest.Session) -> None:
     """Have pytest print no files of the suite: the order of cases jumps between them.
 
@@ -285,7 +292,7 @@ def _show_dots_alone(session: pytest.Session) -> None:
     terminal: SummaryTerminal | None = session.config.pluginmanager.get_plugin("terminalreporter")
     if terminal is None or session.config.getoption("verbose") != 0:
         return
-    if any(item.nodeid.startswith(f"{FOLDER}/") for item in session.items):
+    if any(item.nodeid.startswith(f"{FOLDER}/") for item in _items(session)):
         terminal.showfspath = False
 
 

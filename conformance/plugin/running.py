@@ -222,6 +222,8 @@ class Running:
         state = self._state
         for ahead in self._ahead.values():
             ahead.end()
+        for ahead in self._ahead.values():
+            ahead.join()
         if self._has_begun:
             ended = str(
                 session.shouldfail or session.shouldstop or "the run ended before this case"

@@ -30,12 +30,13 @@ else:
     import fcntl
 
     def _hold(file: BinaryIO) -> None:
-        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        fcntl.flock(file, fcntl.LOCK_EX)  # those who look let go of it at once
 
     def _is_held(path: Path) -> bool:
         try:
             with path.open("rb") as file:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                # Several may look at the same time.
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except OSError:
             return True
         return False
@@ -175,5 +176,7 @@ def take_back(left: LeftBehind, records: Iterable[Values]) -> None:
         for record in records:
             left.take(record)
             file.write(json.dumps({**record, "node_id": left.node_id}).encode("ascii") + b"\n")
-    if not read_journal(left.journal)[1]:
-        left.journal.unlink()
+    # Others may put back what the same journal has of other nodes, and be the last to do so.
+    with suppress(FileNotFoundError):
+        if not read_journal(left.journal)[1]:
+            left.journal.unlink()

@@ -22,6 +22,7 @@ from conformance.plugin.exit_code import ExitCode
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
 from conformance.reference.server import Server
+from conformance.run.case_files import CASES
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 
@@ -105,6 +106,16 @@ KEPT_AWAY = {
             if "specifier" in item.name:
                 pytest.skip("not on my bench")
         """,
+    "protocol": """
+        def pytest_runtest_protocol(item):
+            return True if "specifier" in item.name else None
+        """,
+    "function": """
+        import pytest
+        def pytest_pyfunc_call(pyfuncitem):
+            if "specifier" in pyfuncitem.name:
+                pytest.skip("not on my bench")
+        """,
     "mark": """
         import pytest
         def pytest_collection_modifyitems(items):
@@ -135,7 +146,52 @@ def test_what_a_project_keeps_from_being_run_is_not_run(
         *QUICK, folder, *workers, "-p", "conftest", *arguments, *other_files(arguments)
     )
     assert result.ret == pytest.ExitCode.OK
-    assert {"passed", "skipped"} <= result.parseoutcomes().keys()
+    assert result.parseoutcomes()["passed"]
+    log = (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
+    assert not re.search(r" 60\d#FF\S* T$", log, re.MULTILINE)
+
+
+def nodes_in_order(folder: Path) -> list[int]:
+    """Return the node-IDs of the cases, in the order in which they were run."""
+    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
+    records = [json.loads(line) for line in lines]
+    return [each["result"]["node_id"] for each in records if each["record"] == "case"]
+
+
+IN_TURN = {
+    "maxfail": ("-x",),
+    "own-tests": ("cases", "test_mine.py"),
+    "log": ("--log-level=DEBUG",),
+}
+
+
+@pytest.mark.parametrize("way", IN_TURN)
+def test_devices_come_in_turn_where_one_could_stand_between(
+    pytester: pytest.Pytester, way: str
+) -> None:
+    pytester.makepyfile(test_mine="def test_mine(): pass")
+    chosen = ("--self-test", "--sdo-simulated", TWO, "-k", "abort or mine")
+    assert one_worker(pytester, *chosen).ret == pytest.ExitCode.OK
+    mixed = nodes_in_order(the_report(pytester))
+    assert mixed != sorted(mixed)
+    the_report(pytester).rename(pytester.path / "at once")
+    arguments = [str(CASES) if each == "cases" else each for each in IN_TURN[way]]
+    assert one_worker(pytester, *chosen, *arguments).ret == pytest.ExitCode.OK
+    assert nodes_in_order(the_report(pytester)) == sorted(mixed)
+
+
+def test_the_first_failure_ends_a_worker(pytester: pytest.Pytester) -> None:
+    """Nothing more is sent to any of its devices."""
+    chosen = ("--self-test", TWO, WRONG, "-x", "-k", "abort or upload.identity")
+    assert one_worker(pytester, *chosen).ret == pytest.ExitCode.INTERRUPTED, "as by pytest-xdist"
+    found = verdicts(the_report(pytester))
+    assert [verdict for _, verdict, _ in found[5]].count(Verdict.FAIL) == 1
+    assert {verdict for _, verdict, _ in found[9]} == {Verdict.NOT_RUN}
+
+
+def test_nothing_is_run_that_is_only_shown(pytester: pytest.Pytester) -> None:
+    chosen = ("--self-test", TWO, "-k", "specifier.unknown and FFh", "--setup-plan")
+    assert one_worker(pytester, *chosen).ret == pytest.ExitCode.NO_TESTS_COLLECTED
     log = (the_report(pytester) / "bus.log").read_text(encoding="utf-8")
     assert not re.search(r" 60\d#FF\S* T$", log, re.MULTILINE)
 
