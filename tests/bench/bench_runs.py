@@ -2,7 +2,9 @@
 
 The floor is what no run can be without: the exchange of the very same frames, as the bus log of the
 run has them, by two threads with bare python-can on the same kind of bus, which is in this process,
-and as many empty tests, by pytest alone. Of a device that takes a time for each answer it is that
+and as many empty tests, by pytest alone. The two threads run on whichever processor they are given;
+where they are kept on one, as a self-test is, they take half of that or less, which a line of its
+own says. Of a device that takes a time for each answer it is that
 time for each request; of several devices, one of them.
 
 Devices that take their time have no threads of their own: what they compute, a lab does not. They
@@ -26,6 +28,7 @@ from pathlib import Path
 import can
 from bench_rows import Cost, Row, best, computed, cost
 
+from conformance.plugin.one_processor import OneProcessor
 from conformance.reporting.recorded import read_run
 from conformance.run.bench import private_channel
 
@@ -151,6 +154,8 @@ def self_tests(cases: str) -> Iterator[Row | str]:
         if tests is None:
             tests = empty_tests(run.cases)
             yield Row(f"  {len(run.directions)} frames alone", frames)
+            with OneProcessor():
+                yield Row("  the same, on one processor", frames_alone(run.directions))
             yield Row(f"  {run.cases} empty tests", tests)
         floor = Cost(frames.wall + tests.wall, frames.cpu + tests.cpu)
         bounds = {
