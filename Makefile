@@ -38,7 +38,7 @@ fleet: $(VENV)/installed-for-tests
 	$(BIN)/python tests/fleet/fleet.py $(FLEET)
 
 # How fast transfers and runs go, beside canopen's client and python-can alone, and how slow each may
-# be, in ten minutes. BENCH="transfers --size=200000" measures a part.
+# be, in ten minutes. BENCH="transfers --transfer=block" measures a part.
 bench: $(VENV)/installed-for-tests
 	$(BIN)/python tests/bench/bench.py $(BENCH)
 

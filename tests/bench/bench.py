@@ -22,9 +22,9 @@ PARTS = ("transfers", "collection", "self-test", "devices")
 def main() -> None:
     """Print a row for each thing that is measured."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("--size", type=int, default=1 << 20, help="bytes of a long transfer")
-    parser.add_argument("--expedited", type=int, default=20_000, help="number of short transfers")
-    parser.add_argument("--rounds", type=int, default=3, help="how often a transfer is measured")
+    parser.add_argument("--size", type=int, default=10_000, help="bytes of a segmented transfer")
+    parser.add_argument("--expedited", type=int, default=1500, help="number of short transfers")
+    parser.add_argument("--rounds", type=int, default=30, help="how often a transfer is measured")
     parser.add_argument("--transfer", default="", help="such as 'block' or 'upload'")
     parser.add_argument("--cases", default="not random", help="as -k of pytest")
     parser.add_argument("--devices", type=int, default=16, help="how many at once")

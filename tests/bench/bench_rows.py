@@ -35,7 +35,7 @@ class Row:
         wall = f"{cost.wall / floor.wall:8.2f}" if floor and floor.wall else f"{'':8}"
         cpu = f"{cost.cpu / floor.cpu:8.2f}" if floor and floor.cpu else f"{'':8}"
         bound = self.bound if self.kept else f"{self.bound} !"
-        found = f"{self.name:38} {cost.wall:8.2f} {wall} {cost.cpu:8.2f} {cpu}"
+        found = f"{self.name:38} {cost.wall:8.3f} {wall} {cost.cpu:8.3f} {cpu}"
         return f"{found}  {bound:14} {self.rate}".rstrip()
 
 
