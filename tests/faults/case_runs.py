@@ -13,6 +13,9 @@ import pytest
 from conformance.plugin.items import CaseFunction
 from conformance.run.verdict import CaseResult, Verdict
 
+# pytest-xdist tells its workers how wide its terminal is; lines stay whole where there is none.
+os.environ.pop("COLUMNS", None)
+
 # What is judged at the end of a run belongs to each.
 AT_THE_END = "run."
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)

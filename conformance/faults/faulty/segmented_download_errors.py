@@ -53,6 +53,31 @@ class DownloadToggleIgnored(Server):
             transfer.toggle = toggle
 
 
+@fault("download-toggle-refused-as-unknown", Defect.STATE, "segmented-download.toggle")
+class ToggleRefusedAsUnknown(Server):
+    """Refuses a segment whose toggle bit did not alternate as what it does not know."""
+
+    def on_download_segment(self, request: DownloadSegment) -> list[Response]:
+        transfer = self.transfer
+        if isinstance(transfer, Download) and request.toggle != transfer.toggle:
+            return self.wrong(request)
+        return super().on_download_segment(request)
+
+    def wrong(self, request: DownloadSegment) -> list[Response]:
+        """Refuse it."""
+        return self.refuse(request, AbortCode.COMMAND_NOT_VALID)
+
+
+@fault("download-toggle-ends-without-a-word", Defect.STATE, "segmented-download.toggle")
+class ToggleEndsSilently(ToggleRefusedAsUnknown):
+    """Ends a download at a segment whose toggle bit did not alternate, and does not say so."""
+
+    def wrong(self, request: DownloadSegment) -> list[Response]:
+        """Keep silent."""
+        self.transfer = None
+        return []
+
+
 @fault("download-repeated-segment-stored", Defect.STATE, "segmented-download.toggle-ignored-data")
 class RepeatedSegmentStored(Server):
     """Stores a repeated segment without a confirmation."""

@@ -1,11 +1,16 @@
 """Servers that are right in downloads in their own way: when they check, and when they write."""
 
+from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import unusual
+from conformance.reference.node import Node
 from conformance.reference.segmented_server import Download
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import BlockSegment, DownloadInitiate, DownloadSegment, Response
 from conformance.sdo.objects import DataType, Entry, Refusal
+
+_REFUSES = AbortCode.TOGGLE_NOT_ALTERNATED.to_bytes(4, "little")
 
 
 @unusual("download-toggle-error-ignored")
@@ -122,3 +127,22 @@ class OverwrittenInPlace(_WritesThrough):
 
     def written(self, entry: Entry, data: bytes) -> bytes:
         return data + entry.value[len(data) :]
+
+
+@unusual("refused-segment-answered-unless-another-follows")
+class KeepsLatestAnswer(AnswersLater):
+    """Has one place for an answer: that to a wrong segment is lost where a request is at its heels.
+
+    A client has to wait for each answer (CiA 301, 7.2.4.2), so that none of its requests is.
+    """
+
+    delay = 0.001
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        """Answer at once, but for the refusal of a segment."""
+        self.held.clear()
+        held = Node.receive(self, frame)
+        if [answer for answer in held if _REFUSES in answer.data]:
+            self.hold(held)
+            return []
+        return held
