@@ -6,7 +6,7 @@ case and makes its reports of it. Where somebody else takes part in setting up, 
 down tests, or in repeating them, pytest runs the cases like any others.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from typing import Literal
 
@@ -80,22 +80,37 @@ def run_directly(
     set_up: Callable[[CaseFunction], None],
     call: Callable[[CaseFunction], None],
     tear_down: Callable[[CaseFunction], None],
+    unseen: Collection[object] = (),
 ) -> None:
-    """Run a case in the three phases that pytest reports."""
-    told = {"nodeid": item.nodeid, "location": item.location}
-    item.ihook.pytest_runtest_logstart(**told)
-    if _passes(item, "setup", set_up):
-        _passes(item, "call", call)
-    _passes(item, "teardown", tear_down)
-    item.ihook.pytest_runtest_logfinish(**told)
+    """Run a case in the three phases that pytest reports, but not to plugins that nobody sees."""
+    hook, told = item.ihook, {"nodeid": item.nodeid, "location": item.location}
+    report = hook.pytest_runtest_logreport
+    if unseen and hook is item.config.hook:
+        report = item.config.pluginmanager.subset_hook_caller(report.name, unseen)
+    hook.pytest_runtest_logstart(**told)
+    if _passes(item, report, "setup", set_up):
+        _passes(item, report, "call", call)
+    _passes(item, report, "teardown", tear_down)
+    hook.pytest_runtest_logfinish(**told)
 
 
-def _passes(item: CaseFunction, phase: Phase, run: Callable[[CaseFunction], None]) -> bool:
+def unseen_terminal(config: pytest.Config) -> list[object]:
+    """Return what writes each result, in a worker, to a terminal that is none."""
+    terminal = config.pluginmanager.get_plugin("terminalreporter")
+    return [terminal] if terminal is not None and hasattr(config, "workerinput") else []
+
+
+def _passes(
+    item: CaseFunction,
+    tell: Callable[..., object],
+    phase: Phase,
+    run: Callable[[CaseFunction], None],
+) -> bool:
     """Run one phase, and have it reported; say whether it has passed."""
     reraise = (pytest.exit.Exception, KeyboardInterrupt)
     call = pytest.CallInfo.from_call(partial(run, item), phase, reraise)
     report: pytest.TestReport = item.ihook.pytest_runtest_makereport(item=item, call=call)
-    item.ihook.pytest_runtest_logreport(report=report)
+    tell(report=report)
     if report.failed:
         item.ihook.pytest_exception_interact(node=item, call=call, report=report)
     return report.passed

@@ -186,7 +186,7 @@ def _items(
     alone: bool,
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
-    place = _place_of(function, collector)
+    place, where = _place_of(function, collector), ""
     for node_id, listing in listings.items():
         variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
@@ -209,6 +209,9 @@ def _items(
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
             item.written = (*place, number)
+            # pytest would look for the file of each.
+            where = where or item.location[0]
+            item.location = where, *item.reportinfo()[1:]
             yield item
 
 

@@ -9,7 +9,7 @@ from conformance.bus.stop import RunStopped
 from conformance.plugin.ahead import PERFORMED, Ahead, may_go_ahead, state_of
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import take_arguments
-from conformance.plugin.direct import may_run_directly, run_directly
+from conformance.plugin.direct import may_run_directly, run_directly, unseen_terminal
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.performing import Performing
 from conformance.plugin.side_by_side import mixed
@@ -46,6 +46,7 @@ class Running:
         self._state = state
         self._has_begun = False
         self._runs_directly = False
+        self._unseen: list[object] = []
         self._goes_ahead = False
         self._performing = Performing(config, state, budget)
         self._ahead: dict[int, Ahead] = {}
@@ -72,6 +73,7 @@ class Running:
             return
         self._has_begun = True
         self._runs_directly = may_run_directly(self._config, session.items)
+        self._unseen = unseen_terminal(self._config)
         stopped = self._go_ahead(session) if self._goes_ahead else self._performing.open()
         if stopped:
             session.shouldstop = stopped
@@ -105,7 +107,7 @@ class Running:
         # By the last one pytest learns what it has to tear down: nothing.
         if not self._runs_directly or nextitem is None or not isinstance(item, CaseFunction):
             return None
-        run_directly(item, self._set_up, self._call, self._tear_down)
+        run_directly(item, self._set_up, self._call, self._tear_down, self._unseen)
         return True
 
     def _set_up(self, item: CaseFunction) -> None:
