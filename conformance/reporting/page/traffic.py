@@ -3,8 +3,9 @@
 from bisect import insort
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import Self
 
 from conformance.device.safety import WRITING
 from conformance.reporting.logged import Logged
@@ -19,6 +20,10 @@ from conformance.sdo.nmt import NMT_ID, describe_nmt
 FIRST_SHOWN, LAST_SHOWN = 12, 4
 SLOWEST = 5
 PERCENTILES = (50, 95, 100)
+# So many conversations are known at the most: a run has somewhat fewer with one device.
+MOST_KNOWN = 5_000
+# A frame as it is written begins with an identifier of three digits, or of more.
+ID_LENGTH = 3
 
 
 @dataclass(slots=True)
@@ -51,6 +56,60 @@ class Times:
         return [1000 * ordered[(len(ordered) - 1) * share // 100] for share in PERCENTILES]
 
 
+@dataclass(frozen=True, slots=True)
+class Conversation:
+    """What the frames of a case say, whenever and to whichever device; numbers count from 0.
+
+    Each frame as a message, or in words where it is none of SDO; the numbers of requests with those
+    of their answers, and their kind; ``writes`` and NMT ``commands`` with their numbers.
+    """
+
+    messages: list[Request | Response | str] = field(default_factory=list)
+    answers: list[tuple[int, int, str]] = field(default_factory=list)
+    writes: list[tuple[int, DownloadInitiate | BlockDownloadInitiate]] = field(default_factory=list)
+    commands: list[tuple[int, str]] = field(default_factory=list)
+    requests: int = 0
+    responses: int = 0
+
+    @classmethod
+    def of(cls, lines: Sequence[Logged], ids: ChannelIds) -> Self:
+        """Read the frames of a case, on this channel."""
+        request_id = ids.request.can_id
+        own = request_id, ids.response.can_id
+        decoder = Decoder()
+        found, requests, responses = cls(), 0, 0
+        asked: tuple[int, Request] | None = None
+        for number, logged in enumerate(lines):
+            can_id, data = logged.can_id, logged.data
+            if data is None or len(data) != FRAME_LENGTH or can_id not in own:
+                found.messages.append(found.beside(number, logged, data))
+            elif can_id == request_id:
+                request = decoder.request(data)
+                found.messages.append(request)
+                if logged.sent:
+                    requests += 1
+                    asked = number, request
+                    if isinstance(request, WRITING):
+                        found.writes.append((number, request))
+            else:
+                found.messages.append(decoder.response(data))
+                responses += 1
+                if asked is not None:
+                    before, request = asked
+                    asked = None
+                    found.answers.append((before, number, _in_words(type(request).__name__)))
+        return replace(found, requests=requests, responses=responses)
+
+    def beside(self, number: int, logged: Logged, data: bytes | None) -> str:
+        """Take an NMT command; return what is not of the device's SDO channel in words."""
+        if data is None or logged.can_id < 0:
+            return ""
+        words = describe_nmt(CanFrame(logged.can_id, data)) or ""
+        if logged.sent and logged.can_id == NMT_ID:
+            self.commands.append((number, words))
+        return words
+
+
 @dataclass(slots=True)
 class Traffic:
     """The frames of a run: as the page shows them, lines of text, by the number of their case.
@@ -68,6 +127,7 @@ class Traffic:
     requests: int = 0
     responses: int = 0
     commanding: set[int] = field(default_factory=set)
+    _conversations: dict[tuple[object, ...], Conversation] = field(default_factory=dict)
 
     def take(
         self, case: int, node_id: int, ids: ChannelIds, lines: Sequence[Logged], *, in_words: bool
@@ -77,9 +137,53 @@ class Traffic:
         They are shown ``in_words``, or it is only said where they are. What the bus carried between
         the cases counts with those that follow.
         """
-        messages = _Case(self, case, node_id, ids).follow(lines)
-        self.shown[case] = _shown(lines, messages) if in_words else _where(lines)
-        self.not_in_words += not in_words
+        if in_words:
+            found = Conversation.of(lines, ids)
+            self.shown[case] = _shown(lines, found.messages)
+        else:
+            found = self._known(lines, node_id, ids)
+            self.shown[case] = _where(lines)
+            self.not_in_words += 1
+        self._count(found, case, node_id, lines)
+
+    def _known(self, lines: Sequence[Logged], node_id: int, ids: ChannelIds) -> Conversation:
+        """Return what the frames of a case say: equal devices say the same in most cases."""
+        channel = ids.request.can_id - node_id, ids.response.can_id - node_id
+        frames = [(line.can_id - node_id, line.sent, line.frame[ID_LENGTH:]) for line in lines]
+        form = (channel, *frames)
+        known = self._conversations.get(form)
+        if known is None:
+            known = Conversation.of(lines, ids)
+            known.messages.clear()
+            if len(self._conversations) < MOST_KNOWN:
+                self._conversations[form] = known
+        return known
+
+    def _count(self, found: Conversation, case: int, node_id: int, lines: Sequence[Logged]) -> None:
+        """Count what a case of this number has said."""
+        self.requests += found.requests
+        self.responses += found.responses
+        for asked, answered, kind in found.answers:
+            seconds = lines[answered].time - lines[asked].time
+            self.times[kind].add(seconds, case)
+        for number, request in found.writes:
+            self._note(node_id, request, lines[number].time)
+        for number, words in found.commands:
+            if lines[number].number not in self.commanding:
+                self.commanding.add(lines[number].number)  # cases of several devices see it
+                self.commands[words] += 1
+
+    def _note(
+        self, node_id: int, request: DownloadInitiate | BlockDownloadInitiate, time: float
+    ) -> None:
+        """Keep what would be written."""
+        written = self.written.setdefault((node_id, request.mux), Written(first=time))
+        written.begun += 1
+        written.last = time
+        if isinstance(request, DownloadInitiate) and request.expedited:
+            written.values[request.data.hex(" ").upper()] += 1
+        elif request.size is not None:
+            written.values[f"{request.size} bytes"] += 1
 
 
 def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> str:
@@ -109,68 +213,6 @@ def _where(lines: Sequence[Logged]) -> str:
         return ""
     numbers = f"lines {lines[0].number} to {lines[-1].number}"
     return f"… {len(lines)} frames, which are in bus.log, {numbers}"
-
-
-class _Case:
-    """Adds the frames of one case to the traffic of its run."""
-
-    def __init__(self, traffic: Traffic, number: int, node_id: int, ids: ChannelIds) -> None:
-        self._traffic = traffic
-        self._number = number
-        self._node_id = node_id
-        self._request_id = ids.request.can_id
-        self._own = ids.request.can_id, ids.response.can_id
-        self._decoder = Decoder()
-
-    def follow(self, lines: Sequence[Logged]) -> list[Request | Response | str]:
-        """Count the frames; return each as a message, or in words where it is none of SDO."""
-        traffic, decoder = self._traffic, self._decoder
-        messages: list[Request | Response | str] = []
-        asked: tuple[Logged, Request] | None = None
-        for logged in lines:
-            can_id, data = logged.can_id, logged.data
-            if data is None or len(data) != FRAME_LENGTH or can_id not in self._own:
-                messages.append(self._beside(logged, data))
-            elif can_id == self._request_id:
-                request = decoder.request(data)
-                messages.append(request)
-                if logged.sent:
-                    traffic.requests += 1
-                    asked = logged, request
-                    if isinstance(request, WRITING):
-                        self._note(request, logged.time)
-            else:
-                messages.append(decoder.response(data))
-                traffic.responses += 1
-                if asked is not None:
-                    before, request = asked
-                    asked = None
-                    times = traffic.times[_in_words(type(request).__name__)]
-                    times.add(logged.time - before.time, self._number)
-        return messages
-
-    def _beside(self, logged: Logged, data: bytes | None) -> str:
-        """Note an NMT command; return what is not of the device's SDO channel in words."""
-        if data is None or logged.can_id < 0:
-            return ""
-        words = describe_nmt(CanFrame(logged.can_id, data)) or ""
-        is_command = logged.sent and logged.can_id == NMT_ID
-        if is_command and logged.number not in self._traffic.commanding:
-            self._traffic.commanding.add(logged.number)  # cases of several devices see it
-            self._traffic.commands[words] += 1
-        return words
-
-    def _note(self, request: DownloadInitiate | BlockDownloadInitiate, time: float) -> None:
-        """Keep what would be written."""
-        written = self._traffic.written.setdefault(
-            (self._node_id, request.mux), Written(first=time)
-        )
-        written.begun += 1
-        written.last = time
-        if isinstance(request, DownloadInitiate) and request.expedited:
-            written.values[request.data.hex(" ").upper()] += 1
-        elif request.size is not None:
-            written.values[f"{request.size} bytes"] += 1
 
 
 @cache
