@@ -1,12 +1,17 @@
 """The frames of bus.log case by case."""
 
+from collections.abc import Iterable
 from pathlib import Path
+
+import pytest
 
 from conformance.reporting.bus_log import Place
 from conformance.reporting.logged import frames_by_case
 from conformance.reporting.page.traffic import Traffic
-from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.cob_id import ChannelIds, CobId
+from conformance.sdo.layout import Multiplexer
 
+NUMBER = Multiplexer(0x2004)
 LOG = """\
 (1.0) one 605#4000100000000000 T
 (1.1) two 605#4018100100000000 T
@@ -38,3 +43,42 @@ def test_a_command_to_all_devices_is_one_command(tmp_path: Path) -> None:
     for number, lines in frames_by_case(tmp_path, "bus.log", places, [5, 6], channels):
         traffic.take(number, 5 + number, channels[5 + number], lines, in_words=False)
     assert traffic.commands.total() == 1
+
+
+@pytest.mark.parametrize("others", [range(0x604, 0x607), (0x605, 0x60A, 0x60B)], ids=["one", "two"])
+@pytest.mark.parametrize("elsewhere", [0x580, 0x680], ids=["alike", "but-one-that-is-no-answer"])
+def test_what_devices_say_alike_counts_for_each(
+    tmp_path: Path, others: Iterable[int], elsewhere: int
+) -> None:
+    """Whether their frames are put into words or not, and on whatever channels they are."""
+    requests = dict(zip((5, 6, 7), others, strict=True))
+    said = [
+        (node_id, frame, time)
+        for time, node_id in enumerate(requests)
+        for frame in (
+            f"{requests[node_id]:03X}#2F04200007000000 T",
+            f"{(0x580 if node_id < 7 else elsewhere) + node_id:03X}#6004200000000000 R",
+            f"{requests[node_id]:03X}#4000100000000000 T",
+        )
+    ]
+    lines = [f"({number}.{time}0) one {frame}\n" for number, (_, frame, time) in enumerate(said)]
+    (tmp_path / "bus.log").write_text("".join(lines), encoding="utf-8")
+    places = [Place("bus.log", first, first + 2) for first in (1, 4, 7)]
+    channels = {
+        node_id: ChannelIds(CobId(can_id), CobId(0x580 + node_id))
+        for node_id, can_id in requests.items()
+    }
+    found = []
+    for in_words in (True, False):
+        traffic = Traffic()
+        for number, logged in frames_by_case(tmp_path, "bus.log", places, [5, 6, 7], channels):
+            node_id = 5 + number
+            traffic.take(number, node_id, channels[node_id], logged, in_words=in_words)
+        written = {key: (one.begun, one.values) for key, one in traffic.written.items()}
+        times = {kind: (one.all, one.slowest) for kind, one in traffic.times.items()}
+        counts = traffic.requests, traffic.responses
+        found.append((written, times, counts))
+    each, alike = found
+    assert alike == each
+    assert alike[0] == {(node_id, NUMBER): (1, {"07": 1}) for node_id in (5, 6, 7)}
+    assert alike[2] == (6, 3 if elsewhere == 0x580 else 2)
