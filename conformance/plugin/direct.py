@@ -21,8 +21,8 @@ KEEPING_AWAY = {"skip", "skipif", "xfail"}
 # They look at every phase of a test.
 LOOKING = ("usepdb", "trace", "setuponly", "setupshow", "setupplan")
 LOG_LEVELS = ("log_level", "log_cli_level", "log_file_level")
-# What takes part in each phase of a test, but has nothing to do in those of a case.
 OURS = __name__.partition(".")[0]
+# What takes part in each phase of a test, but has nothing to do in those of a case.
 IDLE = {"_pytest", OURS, "_hypothesis_pytestplugin"}
 
 
