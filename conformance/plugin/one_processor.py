@@ -9,10 +9,9 @@ import os
 import sys
 import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
 # Every so many seconds it is looked whether these threads had better move.
 LOOK = 0.5
@@ -29,62 +28,60 @@ COMPUTING = slice(3)
 TICKS = 100
 
 
-class OneProcessor:
-    """Keeps this thread, and those that it starts, on the processor on which it is entered.
+@contextmanager
+def one_processor() -> Iterator[None]:
+    """Keep this thread, and those that it starts, on the processor on which this is entered.
 
     On Linux only. Where another process needs that processor while others have nothing to do they
     are let go: of two processes that are kept there, the system could not move one away.
     """
+    if sys.platform != "linux":
+        yield
+        return
+    allowed = os.sched_getaffinity(0)
+    with ExitStack() as staying:
+        with suppress(OSError):  # a sandbox may lack the files, or forbid it
+            here = int(THREAD.read_text(encoding="ascii").rpartition(")")[2].split()[PROCESSOR])
+            before = _computed()
+            if allowed <= before.keys():
+                os.sched_setaffinity(0, {here})
+                staying.enter_context(_watched(here, allowed, before))
+        yield
 
-    def __init__(self) -> None:
-        """Change nothing yet."""
-        self._all: set[int] = set()
-        self._ended = threading.Event()
-        self._watch: threading.Thread | None = None
 
-    def __enter__(self) -> Self:
-        if sys.platform == "linux":
-            with suppress(OSError):  # a sandbox may lack the files, or forbid it
-                here = int(THREAD.read_text(encoding="ascii").rpartition(")")[2].split()[PROCESSOR])
-                before = _computed()
-                self._all = os.sched_getaffinity(0)
-                if self._all <= before.keys():
-                    os.sched_setaffinity(0, {here})
-                    self._watch = threading.Thread(
-                        target=self._look, args=(here, before), daemon=True
-                    )
-                    self._watch.start()
-        return self
+@contextmanager
+def _watched(here: int, allowed: set[int], before: dict[int, float]) -> Iterator[None]:
+    """Let the threads go where they had better move, and at the end."""
+    ended = threading.Event()
+    watch = threading.Thread(target=_look, args=(ended, here, allowed, before), daemon=True)
+    watch.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        watch.join()
+        _let_go(allowed)
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        if self._watch is not None:
-            self._ended.set()
-            self._watch.join()
-            self._let_go()
 
-    def _look(self, here: int, before: dict[int, float]) -> None:
-        begin, own = time.monotonic(), time.process_time()
-        while not self._ended.wait(LOOK):
-            now, computed, all_own = time.monotonic(), _computed(), time.process_time()
-            much = MUCH * (now - begin)
-            spent = {processor: computed[processor] - before[processor] for processor in self._all}
-            is_shared = spent.pop(here) - (all_own - own) > much
-            if is_shared and any(now - begin - each > much for each in spent.values()):
-                self._let_go()
-                return
-            begin, before, own = now, computed, all_own
+def _look(ended: threading.Event, here: int, allowed: set[int], before: dict[int, float]) -> None:
+    begin, own = time.monotonic(), time.process_time()
+    while not ended.wait(LOOK):
+        now, computed, all_own = time.monotonic(), _computed(), time.process_time()
+        much = MUCH * (now - begin)
+        spent = {processor: computed[processor] - before[processor] for processor in allowed}
+        is_shared = spent.pop(here) - (all_own - own) > much
+        if is_shared and any(now - begin - each > much for each in spent.values()):
+            _let_go(allowed)
+            return
+        begin, before, own = now, computed, all_own
 
-    def _let_go(self) -> None:
-        if sys.platform == "linux":
-            for thread in threading.enumerate():
-                if thread.native_id is not None:
-                    with suppress(ProcessLookupError):
-                        os.sched_setaffinity(thread.native_id, self._all)
+
+def _let_go(allowed: set[int]) -> None:
+    if sys.platform == "linux":
+        for thread in threading.enumerate():
+            if thread.native_id is not None:
+                with suppress(ProcessLookupError):
+                    os.sched_setaffinity(thread.native_id, allowed)
 
 
 def _computed() -> dict[int, float]:

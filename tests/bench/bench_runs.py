@@ -28,7 +28,7 @@ from pathlib import Path
 import can
 from bench_rows import Cost, Row, best, computed, cost
 
-from conformance.plugin.one_processor import OneProcessor
+from conformance.plugin.one_processor import one_processor
 from conformance.reporting.recorded import read_run
 from conformance.run.bench import private_channel
 
@@ -154,7 +154,7 @@ def self_tests(cases: str) -> Iterator[Row | str]:
         if tests is None:
             tests = empty_tests(run.cases)
             yield Row(f"  {len(run.directions)} frames alone", frames)
-            with OneProcessor():
+            with one_processor():
                 yield Row("  the same, on one processor", frames_alone(run.directions))
             yield Row(f"  {run.cases} empty tests", tests)
         floor = Cost(frames.wall + tests.wall, frames.cpu + tests.cpu)

@@ -11,8 +11,8 @@ import pytest
 from plugin_runs import hosted, run, self_test
 
 from conformance.faults.catalogue import build_node
-from conformance.plugin import one_processor
-from conformance.plugin.one_processor import OneProcessor
+from conformance.plugin import one_processor as module
+from conformance.plugin.one_processor import one_processor
 
 if sys.platform != "linux":
     pytest.skip("only Linux says which processor a thread runs on", allow_module_level=True)
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.skipif(len(ALL) < 2, reason="there is one processor any
 @pytest.fixture
 def alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other tests compute beside this one, but that does not count."""
-    monkeypatch.setattr(one_processor, "MUCH", 1e9)
+    monkeypatch.setattr(module, "MUCH", 1e9)
 
 
 @contextmanager
@@ -48,7 +48,7 @@ def started() -> Iterator[int]:
 
 @pytest.mark.usefixtures("alone")
 def test_this_thread_and_what_it_starts_stay_on_one_processor() -> None:
-    with OneProcessor():
+    with one_processor():
         here = os.sched_getaffinity(0)
         with started() as other:
             assert len(here) == 1
@@ -59,7 +59,7 @@ def test_this_thread_and_what_it_starts_stay_on_one_processor() -> None:
 @pytest.mark.usefixtures("alone")
 def test_threads_that_go_on_are_let_go_at_the_end() -> None:
     with ExitStack() as running:
-        with OneProcessor():
+        with one_processor():
             other = running.enter_context(started())
         assert os.sched_getaffinity(other) == ALL
 
@@ -98,10 +98,10 @@ def test_it_makes_room_for_another_process_where_there_is_room_elsewhere(
     monkeypatch: pytest.MonkeyPatch, here: float, elsewhere: float, *, stays: bool
 ) -> None:
     system = Told(here, elsewhere)
-    monkeypatch.setattr(one_processor, "_computed", system.computed)
-    monkeypatch.setattr(one_processor, "LOOK", 0.01)
+    monkeypatch.setattr(module, "_computed", system.computed)
+    monkeypatch.setattr(module, "LOOK", 0.01)
     threads = set(threading.enumerate())
-    with OneProcessor(), started() as other:
+    with one_processor(), started() as other:
         (watch,) = [each for each in threading.enumerate() if each not in threads][:1]
         if stays:
             assert system.looked_often.wait(PATIENCE)
@@ -116,34 +116,29 @@ def test_where_nothing_tells_of_processors_nothing_changes(
 ) -> None:
     for name in ("THREAD", "PROCESSORS"):
         with monkeypatch.context() as patch:
-            patch.setattr(one_processor, name, tmp_path / "missing")
-            with OneProcessor():
+            patch.setattr(module, name, tmp_path / "missing")
+            with one_processor():
                 assert os.sched_getaffinity(0) == ALL
 
 
-@pytest.mark.usefixtures("alone")
-def test_a_self_test_runs_on_one_processor(pytester: pytest.Pytester) -> None:
-    seen = []
+class Looks:
+    """Sees on which processors a run may compute."""
 
-    class Looks:
-        def pytest_runtest_logreport(self) -> None:
-            seen.append(len(os.sched_getaffinity(0)))
+    def __init__(self) -> None:
+        self.seen: list[set[int]] = []
 
-    result = self_test(pytester, "-k", "abort", plugins=[Looks()])
-    assert result.ret == pytest.ExitCode.OK
-    assert set(seen) == {1}
-    assert os.sched_getaffinity(0) == ALL
+    def pytest_runtest_logreport(self) -> None:
+        self.seen.append(os.sched_getaffinity(0))
 
 
 @pytest.mark.usefixtures("alone")
-def test_so_does_none_of_a_real_device(pytester: pytest.Pytester) -> None:
-    seen = []
-
-    class Looks:
-        def pytest_runtest_logreport(self) -> None:
-            seen.append(os.sched_getaffinity(0))
-
+def test_a_self_test_runs_on_one_processor_and_no_other_run(pytester: pytest.Pytester) -> None:
+    own, real = Looks(), Looks()
+    assert self_test(pytester, "-k", "abort", plugins=[own]).ret == pytest.ExitCode.OK
     with hosted(build_node(None, 5)) as bus:
-        run(pytester, "--node-id=5", *bus, "-k", "abort", plugins=[Looks()])
-    assert seen
-    assert all(each == ALL for each in seen)
+        run(pytester, "--node-id=5", *bus, "-k", "abort", plugins=[real])
+    assert own.seen
+    assert all(len(each) == 1 for each in own.seen)
+    assert real.seen
+    assert all(each == ALL for each in real.seen)
+    assert os.sched_getaffinity(0) == ALL
