@@ -19,6 +19,7 @@ from conformance.plugin.deviation_scope import DeviationScope
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
 from conformance.plugin.garbage import Garbage
+from conformance.plugin.joined_reports import Parting
 from conformance.plugin.marks import MARKS
 from conformance.plugin.options import read_options
 from conformance.plugin.packed_reports import Packing, Unpacking
@@ -78,6 +79,7 @@ def pytest_configure(config: pytest.Config) -> None:
         )
         config.pluginmanager.register(controller, "conformance-controller")
         config.pluginmanager.register(Unpacking(), "conformance-unpacking")
+        config.pluginmanager.register(Parting(config), "conformance-parting")
     if options.share.worker:
         config.pluginmanager.register(Packing(), "conformance-packing")
     if not options.share.worker:

@@ -9,7 +9,14 @@ from conformance.bus.stop import RunStopped
 from conformance.plugin.ahead import PERFORMED, Ahead, may_go_ahead, state_of
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import take_arguments
-from conformance.plugin.direct import may_run_directly, run_directly, unseen_terminal
+from conformance.plugin.direct import (
+    Phases,
+    may_run_directly,
+    nobody_listens,
+    run_briefly,
+    run_directly,
+    unseen_terminal,
+)
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.performing import Performing
 from conformance.plugin.side_by_side import mixed
@@ -45,7 +52,12 @@ class Running:
         self._config = config
         self._state = state
         self._has_begun = False
-        self._runs_directly = False
+        self._runs_directly = self._runs_briefly = False
+        self._phases: Phases = (
+            ("setup", self._set_up),
+            ("call", self._call),
+            ("teardown", self._tear_down),
+        )
         self._unseen: list[object] = []
         self._goes_ahead = False
         self._performing = Performing(config, state, budget)
@@ -73,6 +85,7 @@ class Running:
             return
         self._has_begun = True
         self._runs_directly = may_run_directly(self._config, session.items)
+        self._runs_briefly = self._runs_directly and nobody_listens(self._config)
         self._unseen = unseen_terminal(self._config)
         stopped = self._go_ahead(session) if self._goes_ahead else self._performing.open()
         if stopped:
@@ -107,7 +120,10 @@ class Running:
         # By the last one pytest learns what it has to tear down: nothing.
         if not self._runs_directly or nextitem is None or not isinstance(item, CaseFunction):
             return None
-        run_directly(item, self._set_up, self._call, self._tear_down, self._unseen)
+        if self._runs_briefly:
+            run_briefly(item, self._phases)
+        else:
+            run_directly(item, self._phases, self._unseen)
         return True
 
     def _set_up(self, item: CaseFunction) -> None:
