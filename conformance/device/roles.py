@@ -24,8 +24,9 @@ class Roles:
     def number(self, length: int | None = None) -> KnownObject:
         """Return a writable number of ``length`` bytes, or the first of 4, 2, 1, 8 bytes."""
         lengths = (4, 2, 1, 8, 3, 5, 6, 7) if length is None else (length,)
+        found = self.all_writable(_may_be_plain)
         for wanted in lengths:
-            for known in self.all_writable():
+            for known in found:
                 if _is_plain(known, wanted):
                     return known
         kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
@@ -49,7 +50,7 @@ class Roles:
 
         One that was found to be short comes last.
         """
-        found = [known for known in self.all_writable() if _takes_any_bytes(known)]
+        found = self.all_writable(_takes_any_bytes)
         for known in sorted(found, key=self._last_for_long_transfers):
             return known
         raise self._lacks_text()
@@ -73,7 +74,7 @@ class Roles:
 
     def varying(self) -> list[KnownObject]:
         """Return the writable strings and domains, strings first."""
-        found = [known for known in self.all_writable() if _takes_any_bytes(known)]
+        found = self.all_writable(_takes_any_bytes)
         return sorted(found, key=self._last_for_short_transfers)
 
     def _last_for_short_transfers(self, known: KnownObject) -> tuple[bool, bool]:
@@ -151,8 +152,8 @@ class Roles:
     def _lacking(self, what: str, example: str, *fits: Fits) -> NotTestable:
         return lacking(self.device, what, example, *fits)
 
-    def all_writable(self) -> list[KnownObject]:
-        """Return what may be written and was read; what has limits last.
+    def all_writable(self, fits: Fits = lambda _: True) -> list[KnownObject]:
+        """Return what ``fits``, may be written and was read; what has limits last.
 
         Not what a permission alone lets be written: it does more than to keep a value.
         """
@@ -160,6 +161,7 @@ class Roles:
             known
             for known in self.device.objects
             if known.access is Access.RW
+            and fits(known)  # most are left out by it, and permissions take longer to look up
             and known.mux in self.device.values
             and self.device.policy.permits(known.mux)
             and group_of(known.mux.index) is None
@@ -178,8 +180,11 @@ class Roles:
 
 def _is_plain(known: KnownObject, length: int) -> bool:
     """Say whether it is a number of which each value is as good as any other."""
-    plain = known.access is Access.RW and known.data_type not in _NOT_PLAIN
-    return plain and known.length == length
+    return known.length == length and _may_be_plain(known)
+
+
+def _may_be_plain(known: KnownObject) -> bool:
+    return known.access is Access.RW and known.data_type not in _NOT_PLAIN
 
 
 def _takes_any_bytes(known: KnownObject) -> bool:

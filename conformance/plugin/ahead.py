@@ -21,7 +21,7 @@ from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import take_arguments
-from conformance.plugin.direct import PROTOCOL, foreign, is_alone, nobody_takes_part
+from conformance.plugin.direct import is_alone
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.options import Options
 from conformance.plugin.performing import Performing
@@ -30,6 +30,7 @@ from conformance.plugin.state import (
     begin_again,
 )
 from conformance.plugin.suite_errors import suite_error
+from conformance.plugin.taking_part import PROTOCOL, foreign, nobody_takes_part
 from conformance.plugin.time_left import estimate_for
 from conformance.reporting.bus_log import Place
 from conformance.run.bench import private_channel

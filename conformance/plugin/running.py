@@ -12,7 +12,6 @@ from conformance.plugin.case_arguments import take_arguments
 from conformance.plugin.direct import (
     Phases,
     may_run_directly,
-    nobody_listens,
     run_briefly,
     run_directly,
     unseen_terminal,
@@ -31,6 +30,7 @@ from conformance.plugin.state import (
     left_out,
     uses_device,
 )
+from conformance.plugin.taking_part import nobody_listens
 from conformance.plugin.workers import hand_back
 from conformance.reporting.workload import work_of
 from conformance.run.verdict import CaseResult, Verdict
@@ -120,10 +120,8 @@ class Running:
         # By the last one pytest learns what it has to tear down: nothing.
         if not self._runs_directly or nextitem is None or not isinstance(item, CaseFunction):
             return None
-        if self._runs_briefly:
-            run_briefly(item, self._phases)
-        else:
-            run_directly(item, self._phases, self._unseen)
+        run = run_briefly if self._runs_briefly else run_directly
+        run(item, self._phases, self._unseen)
         return True
 
     def _set_up(self, item: CaseFunction) -> None:

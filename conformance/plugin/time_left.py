@@ -101,7 +101,7 @@ class TimeLeft:
         self._begin: dict[str, float] = {}
         self._started: float | None = None
         self._next: float | None = None
-        self._results: dict[str, CaseResult] = {}
+        self._results: dict[str, tuple[str, CaseResult | None]] = {}
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Take the cases of this process; a controller of workers has none."""
@@ -114,22 +114,30 @@ class TimeLeft:
 
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Take what is done, and say how long the rest will take."""
+        """Take what has come of a test, and who has run it."""
         node: Worker | None = getattr(report, "node", None)
         worker = "" if node is None else node.workerinput["workerid"]
         now = time.monotonic()
         if self._started is None:
             self._started = now - report.duration
         begin = self._begin.setdefault(worker, now - report.duration)
-        first = self._first.setdefault(worker, begin)
+        self._first.setdefault(worker, begin)
         values = getattr(report, "conformance", None)
         if values is not None:
-            self._results[report.nodeid] = CaseResult.from_dict(values)
-        if report.when != "teardown":
-            return
+            self._results[report.nodeid] = worker, CaseResult.from_dict(values)
+        else:
+            self._results.setdefault(report.nodeid, (worker, None))
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_runtest_logfinish(self, nodeid: str) -> None:
+        """Take what is done, and say how long the rest will take."""
+        if nodeid not in self._results or self._started is None:
+            return  # nothing was told of it
+        worker, result = self._results.pop(nodeid)
+        now, begin = time.monotonic(), self._begin[worker]
         self._begin[worker] = now
-        result = self._results.pop(report.nodeid, None)
-        self._estimate.finish(report.nodeid, Taken.by(result, now - begin), worker, now - first)
+        first = self._first[worker]
+        self._estimate.finish(nodeid, Taken.by(result, now - begin), worker, now - first)
         if result is None or result.verdict is not Verdict.NOT_RUN:
             self._look(now - self._started)
 

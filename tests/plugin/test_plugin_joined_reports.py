@@ -1,9 +1,11 @@
 """A worker sends one report of a case; where it arrives, everybody is told of all phases."""
 
+from collections import Counter
 from itertools import chain, combinations
+from typing import Any
 
 import pytest
-from plugin_runs import QUICK, reports
+from plugin_runs import QUICK, reports, self_test
 
 from conformance.plugin.direct import Phases, run_briefly, run_directly
 from conformance.plugin.joined_reports import Parting
@@ -80,6 +82,29 @@ def test_who_listens_in_a_worker_hears_all_phases(pytester: pytest.Pytester) -> 
     assert "teardown passed" in sent
 
 
+@pytest.mark.parametrize("workers", ["0", "2"])
+@pytest.mark.parametrize("listening", [False, True])
+def test_quiet_phases_are_told_to_those_who_listen(
+    pytester: pytest.Pytester, workers: str, *, listening: bool
+) -> None:
+    """Without anybody there is a report a case; the last one of a process is left to pytest."""
+    made: Counter[str | None] = Counter()
+    of_pytest = pytest.TestReport.__init__
+
+    def counting(self: pytest.TestReport, *given: Any, **named: Any) -> None:
+        of_pytest(self, *given, **named)
+        made[self.when] += 1
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(pytest.TestReport, "__init__", counting)
+        plugins = [Listener()] if listening else []
+        result = self_test(pytester, "-k", "matrix.idle", "-n", workers, plugins=plugins)
+    cases = result.parseoutcomes()["passed"]
+    last = int(workers) or 1
+    assert made["call"] == cases
+    assert made["setup"] == made["teardown"] == (cases if listening else last)
+
+
 class Listener:
     """What everybody is told of a test."""
 
@@ -121,6 +146,8 @@ def test_whichever_phase_fails_is_told(pytester: pytest.Pytester, fails: tuple[s
     )
     run_directly(item, phases)  # type: ignore[arg-type]
     directly, listener.told = listener.told, []
+    # As in a worker, but that the controller is the same process.
+    item.config.workerinput = {}  # type: ignore[attr-defined]
     item.config.pluginmanager.register(Parting(item.config))
     run_briefly(item, phases)  # type: ignore[arg-type]
     assert listener.told == directly

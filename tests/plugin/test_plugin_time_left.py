@@ -44,8 +44,8 @@ class Process:
 
 
 def report(name: str, worker: Process) -> pytest.TestReport:
-    """Return what comes of the end of a case in a worker."""
-    made = pytest.TestReport(name, ("", 0, ""), {}, "passed", None, "teardown", duration=0.0)
+    """Return what comes of a case in a worker."""
+    made = pytest.TestReport(name, ("", 0, ""), {}, "passed", None, "call", duration=0.0)
     made.node = worker  # type: ignore[attr-defined]
     return made
 
@@ -62,6 +62,7 @@ def test_workers_are_taken_together(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in names[:3]:
         for worker in workers:
             told.pytest_runtest_logreport(report(name, worker))
+            told.pytest_runtest_logfinish(name)
     assert said[0].startswith("3 of 12 cases in")
 
 
