@@ -71,6 +71,8 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     blocks.require_upload()
     if any(BEYOND_16_BITS in lengths.whole for lengths in sdo.device.lengths.values()):
         return  # segmented-download.beyond-16-bits has written and read it
+    # What is wrong with any block upload shows before much is written.
+    expect_data(sdo, VENDOR_ID, sdo.upload(VENDOR_ID), blocks.upload(VENDOR_ID))
     known, data = room.object_beyond(BEYOND_16_BITS)
     expect_data(sdo, known, data, blocks.upload(known))
     if known.mux in sdo.record.written:

@@ -25,7 +25,7 @@ from conformance.dialogue.object_expectations import (
     value_of,
 )
 from conformance.dialogue.storage import Storage
-from conformance.dialogue.values import of_another_length, same_value, shown
+from conformance.dialogue.values import of_another_length, same_value, shown, with_spaces
 from conformance.run import object_choices as choose
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
@@ -84,7 +84,7 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
 @must("od.default", "dictionary.default", entry=choose.fixed)
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     """What never changes has the value that the EDS states."""
-    sdo.expect_value(entry, entry.default or b"")
+    sdo.expect_stated(entry, entry.default or b"")
 
 
 @must("od.load-defaults", "storage.load-defaults")
@@ -107,12 +107,12 @@ def test_default_of_parameter(
     due = entry.default or b""
     if device.permits.at_defaults:
         write_as_before(sdo, entry.mux)
-        sdo.expect_value(entry, due)
+        sdo.expect_stated(entry, due)
         return
     found = storage.loaded_defaults().get(entry.mux)
     if found is None:
         raise NotTestable("the object was not served when the defaults had been loaded")
-    if not same_value(entry, found, due):
+    if not same_value(entry, found, with_spaces(entry, due, found)):
         raise sdo.breach(f"{entry} reads {shown(due)} after the defaults were loaded", shown(found))
 
 
@@ -120,7 +120,7 @@ def test_default_of_parameter(
 def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
     """The device is configured as its DCF says (ParameterValue)."""
     write_as_before(sdo, entry.mux)
-    sdo.expect_value(entry, entry.configured or b"")
+    sdo.expect_stated(entry, entry.configured or b"")
 
 
 @must("od.identity", "dictionary.identity", said=choose.identity)

@@ -13,9 +13,11 @@ class Beliefs:
     ``misread`` are those of them that were not refused. ``nowhere`` names entries that the device
     was seen to lack, as their sub-indices 00h, and whose multiplexers are text. ``answers_twice``:
     every read is answered twice, and alike, so that it may be two devices with one node-ID.
+    ``all_entries`` are indices of which it was seen to serve sub-indices that they cannot have.
     """
 
     unreadable: dict[Multiplexer, str] = field(default_factory=dict)
     misread: set[Multiplexer] = field(default_factory=set)
     nowhere: tuple[Multiplexer, ...] = ()
     answers_twice: bool = False
+    all_entries: set[int] = field(default_factory=set)

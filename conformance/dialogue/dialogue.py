@@ -19,6 +19,7 @@ from conformance.dialogue.values import (
     segments_of,
     shown,
     tail_kept,
+    with_spaces,
 )
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
@@ -285,9 +286,16 @@ class Dialogue(Transfers):
             raise self.breach(f"no answer for {seconds:g} s", in_words(response))
         return response is None
 
+    def expect_stated(self, known: KnownObject, stated: bytes) -> None:
+        """Expect an object to read as an EDS or DCF states."""
+        found = self.upload(known)
+        self._expect_found(known, with_spaces(known, stated, found), found)
+
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``; a string may end in 00h."""
-        found = self.upload(known)
+        self._expect_found(known, due, self.upload(known))
+
+    def _expect_found(self, known: KnownObject, due: bytes, found: bytes) -> None:
         if not same_value(known, found, due):
             if self.record.causes.nothing_is_stored:
                 raise not_stored(known, due)

@@ -125,6 +125,7 @@ class Network:
 
         Whether or not it forgets what cases have left: what it holds then may be stored.
         """
+        self._device.permits.require(NMT)
         serves = self.state is None or self.state.serves_sdo
         if serves and self._sdo.tracker.open is None:
             write_all_as_before(self._sdo)

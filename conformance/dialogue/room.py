@@ -23,6 +23,8 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 MUCH_ROOM = 897
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
+# The value of an object that is written again each time that its room was looked for.
+MOST_RESTORED = 64
 # What even an object of a few bytes takes one of.
 EXPEDITED = (1, 4)
 NO_ROOM = (
@@ -174,7 +176,8 @@ class Room:
         """Raise NotTestable unless a string or domain takes ``size`` bytes.
 
         Most devices are asked twice in a run: for little, which is all that few cases need, and
-        then for more room than most do. The object has its own value again then.
+        then for more room than most do. The object has its own value again then, unless that is
+        long and may be away until it is needed.
         """
         lengths = self._device.lengths[known.mux]
         if self.has(known, size):
@@ -186,12 +189,12 @@ class Room:
         if not self.has(known, size) and (lengths.much or 0) < size:
             self.store(known, self._sdo.payload(size), segmented=True)
             lengths.taken.add(size)
-        self.restore_own(known)
+        self._restore_short(known)
         if not self.has(known, size):
             # It took much, and its own value: that may be one and the same length.
             self.store(known, self._sdo.payload(size), segmented=True)
             self._device.lengths[known.mux].taken.add(size)
-            self.restore_own(known)
+            self._restore_short(known)
 
     @contextmanager
     def for_length(self, known: KnownObject, size: int) -> Iterator[None]:
@@ -206,6 +209,11 @@ class Room:
             self._sdo.silence.recover()
             self.need(known, size)
             raise
+
+    def _restore_short(self, known: KnownObject) -> None:
+        long = len(self._device.values[known.mux]) > MOST_RESTORED
+        if not (long and self._device.may_be_left(known.mux)):
+            self.restore_own(known)
 
     def restore_own(self, known: KnownObject) -> None:
         """Write the value that an object had before the run."""

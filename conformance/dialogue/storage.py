@@ -14,7 +14,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_all_as_before
 from conformance.dialogue.network import Network
 from conformance.dialogue.transfers import NOT_NOW
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value, shown, with_spaces
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, DownloadInitiate
@@ -173,7 +173,8 @@ class Storage:
             value = values.get(known.mux)
             if value is None:
                 continue
-            if known.default is None or not same_value(known, value, known.default):
+            due = known.default
+            if due is None or not same_value(known, value, with_spaces(known, due, value)):
                 yield known
 
     def _check_put_back(self, values: Values) -> None:

@@ -8,7 +8,7 @@ from conformance.dialogue.causes import NOT_STORED, OTHER_DATA
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
-from conformance.sdo.objects import same_data
+from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import CONSTANT, NOT_REFUSED, Violation
 from conformance.sdo.rules.block_upload import FIRST_SUB_BLOCK
 from conformance.sdo.rules.segmented_upload import SEGMENTS
@@ -24,6 +24,16 @@ def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
     of longer ones: it is told so elsewhere.
     """
     return same_data(known.data_type, found, due, known.habits)
+
+
+def with_spaces(known: KnownObject, stated: bytes, found: bytes) -> bytes:
+    """Return a text that an EDS or DCF states with the spaces around it that were ``found``.
+
+    Such a file cannot hold them: whoever reads it strips each value (CiA 306-1 is silent on them).
+    """
+    text = known.data_type is DataType.VISIBLE_STRING
+    alike = found.rstrip(b"\0").strip() == stated.rstrip(b"\0").strip()
+    return found if text and alike else stated
 
 
 def restored_value(known: KnownObject, found: bytes, due: bytes) -> bool:

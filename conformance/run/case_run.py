@@ -294,12 +294,9 @@ class CaseRun:
         else:
             # A reset brings back what is stored: that is verified, for the next reset to find it.
             # What a device has made of a request that it got wrong is for no other case to read.
-            leaves_values = (
-                self._leaves_values
-                and not self.tools.network.expected_boot_ups
-                and self.result.verdict not in FAILED
-            )
-            session.restorer.restore(self.sdo, leaves_values=leaves_values)
+            leaves_values = self._leaves_values and not self.tools.network.expected_boot_ups
+            in_doubt = self.result.verdict in FAILED
+            session.restorer.restore(self.sdo, leaves_values=leaves_values, in_doubt=in_doubt)
             session.keep_late(self.result.case_id)
             if session.restorer.gone:
                 session.lost, self.result.afterwards = True, Afterwards.LOST

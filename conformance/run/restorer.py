@@ -54,14 +54,17 @@ class Restorer:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
         self._list(self._due(sdo.record.written))
 
-    def restore(self, sdo: Dialogue, *, leaves_values: bool = False) -> None:
+    def restore(
+        self, sdo: Dialogue, *, leaves_values: bool = False, in_doubt: bool = False
+    ) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back.
 
-        Where it ``leaves_values``, strings and domains stay as they are.
+        Where it ``leaves_values``, strings and domains stay as they are: if it is ``in_doubt`` what
+        they hold, with a short value in place of a long one.
         """
         written = {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES}
         if leaves_values:
-            written -= self._leave(sdo, written)
+            written -= self._leave(sdo, written, in_doubt=in_doubt)
         self._put_back(sdo, written)
         self._take_stock()
         if self.late or (sdo.record.causes.noisy and sdo.record.written):
@@ -80,27 +83,46 @@ class Restorer:
         self._put_back(sdo, set(self.unrestored))
         self._take_stock()
 
-    def _leave(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
+    def _leave(
+        self, sdo: Dialogue, written: Iterable[Multiplexer], *, in_doubt: bool
+    ) -> set[Multiplexer]:
         """Note which of some objects stay as a case has left them, and return these.
 
         What is empty does not: a device may refuse to read it. Nor what is very long, unless it was
-        as long before.
+        as long before; nor what is ``in_doubt``.
         """
         seen, extents = sdo.wire.seen, self.device.extents
-        staying = {
-            mux
-            for mux, value in self._due(written).items()
-            if self.device.may_be_left(mux)
-            and (mux not in seen or seen[mux])
-            and extents.latest(mux) <= max(MOST_LEFT, len(value))
-        }
-        for mux, value in self._due(staying).items():
+        staying: set[Multiplexer] = set()
+        for mux, value in self._due(written).items():
+            if not self.device.may_be_left(mux):
+                continue
+            fits = extents.latest(mux) <= max(MOST_LEFT, len(value))
+            stays = fits and (mux not in seen or seen[mux]) and not in_doubt
+            if not stays and not self._stands_in(sdo, mux, value):
+                continue
+            staying.add(mux)
             found = seen.get(mux)
             if found is not None and restored_value(self._known(mux), found, value):
                 self._is_back(mux, value)
             else:
                 self.device.keeping.left.add(mux)
         return staying
+
+    def _stands_in(self, sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
+        """Write a short value for the time being where an object had a long one before the run.
+
+        That may take hundreds of requests, and after each of many cases that fail alike. Says
+        whether the object reads so: it takes what it is written, then.
+        """
+        size = min(self.device.lengths[mux].taken, default=0)
+        if len(value) <= LONG or not 0 < size <= LONG:
+            return False
+        known, data = self._known(mux), sdo.payload(size)
+        try:
+            self._download(sdo, known, data)
+        except Violation:
+            return False  # it is told where the value itself is not taken
+        return self._reads(sdo, known, data)
 
     def _take_stock(self) -> None:
         """Note which objects hold an unknown value."""

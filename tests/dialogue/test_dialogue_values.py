@@ -5,6 +5,7 @@ from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, discovered, recording
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.values import same_value, with_spaces
 from conformance.faults.catalogue import build_node
 from conformance.sdo.frames import DownloadInitiate, DownloadSegment, UploadInitiate
 from conformance.sdo.layout import Multiplexer
@@ -106,3 +107,15 @@ def test_a_request_that_writes_is_remembered() -> None:
         assert sdo.record.written == set()
         sdo.send(DownloadInitiate.with_data(NUMBER.mux, b"\1\2\3\4"))
         assert sdo.record.written == {NUMBER.mux}
+
+
+@pytest.mark.parametrize("stated", ["a text", "a text\0", "", "another"])
+@pytest.mark.parametrize("found", ["a text", " a text", "a text  ", " a text\0", "   "])
+def test_an_eds_loses_the_spaces_around_a_text(found: str, stated: str) -> None:
+    due = with_spaces(TEXT, stated.encode(), found.encode())
+    alike = found.strip(" \0") == stated.strip(" \0")
+    assert same_value(TEXT, found.encode(), due) == alike
+
+
+def test_the_spaces_of_other_objects_count() -> None:
+    assert with_spaces(DOMAIN, b"data", b" data") == b"data"

@@ -3,16 +3,19 @@
 from pathlib import Path
 
 import pytest
-from plugin_runs import NODE_ID, Watched, hosted, run
+from plugin_runs import NODE_ID, Watched, hosted, run, self_test
 
 from conformance.faults.catalogue import build_node
+from conformance.reference import dictionary
+from conformance.reference.built_in_device import reference_entries
 from conformance.reference.built_in_eds import eds_of
 from conformance.reference.node import Node
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Entry
 
 pytest_plugins = ["pytester"]
 
-NUMBER = Multiplexer(0x2004)
+NUMBER, TEXT = Multiplexer(0x2004), Multiplexer(0x2010)
 DEFAULTS = "od.load-defaults or od.default-of-parameter"
 LOAD = bytes.fromhex("231110016C6F6164")
 ALL = ("load-defaults", "nmt", "store-parameters", "sdo-parameters")
@@ -104,3 +107,18 @@ def test_the_user_has_loaded_them(pytester: pytest.Pytester) -> None:
     configured, _ = cases(pytester, "parameters-stored", "-v", objects=objects)
     assert configured.ret == pytest.ExitCode.TESTS_FAILED
     configured.stdout.fnmatch_lines(["od.default-of-parameter[[]2004h:00]: FAIL *"])
+
+
+def test_a_default_with_spaces_around_it(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An EDS cannot hold them."""
+
+    def entries(node_id: int) -> dict[Multiplexer, Entry]:
+        found = reference_entries(node_id)
+        found[TEXT].value = b"  a text "
+        return found
+
+    monkeypatch.setattr(dictionary, "reference_entries", entries)
+    result = self_test(pytester, "--sdo-simulated", "-k", "od.default-of-parameter and 2010h")
+    result.assert_outcomes(passed=1)

@@ -14,13 +14,15 @@ from conformance.reference.built_in_device import reference_entries
 from conformance.reference.server import BlockDownload
 from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.session import DeviceSession
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     BlockUploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.objects import Entry
+from conformance.sdo.objects import Entry, Refusal
+from conformance.sdo.rules import Violation
 
 LONG = bytes(range(0x20, 0x7F)) * 3
 
@@ -133,3 +135,63 @@ def test_long_values_are_put_back_in_blocks_where_that_works(kind: type[Recordin
         assert (BlockDownloadInitiate in each) == works
         assert UploadSegment not in each
         assert BlockUploadInitiate in each
+
+
+BROKEN = Violation(RULE, expected="this", actual="that")
+
+
+class _TakesOneLength(Recording):
+    """Refuses a value of another length than what it has."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        if entry is self.entries[DOMAIN.mux] and len(data) != len(LONG):
+            raise Refusal(AbortCode.LENGTH_MISMATCH)
+        super().store(entry, data)
+
+
+class _WrongWhenShort(Recording):
+    """Loses the last byte of a short value."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        super().store(entry, data[:-1] if 4 < len(data) < 64 else data)
+
+
+@pytest.mark.parametrize("ending", [None, BROKEN], ids=["passes", "fails"])
+@pytest.mark.parametrize("kind", [Recording, _WrongWhenShort, _TakesOneLength])
+def test_a_short_value_stands_in_for_a_long_one(
+    kind: type[Recording], ending: Violation | None
+) -> None:
+    """Behind a case that fails, or leaves more than another should have to read."""
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = LONG
+    server = kind(entries)
+    with discovered(server) as bench:
+        bench.device.lengths[DOMAIN.mux].taken |= {len(LONG), 20}
+        session = bench.session()
+        run = begin(session)
+        size = len(LONG) if kind is _TakesOneLength else 2000
+        Blocks(run.sdo).download(DOMAIN, bytes(n % 250 for n in range(size)))
+        server.requests.clear()
+        run.conclude(ending)
+        left = server.entries[DOMAIN.mux].value
+        if kind is Recording:
+            assert len(left) == 20
+            assert len(server.requests) < 20
+            assert session.restorer.unrestored.keys() == {DOMAIN.mux}
+            assert begin(session).sdo.upload(DOMAIN) == left
+        elif kind is _WrongWhenShort or ending is not None:
+            assert left == LONG, "it holds what it should, and nothing that is not known"
+        session.restore_pending()
+    assert server.entries[DOMAIN.mux].value == LONG
+    assert session.restorer.unrestored == {}
+
+
+def test_a_short_value_is_put_back_itself() -> None:
+    server = recording()
+    before = server.values()
+    with discovered(server) as bench:
+        bench.device.lengths[TEXT.mux].taken |= {3, 20}
+        run = begin(bench.session())
+        run.sdo.download(TEXT, b"left")
+        run.conclude(BROKEN)
+        assert server.values() == before

@@ -1,7 +1,7 @@
 """One field of the matrix: lead the server into a state, send one frame, judge what follows."""
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 
 from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
@@ -36,11 +36,7 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
     first frame on. Raises Violation, NotTestable and Unimplemented.
     """
     missing = missing_object(sdo)
-    try:
-        missing_entry = missing_sub_index(sdo, DEVICE_TYPE.index)
-    except Violation:
-        # That this device serves any sub-index is for other cases to say.
-        missing_entry = Multiplexer(missing.index, 1)
+    missing_entry = _missing_entry(sdo, missing)
     known, size = _suited(sdo, known, state)
     targets = Targets(sdo.device.node_id, known.mux, missing, missing_entry)
     with ExitStack() as following:
@@ -66,6 +62,17 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
         elif known.mux not in sdo.wire.seen:
             sdo.upload(known)
             lockstep.check()
+
+
+def _missing_entry(sdo: Dialogue, missing: Multiplexer) -> Multiplexer:
+    """Return a sub-index that an object lacks, of 1000h if possible.
+
+    That a device serves any there is for other cases to say; it is not asked again.
+    """
+    if DEVICE_TYPE.index not in sdo.device.beliefs.all_entries:
+        with suppress(Violation):
+            return missing_sub_index(sdo, DEVICE_TYPE.index)
+    return Multiplexer(missing.index, 1)
 
 
 @contextmanager
