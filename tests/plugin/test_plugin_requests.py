@@ -42,8 +42,8 @@ def counted(log: Path) -> Counts:
 # which 9,363 are the segments of one block download beyond 16 bits, with 75 answers. The self-test
 # takes less: 41,000 answers and 55,000 frames. A few per cent hang on the order of the cases.
 # Without block downloads long values go in segments: 67,000 answers and 71,400 frames, of which
-# 18,700 are one download beyond 16 bits and its upload; 90,000 when each case that failed had put
-# back the long value of the domain.
+# 18,700 are one download beyond 16 bits and its upload; 107,000 when the long value of the domain
+# was put back by each case that failed or looked for room.
 LENGTH = 4096
 SOUND, WITHOUT_BLOCKS = (50_500, 65_500), (68_500, 73_500)
 REFUSED_IN_SILENCE = "--sdo-fault=block-refused-in-silence"
