@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
+from conformance.dialogue.blocks import LONG
 from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.left import write_as_before
@@ -23,8 +24,6 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 MUCH_ROOM = 897
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
-# The value of an object that is written again each time that its room was looked for.
-MOST_RESTORED = 64
 # What even an object of a few bytes takes one of.
 EXPEDITED = (1, 4)
 NO_ROOM = (
@@ -211,7 +210,7 @@ class Room:
             raise
 
     def _restore_short(self, known: KnownObject) -> None:
-        long = len(self._device.values[known.mux]) > MOST_RESTORED
+        long = len(self._device.values[known.mux]) > LONG
         if not (long and self._device.may_be_left(known.mux)):
             self.restore_own(known)
 

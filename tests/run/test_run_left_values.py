@@ -166,6 +166,8 @@ def test_a_short_value_stands_in_for_a_long_one(
     entries[DOMAIN.mux].value = LONG
     server = kind(entries)
     with discovered(server) as bench:
+        told: list[dict[str, Any]] = []
+        bench.device.keeping.changes = Changes(told.append)
         bench.device.lengths[DOMAIN.mux].taken |= {len(LONG), 20}
         session = bench.session()
         run = begin(session)
@@ -178,6 +180,8 @@ def test_a_short_value_stands_in_for_a_long_one(
             assert len(left) == 20
             assert len(server.requests) < 20
             assert session.restorer.unrestored.keys() == {DOMAIN.mux}
+            assert [record["record"] for record in told] == [CHANGED], "for a run that is killed"
+            assert told[0]["value"] == LONG.hex()
             assert begin(session).sdo.upload(DOMAIN) == left
         elif kind is _WrongWhenShort or ending is not None:
             assert left == LONG, "it holds what it should, and nothing that is not known"
