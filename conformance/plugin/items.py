@@ -187,11 +187,15 @@ def _items(
 ) -> Iterator[CaseFunction]:
     variation = OwnVariation if isinstance(collector, CaseModule) else Variation
     place, where = _place_of(function, collector), ""
+    # What pytest makes is the same for all devices with the same objects.
+    made_of: dict[tuple[str | None, ...], list[pytest.Function]] = {}
     for node_id, listing in listings.items():
         variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
-        made_here = _made_by_pytest(collector, function, variation, variations)
-        for number, made in enumerate(made_here):
+        labels = tuple(variations)
+        if labels not in made_of:
+            made_of[labels] = _made_by_pytest(collector, function, variation, variations)
+        for number, made in enumerate(made_of[labels]):
             callspec = getattr(made, "callspec", None)
             label = callspec.params.get(VARIATION) if callspec else None
             case_id, arguments = variations[label]
