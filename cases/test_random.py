@@ -4,7 +4,7 @@ A failure is shrunk to the shortest conversation that breaks the same rule, kept
 reports, and tried first by the next run.
 """
 
-from conformance.generated.conversations import strategies
+from conformance.generated.conversations.conversation import Kind
 from conformance.generated.conversations.search import Search
 from conformance.run.case import must
 from conformance.run.risks import ANYTHING, LOST_SEGMENT
@@ -13,25 +13,25 @@ from conformance.run.risks import ANYTHING, LOST_SEGMENT
 @must("random.segmented-transfers", "upload.size", "response.toggle", "upload.ends")
 def test_segmented_transfers(conversations: Search) -> None:
     """Expedited and segmented transfers of any size carry the value."""
-    conversations.run(strategies.segmented_transfers)
+    conversations.run(Kind.SEGMENTED_TRANSFERS)
 
 
 @must("random.block-transfers", "upload.size", "block.sequence", "block.crc", risk=LOST_SEGMENT)
 def test_block_transfers(conversations: Search) -> None:
     """Block transfers carry the value, however segments get lost, repeated or late."""
-    conversations.run(strategies.block_transfers)
+    conversations.run(Kind.BLOCK_TRANSFERS)
 
 
 @must("random.sequences", "server.idle-afterwards", "server.nothing-afterwards")
 def test_sequences(conversations: Search) -> None:
     """A transfer leaves nothing behind that the next one could notice."""
-    conversations.run(strategies.sequences)
+    conversations.run(Kind.SEQUENCES)
 
 
 @must("random.interrupted", "server.idle-afterwards", "server.value-kept")
 def test_interrupted(conversations: Search) -> None:
     """A transfer can be interrupted at any point, and the next one is served."""
-    conversations.run(strategies.interrupted)
+    conversations.run(Kind.INTERRUPTED)
 
 
 @must(
@@ -43,4 +43,4 @@ def test_interrupted(conversations: Search) -> None:
 )
 def test_any_frames(conversations: Search) -> None:
     """Frames that are almost right get answers that are allowed for what they are."""
-    conversations.run(strategies.any_frames)
+    conversations.run(Kind.ANY_FRAMES)

@@ -4,25 +4,14 @@ import argparse
 import io
 import os
 import sys
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Collection, Sequence
+from importlib import import_module
+from typing import Protocol, cast
 
 import can
 
 from conformance import __version__
 from conformance.bus.errors import BenchError, SilentNode
-from conformance.commands import (
-    compare,
-    decode,
-    faults,
-    init,
-    overview,
-    replay,
-    report,
-    restore,
-    rules,
-    serve,
-)
 from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, SILENT_NODE, WRONG_USE
 from conformance.faults.catalogue import UnknownServer
 from conformance.sdo.inert import inert
@@ -44,18 +33,23 @@ class Command(Protocol):
         """Run the command; returns the exit status."""
 
 
-COMMANDS: dict[str, Command] = {
-    "init": init,
-    "serve": serve,
-    "faults": faults,
-    "rules": rules,
-    "decode": decode,
-    "replay": replay,
-    "report": report,
-    "compare": compare,
-    "overview": overview,
-    "restore": restore,
-}
+COMMANDS = (
+    "init",
+    "serve",
+    "faults",
+    "rules",
+    "decode",
+    "replay",
+    "report",
+    "compare",
+    "overview",
+    "restore",
+)
+
+
+def command_of(name: str) -> Command:
+    """Return the module of a command. To import all of them takes half a second."""
+    return cast(Command, import_module(f"conformance.commands.{name}"))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -64,8 +58,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed or when
     a run is worse than an earlier one, 10 for a device that does not answer.
     """
-    parser = command_line()
-    options, unknown = parser.parse_known_args(arguments)
+    given = sys.argv[1:] if arguments is None else arguments
+    parser = command_line([name for name in COMMANDS if name in given[:1]] or COMMANDS)
+    options, unknown = parser.parse_known_args(given)
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}.{_hint(options, unknown[0])}")
     for stream in (sys.stdout, sys.stderr):
@@ -76,7 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except BrokenPipeError as error:
-        if options.run is serve.run:  # it is the connection to a bus
+        if options.command == "serve":  # it is the connection to a bus
             return _broken(error, BROKEN_BENCH)
         # The reader has closed the pipe, as ``head`` does; Python would complain once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -99,16 +94,17 @@ def _broken(error: Exception, status: int) -> int:
 def _hint(options: argparse.Namespace, unknown: str) -> str:
     """Name the option of the command that is nearest to an unknown one."""
     own = argparse.ArgumentParser()
-    COMMANDS[options.command].add_options(own)
+    command_of(options.command).add_options(own)
     return meant(unknown.partition("=")[0], own.format_usage().replace("[", " ").split())
 
 
-def command_line() -> argparse.ArgumentParser:
-    """Return the parser of all commands."""
+def command_line(names: Collection[str] = COMMANDS) -> argparse.ArgumentParser:
+    """Return the parser of the commands of these names."""
     parser = argparse.ArgumentParser(prog="conformance", description=__doc__)
     parser.add_argument("--version", action="version", version=__version__)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, command in COMMANDS.items():
+    for name in names:
+        command = command_of(name)
         options = commands.add_parser(name, help=command.HELP, description=_sentence(command.HELP))
         command.add_options(options)
         options.set_defaults(run=command.run, command=name)

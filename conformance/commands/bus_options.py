@@ -2,8 +2,8 @@
 
 import argparse
 
+from conformance.bus.arguments import bit_rate, named_value
 from conformance.bus.opening import BusSettings
-from conformance.plugin.arguments import bit_rate, named_value
 
 
 def add_bus_options(parser: argparse.ArgumentParser, interface: str, channel: str) -> None:

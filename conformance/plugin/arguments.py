@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import pytest
 
-from conformance.bus.bit_rate import BitRateError, parse_bit_rate
+from conformance.bus.arguments import bit_rate, named_value
 from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.known_objects import ObjectNameError, parse_object
 from conformance.device.programs import words
@@ -299,22 +299,6 @@ def _requirement(text: str) -> Requirement:
         return parse_requirement(text)
     except RequirementError as error:
         raise ArgumentTypeError(str(error)) from None
-
-
-def bit_rate(text: str) -> int:
-    """Read bits per second; raises ArgumentTypeError."""
-    try:
-        return parse_bit_rate(text)
-    except BitRateError as error:
-        raise ArgumentTypeError(str(error)) from None
-
-
-def named_value(text: str) -> tuple[str, str]:
-    """Read NAME=VALUE; raises ArgumentTypeError."""
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip().isidentifier():
-        raise ArgumentTypeError(f"{text!r} is no setting: write NAME=VALUE, as in port=29536")
-    return name.strip(), value
 
 
 def _command(text: str) -> list[str]:

@@ -15,7 +15,8 @@ import pytest
 from conformance.bus.stop import RunStopped
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
-from conformance.generated.conversations.search import Plan, Search
+from conformance.generated.conversations.plan import Plan
+from conformance.generated.conversations.search import Search
 from conformance.generated.conversations.store import FailingStore
 from conformance.plugin.attempts import begin
 from conformance.plugin.items import CaseFunction

@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from conformance.__main__ import COMMANDS, main
+from conformance.__main__ import COMMANDS, command_of, main
 from conformance.faults.catalogue import faults, unusual
 from conformance.faults.registry import Defect
 
@@ -19,7 +19,8 @@ def helped(name: str, capsys: pytest.CaptureFixture[str]) -> str:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_each_command_says_what_it_does(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     """In its own help as well as in the list of commands."""
-    sentence = f"{COMMANDS[name].HELP[0].upper()}{COMMANDS[name].HELP[1:]}."
+    words = command_of(name).HELP
+    sentence = f"{words[0].upper()}{words[1:]}."
     assert sentence in " ".join(helped(name, capsys).split())
 
 
@@ -30,7 +31,7 @@ def test_each_option_is_explained(name: str) -> None:
             assert len(str(how.get("help", ""))) > 10, f"{name} {names}"
             return super().add_argument(*names, **how)  # type: ignore[arg-type]
 
-    COMMANDS[name].add_options(Parser(add_help=False))
+    command_of(name).add_options(Parser(add_help=False))
 
 
 @pytest.mark.parametrize(

@@ -14,18 +14,19 @@ from conformance.device.device import Device
 from conformance.device.known_objects import by_multiplexer
 from conformance.device.safety import WritePolicy, written_by
 from conformance.faults.hosting import simulated_bus
-from conformance.generated.conversations import strategies
 from conformance.generated.conversations.conversation import (
     Conversation,
     Disturbance,
     Event,
+    Kind,
     Service,
     Transfer,
     from_lines,
     to_lines,
 )
 from conformance.generated.conversations.device_objects import harmless
-from conformance.generated.conversations.search import Draw, Plan, Search
+from conformance.generated.conversations.plan import Plan
+from conformance.generated.conversations.search import Search
 from conformance.generated.conversations.store import FailingStore
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.run.case_run import CaseRun, begin_case
@@ -38,13 +39,6 @@ from conformance.sdo.rules import Level, Rule, Violation
 RULE = Rule("random.test", "7.2.4", Level.MUST, "What the case is about.")
 TEXT = Multiplexer(0x2010)
 NOWHERE = Multiplexer(0x7E7E, 0x2B)
-DRAWS = (
-    strategies.segmented_transfers,
-    strategies.block_transfers,
-    strategies.sequences,
-    strategies.interrupted,
-    strategies.any_frames,
-)
 
 
 class Searched:
@@ -65,9 +59,9 @@ class Searched:
         if captured.direction is Direction.SENT:
             self.sent.append(str(captured.frame))
 
-    def search(self, draw: Draw, plan: Plan) -> CaseRun:
+    def search(self, kind: Kind, plan: Plan) -> CaseRun:
         run = begin_case(self.session, RULE.id, "random", RULE)
-        Search(self.session, run, plan, self.store).run(draw)
+        Search(self.session, run, plan, self.store).run(kind)
         return run
 
 
@@ -76,17 +70,17 @@ def reference(tmp_path: Path) -> Searched:
     return Searched(None, tmp_path)
 
 
-@pytest.mark.parametrize("draw", DRAWS)
-def test_the_reference_server_passes(reference: Searched, draw: Draw) -> None:
-    run = reference.search(draw, Plan(40, seed=7))
+@pytest.mark.parametrize("kind", Kind)
+def test_the_reference_server_passes(reference: Searched, kind: Kind) -> None:
+    run = reference.search(kind, Plan(40, seed=7))
     assert run.result.progress.startswith("40 of 40 examples in ")
     assert not reference.store.path.exists()
 
 
-@pytest.mark.parametrize("draw", DRAWS)
-def test_only_what_may_be_written_is_named(reference: Searched, draw: Draw) -> None:
+@pytest.mark.parametrize("kind", Kind)
+def test_only_what_may_be_written_is_named(reference: Searched, kind: Kind) -> None:
     """Whatever the device takes a frame for."""
-    reference.search(draw, Plan(40, seed=8))
+    reference.search(kind, Plan(40, seed=8))
     device = reference.session.device
     for text in reference.sent:
         can_id, _, data = text.partition("#")
@@ -105,44 +99,44 @@ def test_harmless(data: bytes) -> None:
     assert sent[:1] == data[:1]
 
 
-@pytest.mark.parametrize("draw", DRAWS)
-def test_the_same_seed_sends_the_same_frames(tmp_path: Path, draw: Draw) -> None:
+@pytest.mark.parametrize("kind", Kind)
+def test_the_same_seed_sends_the_same_frames(tmp_path: Path, kind: Kind) -> None:
     sent = []
     for seed in (1, 1, 2):
         device = Searched(None, tmp_path)
-        device.search(draw, Plan(10, seed))
+        device.search(kind, Plan(10, seed))
         sent.append(device.sent)
     assert sent[0] == sent[1] != sent[2]
 
 
 @pytest.mark.parametrize(
-    ("server", "draw", "most"),
+    ("server", "kind", "most"),
     [
-        ("third-segmented-upload-late", strategies.segmented_transfers, 40),
-        ("upload-toggle-ignored", strategies.any_frames, 30),
-        ("download-not-stored", strategies.segmented_transfers, 30),
+        ("third-segmented-upload-late", Kind.SEGMENTED_TRANSFERS, 40),
+        ("upload-toggle-ignored", Kind.ANY_FRAMES, 30),
+        ("download-not-stored", Kind.SEGMENTED_TRANSFERS, 30),
     ],
 )
 def test_a_failure_is_shrunk_kept_and_tried_first(
-    tmp_path: Path, server: str, draw: Draw, most: int
+    tmp_path: Path, server: str, kind: Kind, most: int
 ) -> None:
     device = Searched(server, tmp_path)
     with pytest.raises(Violation) as first:
-        device.search(draw, Plan(200, seed=1))
+        device.search(kind, Plan(200, seed=1))
     assert len(device.session.frames) <= most
     kept = device.store.load()
     again = Searched(server, tmp_path)
     with pytest.raises(Violation) as second:
-        again.search(draw, Plan(200, seed=99))
+        again.search(kind, Plan(200, seed=99))
     assert second.value.rule == first.value.rule
     assert again.store.load() == kept
     repaired = Searched(None, tmp_path)
-    repaired.search(draw, Plan(1, seed=1))
+    repaired.search(kind, Plan(1, seed=1))
     assert not repaired.store.path.exists()
 
 
 def test_the_time_is_bounded(reference: Searched) -> None:
-    run = reference.search(strategies.any_frames, Plan(100, seed=1, search_seconds=0.0))
+    run = reference.search(Kind.ANY_FRAMES, Plan(100, seed=1, search_seconds=0.0))
     assert run.result.progress.startswith("0 of 100 examples")
     assert run.sdo.record.notes == [f"{run.result.progress}, which is as long as it may take"]
 

@@ -19,6 +19,16 @@ class Service(StrEnum):
     BLOCK_UPLOAD = "block upload"
 
 
+class Kind(StrEnum):
+    """What conversations are drawn, by what the server is tried with."""
+
+    SEGMENTED_TRANSFERS = "segmented transfers"
+    BLOCK_TRANSFERS = "block transfers"
+    SEQUENCES = "sequences"
+    INTERRUPTED = "interrupted transfers"
+    ANY_FRAMES = "any frames"
+
+
 class Event(StrEnum):
     """What befalls a request on its way, or the client before it sends it."""
 

@@ -1,50 +1,15 @@
-"""Looks for a conversation that a device gets wrong, and for the shortest one like it.
-
-hypothesis draws conversations and shrinks the first that fails. It tells failures apart by the
-type of the exception, so each rule gets one of its own: what is left breaks the same rule. Both
-are bounded in time; after that nothing is sent any more, and the report says how far it came.
-"""
+"""The search of a case: the conversation that failed the last time, then random ones."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
-
-from hypothesis import HealthCheck, Phase, given, seed, settings
-from hypothesis.strategies import SearchStrategy
 
 from conformance.device.lacking import NotTestable
-from conformance.generated.conversations.conversation import Conversation
-from conformance.generated.conversations.device_objects import DeviceObjects, survey
+from conformance.generated.conversations.conversation import Conversation, Kind
+from conformance.generated.conversations.device_objects import survey
+from conformance.generated.conversations.plan import Plan
 from conformance.generated.conversations.store import FailingStore
 from conformance.generated.conversations.trials import Failure, Trials
 from conformance.run.case_run import CaseRun
 from conformance.run.session import DeviceSession
-from conformance.sdo.rules import Rule
-
-SEARCH_SECONDS = 60.0
-SHRINK_SECONDS = 30.0
-# They mind examples that are slow or large: a device is as slow as it is.
-NO_HEALTH_CHECKS = list(HealthCheck)
-Draw = Callable[[DeviceObjects], SearchStrategy[Conversation]]
-
-
-class Broken(Exception):
-    """A conversation broke a rule; each rule has a subclass."""
-
-    def __init__(self, failure: Failure) -> None:
-        """Keep what failed."""
-        super().__init__(str(failure.violation))
-        self.failure = failure
-
-
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """How many conversations to try, from which seed, for how many seconds at most."""
-
-    examples: int
-    seed: int
-    search_seconds: float = SEARCH_SECONDS
-    shrink_seconds: float = SHRINK_SECONDS
 
 
 class Search:
@@ -63,20 +28,23 @@ class Search:
         """Take the next try of the case."""
         self._run = run
 
-    def run(self, draw: Draw) -> None:
-        """Try what failed the last time, then random conversations.
+    def run(self, kind: Kind) -> None:
+        """Try what failed the last time, then random conversations of a kind.
 
         Raises Violation, with the frames of the shortest failing conversation as those of the
         case; NotTestable without a string or domain, or without examples; BenchError.
         """
         if not self._plan.examples:
             raise NotTestable("no random conversations were asked for: leave out --sdo-examples=0")
+        # hypothesis takes long to import, and a run of chosen cases mostly draws nothing.
+        from conformance.generated.conversations.hunt import Hunt
+
         sdo, result = self._run.sdo, self._run.result
         objects = survey(sdo)
         trials = Trials(self._session, sdo, objects)
         hunt = Hunt(trials, self._plan, sdo.info)
         begin = time.monotonic()
-        failure = self._failed_before(trials) or hunt.run(draw(objects), result.case_id)
+        failure = self._failed_before(trials) or hunt.run(kind, objects, result.case_id)
         result.progress = (
             f"{hunt.done} of {self._plan.examples} examples in {time.monotonic() - begin:.1f} s"
         )
@@ -107,97 +75,3 @@ class Search:
         elif not trials.ended:
             self._store.remove()
         return failure
-
-
-class Hunt:
-    """One search by hypothesis: what was tried, and what came of it."""
-
-    def __init__(self, trials: Trials, plan: Plan, note: Callable[[str], None]) -> None:
-        """``note`` takes remarks on what was found."""
-        self.done = 0
-        self._trials = trials
-        self._plan = plan
-        self._note = note
-        self._deadline = 0.0
-        self._previous: Conversation = ()
-        # Once one has failed: what came of each. hypothesis repeats some, and counts on the same.
-        self._outcomes: dict[Conversation, Failure | None] = {}
-        self._settled: Failure | None = None
-        self._kinds: dict[Rule, type[Broken]] = {}
-
-    def run(self, conversations: SearchStrategy[Conversation], case_id: str) -> Failure | None:
-        """Return the shortest failure that was found."""
-        self._deadline = time.monotonic() + self._plan.search_seconds
-
-        @seed(f"{self._plan.seed}/{case_id}")
-        @settings(
-            max_examples=self._plan.examples,
-            phases=(Phase.generate, Phase.shrink),
-            database=None,
-            deadline=None,
-            report_multiple_bugs=False,
-            print_blob=False,
-            suppress_health_check=NO_HEALTH_CHECKS,
-        )
-        @given(conversations)
-        def examine(conversation: Conversation) -> None:
-            self._examine(conversation)
-
-        try:
-            examine()
-        except Broken as broken:
-            return self._confirmed(broken.failure)
-        return self._settled
-
-    def _examine(self, conversation: Conversation) -> None:
-        """Try one conversation; raises Broken for one that fails."""
-        if conversation not in self._outcomes:
-            if self._settled or time.monotonic() > self._deadline:
-                return
-            if not self._outcomes:
-                self._look(conversation)
-            else:
-                self._outcomes[conversation] = self._trials.attempt(conversation)
-        failure = self._outcomes.get(conversation)
-        if failure is not None:
-            kind = type("Broken", (Broken,), {"__doc__": failure.rule.sentence})
-            raise self._kinds.setdefault(failure.rule, kind)(failure)
-
-    def _look(self, conversation: Conversation) -> None:
-        """Try a conversation as long as none has failed."""
-        failure = self._trials.attempt(conversation)
-        self.done += not self._trials.ended or failure is not None
-        if failure is None:
-            self._previous = conversation
-            return
-        self._note(f"found by example {self.done} of {self._plan.examples}")
-        self._deadline = time.monotonic() + self._plan.shrink_seconds
-        again = self._trials.attempt(conversation, failure.rule)
-        if again is not None:
-            self._outcomes[conversation] = again
-        else:
-            self._settled = self._with_previous(failure)
-
-    def _with_previous(self, failure: Failure) -> Failure:
-        """Repeat a failure that takes more than its own conversation: what went before, or luck.
-
-        Then single transfers are left out as long as it fails like that.
-        """
-        shortest = self._trials.attempt(self._previous + failure.conversation, failure.rule)
-        if shortest is None:
-            self._note("it did not fail again when it was repeated")
-            return failure
-        position = 0
-        while position < len(shortest.conversation) and time.monotonic() < self._deadline:
-            whole = shortest.conversation
-            rest = whole[:position] + whole[position + 1 :]
-            shorter = self._trials.attempt(rest, failure.rule)
-            shortest, position = (shorter, position) if shorter else (shortest, position + 1)
-        return shortest
-
-    def _confirmed(self, failure: Failure) -> Failure:
-        """Repeat the shortest failure, to know whether the server still does it."""
-        again = self._trials.attempt(failure.conversation, failure.rule)
-        if again is None and not self._trials.ended:
-            self._note("it did not fail again when it was repeated")
-        return again or failure

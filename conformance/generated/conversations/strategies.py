@@ -11,6 +11,7 @@ from conformance.generated.conversations.conversation import (
     Conversation,
     Disturbance,
     Event,
+    Kind,
     Service,
     Transfer,
 )
@@ -34,35 +35,49 @@ LONG = 200
 UNDISTURBED: Disturbances = st.just(())
 
 
-def segmented_transfers(objects: Objects) -> Conversations:
+def _segmented_transfers(objects: Objects) -> Conversations:
     """Draw expedited and segmented transfers, undisturbed."""
     return _conversations(_transfers(objects, PLAIN), most=3)
 
 
-def block_transfers(objects: Objects) -> Conversations:
+def _block_transfers(objects: Objects) -> Conversations:
     """Draw block transfers with losses, repetitions, delays and partial acknowledgements."""
     events = (Event.LOSE, Event.LOSE, Event.REPEAT, Event.LATE)
     return _conversations(_transfers(objects, BLOCKS, _disturbances(events, most=8)), most=2)
 
 
-def sequences(objects: Objects) -> Conversations:
+def _sequences(objects: Objects) -> Conversations:
     """Draw transfers of all kinds and sizes, one after another, undisturbed."""
     return _conversations(_transfers(objects, (*PLAIN, *BLOCKS)), least=2, most=5)
 
 
-def interrupted(objects: Objects) -> Conversations:
+def _interrupted(objects: Objects) -> Conversations:
     """Draw transfers that end before their end, and others behind them."""
     events = (Event.ABORT, Event.LEAVE, Event.INSERT)
     one = _transfers(objects, (*PLAIN, *BLOCKS), _disturbances(events, least=1, most=1))
     return _conversations(one, most=5)
 
 
-def any_frames(objects: Objects) -> Conversations:
+def _any_frames(objects: Objects) -> Conversations:
     """Draw transfers whose frames are altered, or joined by others, in any way."""
     likely = (Event.ALTER, Event.ALTER, Event.INSERT, Event.REPEAT)
     events = (*likely, Event.CUT, Event.LATE, Event.LOSE)
     one = _transfers(objects, (*PLAIN, *BLOCKS), _disturbances(events, least=1))
     return _conversations(one, most=3)
+
+
+_DRAWS = {
+    Kind.SEGMENTED_TRANSFERS: _segmented_transfers,
+    Kind.BLOCK_TRANSFERS: _block_transfers,
+    Kind.SEQUENCES: _sequences,
+    Kind.INTERRUPTED: _interrupted,
+    Kind.ANY_FRAMES: _any_frames,
+}
+
+
+def drawn(kind: Kind, objects: Objects) -> Conversations:
+    """Return what draws conversations of a kind with a device that has these objects."""
+    return _DRAWS[kind](objects)
 
 
 def _conversations(

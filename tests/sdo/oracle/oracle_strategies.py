@@ -6,14 +6,9 @@ from hypothesis import strategies as st
 from oracle_objects import NODE_ID, REFERENCE, TARGETS
 from oracle_sequences import Script, Silence
 
+from conformance.generated.conversations.conversation import Kind
 from conformance.generated.conversations.disturbed_client import FRAMES
-from conformance.generated.conversations.strategies import (
-    any_frames,
-    block_transfers,
-    interrupted,
-    segmented_transfers,
-    sequences,
-)
+from conformance.generated.conversations.strategies import drawn
 from conformance.sdo.can_frame import CanFrame
 
 LIKELY = [make(TARGETS).data for _, make in sorted(FRAMES.items())]
@@ -25,12 +20,7 @@ DATA = st.one_of(
     st.binary(min_size=8, max_size=8),
 )
 SINGLE_FRAME = DATA.map(lambda data: (CanFrame(0x600 + NODE_ID, data),))
-CONVERSATIONS = st.one_of(
-    [
-        draw(REFERENCE)
-        for draw in (segmented_transfers, block_transfers, sequences, interrupted, any_frames)
-    ]
-)
+CONVERSATIONS = st.one_of([drawn(kind, REFERENCE) for kind in Kind])
 PARTS: st.SearchStrategy[Script] = st.one_of(
     CONVERSATIONS, CONVERSATIONS, SINGLE_FRAME, st.just((Silence.TIME_OUT,))
 )
