@@ -143,11 +143,12 @@ def read_plan(log: RecordedLog, only: int | None) -> Plan:
     for seen in log:
         reader.take(seen)
     plan = reader.plan
-    if not plan.node_ids:
+    asked = set(plan.node_ids)
+    if not asked:
         whom = "" if only is None else f" to node {only}"
         raise NotReplayed(f"The log has no SDO requests{whom} on a default channel.")
     for step in plan.steps:  # others boot as well
-        step.answers = [each for each in step.answers if node_of(each.frame) in plan.node_ids]
+        step.answers = [each for each in step.answers if node_of(each.frame) in asked]
     return plan
 
 

@@ -1,8 +1,10 @@
 """``conformance replay``: the requests of a log, sent again, and the answers judged anew."""
 
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
@@ -67,6 +69,30 @@ def replayed(log: str, *arguments: str, node: HostedNode | None = None) -> int:
     with host:
         bus = ("--can-interface=virtual", f"--can-channel={channel}")
         return main(["replay", log, *bus, *arguments])
+
+
+def calls(task: Callable[[], object]) -> int:
+    """Count the functions that are called."""
+    found = 0
+
+    def count(_: FrameType, event: str, __: object) -> None:
+        nonlocal found
+        found += event == "call"
+
+    sys.setprofile(count)
+    try:
+        task()
+    finally:
+        sys.setprofile(None)
+    return found
+
+
+def test_a_long_log_takes_no_longer_for_each_frame(tmp_path: Path) -> None:
+    """A failing transfer of 65,544 bytes has 10,000 requests."""
+    short, long = (written(tmp_path / f"{count}.log", UPLOAD[:2] * count) for count in (100, 400))
+    few = calls(lambda: read_plan(RecordedLog(short), None))
+    many = calls(lambda: read_plan(RecordedLog(long), None))
+    assert many < 6 * few
 
 
 def test_a_device_that_is_wrong_still(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
