@@ -117,12 +117,12 @@ def merge_logs(
         lines = [_numbered(part, stack, (wanted or {}).get(part.name, ())) for part in parts]
         if lines:
             merged = stack.enter_context(whole.open("w", encoding="utf-8"))
-            # A line begins with its time, which has as many digits in each.
-            ordered = heapq.merge(*lines, key=lambda line: line[0].partition(" ")[0])
-            for number, (line, place) in enumerate(ordered, start=1):
+            # A line begins with its time, which has as many digits in each. Those of one part stay
+            # in their order, also where they have the same time.
+            for place, (line, number, name) in enumerate(heapq.merge(*lines), start=1):
                 merged.write(line)
-                if place is not None:
-                    places[place] = number
+                if number:
+                    places[name, number] = place
     for part in parts:
         part.unlink()
     return places
@@ -130,11 +130,10 @@ def merge_logs(
 
 def _numbered(
     part: Path, stack: ExitStack, wanted: Iterable[int]
-) -> Iterator[tuple[str, tuple[str, int] | None]]:
-    """Yield the lines of a log, each of those that are wanted with its place."""
+) -> Iterator[tuple[str, int, str]]:
+    """Yield the lines of a log, with their numbers where these are wanted, and with its name."""
     kept, name = frozenset(wanted), part.name
     file = stack.enter_context(part.open(encoding="utf-8"))
     return (
-        (line, (name, number) if number in kept else None)
-        for number, line in enumerate(file, start=1)
+        (line, number if number in kept else 0, name) for number, line in enumerate(file, start=1)
     )

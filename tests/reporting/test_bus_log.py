@@ -123,6 +123,22 @@ def test_where_the_lines_of_a_case_are_in_the_log_of_all(tmp_path: Path) -> None
     assert found == {("bus-gw0.log", 1): 1, ("bus-gw0.log", 2): 3, ("bus-gw1.log", 2): 4}
 
 
+def test_lines_of_the_same_time_stay_in_their_order(tmp_path: Path) -> None:
+    """Also those that each part has."""
+    parts = [tmp_path / "bus-gw0.log", tmp_path / "bus-gw1.log"]
+    both = ["(1.0) can0 605#40 T\n", "(1.0) can0 585#43 R\n"]
+    for part in parts:
+        part.write_text("".join(both), encoding="utf-8")
+    found = merge_logs(parts, tmp_path / "bus.log", {"bus-gw0.log": [1, 2], "bus-gw1.log": [1]})
+    merged = (tmp_path / "bus.log").read_text(encoding="utf-8").splitlines(keepends=True)
+    assert sorted(merged) == sorted(both + both)
+    assert merged[0] == both[0]
+    assert found["bus-gw0.log", 1] < found["bus-gw0.log", 2]
+    assert [merged[place - 1] for place in found.values()] == [
+        both[number - 1] for _, number in found
+    ]
+
+
 REQUEST = Captured(1.0, Direction.SENT, CanFrame(0x605))
 ANSWER = Captured(1.0, Direction.RECEIVED, CanFrame(0x585))
 
