@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 from conformance.device.eds import parse_eds
@@ -31,7 +32,13 @@ _TYPE_CODES = {0x1018: 0x23, 0x1200: 0x22, 0x1280: 0x22}
 
 def listing_of(node: Node) -> Listing:
     """Return what the EDS of a built-in device lists."""
-    return parse_eds(Path("reference.eds"), eds_of(node), node.node_id)
+    return _parsed(eds_of(node), node.node_id)
+
+
+@lru_cache(16)
+def _parsed(text: str, node_id: int) -> Listing:
+    """Parse an EDS once: a process that tests many servers meets the same device each time."""
+    return parse_eds(Path("reference.eds"), text, node_id)
 
 
 def permits_for(node: Node) -> Permits:
