@@ -51,17 +51,18 @@ class Collecting:
         self, collector: pytest.Collector, obj: object
     ) -> list[CaseFunction] | None:
         """Turn marked functions into cases, some only in a thorough run or where they are named."""
-        state = collector.config.stash.get(STATE, None)
         info = case_info(obj)
-        if info is not None and info.thorough and not _is_asked_for(collector, state):
+        if info is None:
+            return None
+        state = collector.config.stash.get(STATE, None)
+        if info.thorough and not _is_asked_for(collector, state):
             if state is not None:
                 state.reserved.append(info)
             return []
         listings = {0: Listing()} if state is None else state.options.run.all_listings
         alone = state is None or len(state.options.node_ids) == 1
         items = make_items(collector, obj, listings, alone=alone)
-        for item in items or ():
-            mark(item)
+        mark(items or ())
         return items
 
     @pytest.hookimpl(tryfirst=True)

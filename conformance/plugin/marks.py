@@ -1,7 +1,7 @@
 """The marks of a case, for ``-m``: its level, its service, and what it does to a device."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from functools import cache
 
@@ -53,14 +53,17 @@ READS = (
 )
 # A name in an expression, which is neither a parameter of a mark nor in quotes.
 _NAME = re.compile(r"""["'][^"']*["']|[^\W\d]\w*\s*=[^=,)]*|([^\W\d]\w*)""")
+_SERVICE = re.compile(rf"(?<![a-z])(?:{'|'.join(SERVICES)})(?![a-z])")
 _WORDS = ("and", "or", "not", "True", "False", "None")
 _DECORATORS = {name: getattr(pytest.mark, name) for name in MARKS}
 
 
-def mark(item: CaseFunction) -> None:
-    """Give a case its marks."""
-    for name in _names(item):
-        item.add_marker(_DECORATORS[name])
+def mark(items: Sequence[CaseFunction]) -> None:
+    """Give the cases that are made of one function their marks."""
+    shared = list(_shared_names(items[0])) if items else []
+    for item in items:
+        for name in (*shared, *_own_names(item)):
+            item.add_marker(_DECORATORS[name])
 
 
 def check_expression(config: pytest.Config, items: Iterable[pytest.Item]) -> None:
@@ -78,11 +81,10 @@ def check_expression(config: pytest.Config, items: Iterable[pytest.Item]) -> Non
             raise pytest.UsageError(f"-m: there is no mark {name!r}.{hint}")
 
 
-def _names(item: CaseFunction) -> Iterator[str]:
+def _shared_names(item: CaseFunction) -> Iterator[str]:
+    """Yield the marks that all variations of a case have, on each device."""
     family = item.case.rule.id
-    words = set(re.split(r"[^a-z]+", item.case_id))
     yield item.case.rule.level.value.lower()
-    yield from (name for name in SERVICES if name in words)
     if "expedited" in item.service:
         yield "expedited"
     yield from (name for name in GROUPS if family.startswith(f"{name}."))
@@ -90,10 +92,15 @@ def _names(item: CaseFunction) -> Iterator[str]:
         yield "writes"
     if item.asks_for("network") or item.asks_for("storage"):
         yield "nmt"
-    if item.risk is not None and item.risk.kind is not Kind.ORDINARY:
-        yield "risky"
     if item.case.slow:
         yield "slow"
+
+
+def _own_names(item: CaseFunction) -> Iterator[str]:
+    """Yield the marks that depend on the variation."""
+    yield from dict.fromkeys(_SERVICE.findall(item.case_id))
+    if item.risk is not None and item.risk.kind is not Kind.ORDINARY:
+        yield "risky"
 
 
 @cache
