@@ -93,7 +93,7 @@ class _Followed:
 
     def __init__(self, ids: ChannelIds) -> None:
         self.completed: Downloads = {}
-        self._request_id, self._response_id = ids.request.can_id, ids.response.can_id
+        self._request_id, self._response_id = ids.request.identifier, ids.response.identifier
         self._decoder = Decoder()
         self._mux = Multiplexer(0, 0)
         self._open: list[Logged] | None = None
@@ -101,13 +101,12 @@ class _Followed:
 
     def take(self, logged: Logged) -> None:
         """Take the next frame of the bus."""
-        can_id = logged.can_id
-        if can_id not in (self._request_id, self._response_id):
+        if logged.identifier not in (self._request_id, self._response_id):
             return
         data = logged.data
         if data is None or len(data) != FRAME_LENGTH:
             return
-        if can_id == self._request_id:
+        if logged.identifier == self._request_id:
             self._request(logged, self._decoder.request(data))
         else:
             self._response(logged, self._decoder.response(data))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from conformance.reporting.bus_log import Place
-from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.cob_id import EXTENDED, SHORT_DIGITS, ChannelIds
 
 SENT = "T"
 FIELDS = 4
@@ -20,15 +20,15 @@ FIELDS = 4
 KNOWN_IDS = 1024
 NEVER = math.inf
 PACKED = ".gz"
-# What stands for the CAN-ID of a line that is no frame.
+# What stands for the identifier of a line that is no frame.
 NO_FRAME = -1
 
 
 class Logged(NamedTuple):
     """A line of bus.log: its time and frame as candump writes them, and whether we sent it.
 
-    ``bus`` is the name of the interface, ``number`` that of the line, ``can_id`` NO_FRAME for what
-    is none.
+    ``bus`` is the name of the interface, ``number`` that of the line. ``identifier`` is the CAN-ID,
+    with bit 29 where it has 29 bits, and NO_FRAME for what is none.
     """
 
     stamp: str
@@ -36,7 +36,7 @@ class Logged(NamedTuple):
     frame: str
     sent: bool
     number: int
-    can_id: int
+    identifier: int
 
     @property
     def time(self) -> float:
@@ -70,13 +70,15 @@ def log_lines(path: Path) -> Iterator[Logged]:
             fields = line.split()
             if len(fields) == FIELDS:
                 stamp, bus, frame, direction = fields
-                can_id = _can_id(frame.partition("#")[0])
-                yield Logged(stamp, bus, frame, direction == SENT, number, can_id)
+                identifier = _identifier(frame.partition("#")[0])
+                yield Logged(stamp, bus, frame, direction == SENT, number, identifier)
 
 
 @lru_cache(KNOWN_IDS)
-def _can_id(digits: str) -> int:
-    return int(digits, 16) if digits else NO_FRAME
+def _identifier(digits: str) -> int:
+    if not digits:
+        return NO_FRAME
+    return int(digits, 16) | EXTENDED * (len(digits) > SHORT_DIGITS)
 
 
 def frames_by_case(
@@ -105,9 +107,9 @@ def frames_by_case(
     open_cases: defaultdict[tuple[int, str], dict[int, list[Logged]]] = defaultdict(dict)
 
     @lru_cache(KNOWN_IDS)
-    def takers(can_id: int, bus: str) -> list[dict[int, list[Logged]]]:
+    def takers(identifier: int, bus: str) -> list[dict[int, list[Logged]]]:
         """Return where the open cases stand that get such frames."""
-        return [open_cases[node_id, bus] for node_id in owners.get(can_id, nodes)]
+        return [open_cases[node_id, bus] for node_id in owners.get(identifier, nodes)]
 
     ends: list[tuple[int, int]] = []
     next_begin, next_end = waiting[-1][0] if waiting else NEVER, NEVER
@@ -122,7 +124,7 @@ def frames_by_case(
             buses[number] = logged.bus
             open_cases[node_ids[number], logged.bus][number] = []
             next_begin, next_end = waiting[-1][0] if waiting else NEVER, ends[0][0]
-        for cases in takers(logged.can_id, logged.bus):
+        for cases in takers(logged.identifier, logged.bus):
             for lines in cases.values():
                 lines.append(logged)
     for _, number in sorted(ends):
@@ -130,9 +132,9 @@ def frames_by_case(
 
 
 def _owners(channels: Mapping[int, ChannelIds]) -> dict[int, list[int]]:
-    """Return for each CAN-ID of these channels the nodes whose it is."""
+    """Return for each identifier of these channels the nodes whose it is."""
     found: defaultdict[int, list[int]] = defaultdict(list)
     for node_id, ids in channels.items():
-        for can_id in {ids.request.can_id, ids.response.can_id}:
-            found[can_id].append(node_id)
+        for identifier in {ids.request.identifier, ids.response.identifier}:
+            found[identifier].append(node_id)
     return dict(found)

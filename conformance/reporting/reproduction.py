@@ -118,7 +118,7 @@ def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
         for result, place in zip(run.results, run.places, strict=True)
     ]
     channels = run.channels
-    own = {cob_id.can_id for ids in channels.values() for cob_id in (ids.request, ids.response)}
+    own = {cob_id.identifier for ids in channels.values() for cob_id in (ids.request, ids.response)}
     node_ids = [result.node_id for result in run.results]
     found = []
     for log in sorted({place.log for place in wanted if place is not None}):
@@ -128,7 +128,7 @@ def _reproductions(folder: Path, run: RecordedRun) -> list[Reproduction]:
         lines: dict[int, list[Logged]] = {}
         for number, logged in frames_by_case(folder, log, wanted, node_ids):
             ids = channels[node_ids[number]]
-            others = own - {ids.request.can_id, ids.response.can_id}
+            others = own - {ids.request.identifier, ids.response.identifier}
             lines[number] = _lines(run.results[number], logged, others)
         cases = {
             number: (each, channels[node_ids[number]]) for number, each in lines.items() if each
@@ -155,7 +155,7 @@ def _lines(result: CaseResult, lines: Sequence[Logged], others: set[int]) -> lis
         end = shown[-1].number
     if not any(each.sent and each.number <= end for each in shown) or end >= MOST_FRAMES:
         return []
-    for candidates in (lines, [logged for logged in lines if logged.can_id not in others]):
+    for candidates in (lines, [logged for logged in lines if logged.identifier not in others]):
         begin = _begin(shown, candidates)
         if begin is not None:
             return list(candidates[begin : begin + end + 1])

@@ -64,6 +64,11 @@ class CobId:
         return (number | NOT_VALID * (not self.valid)).to_bytes(4, "little")
 
     @property
+    def identifier(self) -> int:
+        """The CAN-ID, with bit 29 where it has 29 bits: one of 11 with this number is another."""
+        return self.can_id | EXTENDED * self.extended
+
+    @property
     def is_restricted(self) -> bool:
         """Whether the CAN-ID belongs to another service for good."""
         return not self.extended and any(first <= self.can_id <= last for first, last in RESTRICTED)

@@ -45,6 +45,32 @@ def test_a_command_to_all_devices_is_one_command(tmp_path: Path) -> None:
     assert traffic.commands.total() == 1
 
 
+@pytest.mark.parametrize("extended", [False, True])
+def test_an_identifier_of_another_length_is_another(tmp_path: Path, extended: bool) -> None:
+    """Also one with the number of the channel, or with that of NMT commands."""
+    lines = [
+        f"({time}.0) one {can_id}#{data} {direction}\n"
+        for time, (can_id, data, direction) in enumerate(
+            [
+                ("605", "4000100000000000", "T"),
+                ("585", "4300100091010F00", "R"),
+                ("00000605", "4000100000000000", "T"),
+                ("00000585", "4300100091010F00", "R"),
+                ("00000000", "8105", "T"),
+            ]
+        )
+    ]
+    (tmp_path / "bus.log").write_text("".join(lines), encoding="utf-8")
+    ids = ChannelIds(CobId(0x605, extended), CobId(0x585, extended))
+    ((_, logged),) = frames_by_case(tmp_path, "bus.log", [Place("bus.log", 1, 5)], [5], {5: ids})
+    traffic = Traffic()
+    traffic.take(0, 5, ids, logged, in_words=True)
+    assert (traffic.requests, traffic.responses) == (1, 1)
+    assert not traffic.commands
+    with_words = [bool(line.split(" ", 3)[3:]) for line in traffic.shown[0].splitlines()]
+    assert with_words == [not extended, not extended, extended, extended, False]
+
+
 @pytest.mark.parametrize("others", [range(0x604, 0x607), (0x605, 0x60A, 0x60B)], ids=["one", "two"])
 @pytest.mark.parametrize("elsewhere", [0x580, 0x680], ids=["alike", "but-one-that-is-no-answer"])
 def test_what_devices_say_alike_counts_for_each(

@@ -10,7 +10,7 @@ from typing import Self
 from conformance.device.safety import WRITING
 from conformance.reporting.logged import Logged
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.cob_id import LARGEST_STANDARD_ID, ChannelIds
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request, Response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
@@ -74,16 +74,16 @@ class Conversation:
     @classmethod
     def of(cls, lines: Sequence[Logged], ids: ChannelIds) -> Self:
         """Read the frames of a case, on this channel."""
-        request_id = ids.request.can_id
-        own = request_id, ids.response.can_id
+        request_id = ids.request.identifier
+        own = request_id, ids.response.identifier
         decoder = Decoder()
         found, requests, responses = cls(), 0, 0
         asked: tuple[int, Request] | None = None
         for number, logged in enumerate(lines):
-            can_id, data = logged.can_id, logged.data
-            if data is None or len(data) != FRAME_LENGTH or can_id not in own:
+            identifier, data = logged.identifier, logged.data
+            if data is None or len(data) != FRAME_LENGTH or identifier not in own:
                 found.messages.append(found.beside(number, logged, data))
-            elif can_id == request_id:
+            elif identifier == request_id:
                 request = decoder.request(data)
                 found.messages.append(request)
                 if logged.sent:
@@ -102,10 +102,10 @@ class Conversation:
 
     def beside(self, number: int, logged: Logged, data: bytes | None) -> str:
         """Take an NMT command; return what is not of the device's SDO channel in words."""
-        if data is None or logged.can_id < 0:
+        if data is None or not 0 <= logged.identifier <= LARGEST_STANDARD_ID:
             return ""
-        words = describe_nmt(CanFrame(logged.can_id, data)) or ""
-        if logged.sent and logged.can_id == NMT_ID:
+        words = describe_nmt(CanFrame(logged.identifier, data)) or ""
+        if logged.sent and logged.identifier == NMT_ID:
             self.commands.append((number, words))
         return words
 
@@ -148,8 +148,8 @@ class Traffic:
 
     def _known(self, lines: Sequence[Logged], node_id: int, ids: ChannelIds) -> Conversation:
         """Return what the frames of a case say: equal devices say the same in most cases."""
-        channel = ids.request.can_id - node_id, ids.response.can_id - node_id
-        frames = [(line.can_id - node_id, line.sent, line.frame[ID_LENGTH:]) for line in lines]
+        channel = ids.request.identifier - node_id, ids.response.identifier - node_id
+        frames = [(line.identifier - node_id, line.sent, line.frame[ID_LENGTH:]) for line in lines]
         form = (channel, *frames)
         known = self._conversations.get(form)
         if known is None:
