@@ -37,7 +37,9 @@ def server(errors: Path) -> Iterator[subprocess.Popen[str]]:
     set_interface("up")
 
 
-def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
+def test_a_run_and_its_server_end(
+    server: subprocess.Popen[str], errors: Path, tmp_path: Path
+) -> None:
     cases = str(CASES / "test_segmented_upload.py")
     with start_suite(tmp_path / "reports", *named(REFERENCE_OBJECTS), cases) as process:
         begun = next(line for line in lines(process) if "PASSED" in line)
@@ -50,9 +52,5 @@ def test_a_run_ends(server: subprocess.Popen[str], tmp_path: Path) -> None:
     # One case has met it, and the rest is not tried; no traceback of python-can is shown.
     assert re.search(r"\b1 error in ", output), output
     assert "socketcan.py" not in output
-
-
-def test_the_reference_server_ends(server: subprocess.Popen[str], errors: Path) -> None:
-    set_interface("down")
     assert server.wait(QUIET) == 1
     assert re.fullmatch(r"conformance: .*Network is down.*\n", errors.read_text())
