@@ -1,7 +1,7 @@
 """Servers that are right in downloads in their own way: when they check, and when they write."""
 
 from conformance.faults.own_clock import AnswersLater
-from conformance.faults.registry import unusual
+from conformance.faults.registry import About, unusual
 from conformance.reference.node import Node
 from conformance.reference.segmented_server import Download
 from conformance.reference.server import BlockDownload, Server
@@ -129,7 +129,7 @@ class OverwrittenInPlace(_WritesThrough):
         return data + entry.value[len(data) :]
 
 
-@unusual("refused-segment-answered-unless-another-follows")
+@unusual("refused-segment-answered-unless-another-follows", about=About.TIME)
 class KeepsLatestAnswer(AnswersLater):
     """Has one place for an answer: that to a wrong segment is lost where a request is at its heels.
 

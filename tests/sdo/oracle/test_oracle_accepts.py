@@ -10,6 +10,7 @@ from oracle_strategies import SCRIPTS
 from sdo_strategies import UNHURRIED
 
 from conformance.faults.catalogue import build_node, find_deviation, unusual
+from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import About
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Level, Violation
@@ -35,6 +36,12 @@ def too_grave(found: list[Violation], name: str) -> list[Violation]:
     deviation = find_deviation(name)
     assert deviation is not None
     return [one for one in found if one.rule.level is Level.MUST or not deviation.soft]
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_unusual_server_answers_at_once(name: str) -> None:
+    """Nothing here lets time pass: an answer that is held back would be none."""
+    assert not isinstance(build_node(name, NODE_ID), AnswersLater)
 
 
 @settings(UNHURRIED, max_examples=100)
