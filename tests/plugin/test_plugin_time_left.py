@@ -2,14 +2,17 @@
 
 import re
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 from plugin_runs import run, self_test
 
+from conformance.device.known_objects import KnownObject
 from conformance.plugin import time_left
-from conformance.plugin.time_left import TimeLeft, in_words
+from conformance.plugin.time_left import DiscoveryProgress, TimeLeft, in_words
 from conformance.reporting.estimate import Estimate
+from conformance.sdo.layout import Multiplexer
 
 pytest_plugins = ["pytester"]
 LINE = re.compile(
@@ -86,8 +89,24 @@ def test_a_long_discovery_says_what_it_is_at(
     monkeypatch.setattr("conformance.plugin.time_left.LOOK", 0.0)
     result = self_test(pytester, "--sdo-simulated", "-k", "abort.not-answered")
     result.stdout.fnmatch_lines(
-        ["conformance: node 5: reading 2001h:00, object 1 of *", "*, object 2 of *, about 0 s left"]
+        ["conformance: node 5: reading 2001h:00, object 1 of *", "*, object 2 of *, about * left"]
     )
+
+
+def test_a_long_discovery_tells_what_it_takes_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It says so every 10 s, from what the objects before have taken."""
+    said: list[str] = []
+    clock = iter((0.0, 0.0, 9.9, 10.0, 15.0, 20.0))
+    monkeypatch.setattr(time_left, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    monkeypatch.setattr(time_left, "say", lambda _, line: said.append(line))
+    progress = DiscoveryProgress(cast("pytest.Config", None))
+    entry = KnownObject(Multiplexer(0x2001))
+    for number in range(5):
+        progress(5, entry, number, 12)
+    assert said == [
+        "node 5: reading 2001h:00, object 3 of 12, about 50 s left",
+        "node 5: reading 2001h:00, object 5 of 12, about 40 s left",
+    ]
 
 
 @pytest.mark.parametrize(
