@@ -58,8 +58,9 @@ class Extents:
         """Take a request that goes out: whatever a device takes of it, it is not more."""
         match request:
             case BlockSegment() | DownloadSegment():
-                self._open.latest += SEGMENT_LENGTH
-                self._open.most = max(self._open.most, self._open.latest)
+                latest = self._open.latest = self._open.latest + SEGMENT_LENGTH
+                if latest > self._open.most:
+                    self._open.most = latest
             case DownloadInitiate() | BlockDownloadInitiate():
                 self._open = self._sent[request.mux]
                 self._open.latest = 0

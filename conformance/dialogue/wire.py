@@ -113,15 +113,18 @@ class Wire:
         """Send a request of the case or of a fence."""
         running = self.tracker.open
         within = running is not None
-        self._sub_blocks.request(data)
         decoded = self.tracker.request(data, built)
-        if isinstance(decoded, Abort):
-            self.record.early.aborted(running)
         self.delivered.request(decoded)
-        if len(data) < FRAME_LENGTH:
-            # What a careless device may take it for decides on what it may write.
-            decoded = decode_request(whole_frame(data))
-        self._about_to_send(decoded)
+        if self.segments and isinstance(decoded, BlockSegment):
+            self._about_to_send_another(decoded)
+        else:
+            self._sub_blocks.request(data)
+            if isinstance(decoded, Abort):
+                self.record.early.aborted(running)
+            if len(data) < FRAME_LENGTH:
+                # What a careless device may take it for decides on what it may write.
+                decoded = decode_request(whole_frame(data))
+            self._about_to_send(decoded)
         self.channel.send(data)
         self.pauses.sent(within=within)
         if not within and isinstance(decoded, UPLOADS):
@@ -163,24 +166,24 @@ class Wire:
 
         Raises WriteNotPermitted or NotTestable.
         """
-        if self.segments and isinstance(request, BlockSegment):
-            # There is nothing new behind another one but what it brings.
-            self.sent_before, self.last_sent = self.last_sent, request
-            self.segments += 1
-            self.timing.sent()
-            self.device.extents.request(request)
-            return
         reads = isinstance(request, READING)
         target = None if reads else self.effects.permit(request)
         self.sent_before, self.last_sent = self.last_sent, request
         if not self.fencing:
             self.record.early.sent(request)
-        self.segments = self.segments + 1 if isinstance(request, BlockSegment) else 0
+        self.segments = int(isinstance(request, BlockSegment))
         self.timing.sent()
         self._read = b""
         self.is_proven = self.is_proven and isinstance(request, PLAIN_READING)
         if not reads:
             self.effects.note(request, target)
+
+    def _about_to_send_another(self, segment: BlockSegment) -> None:
+        """Take note of a segment behind another one: nothing is new but what it brings."""
+        self.sent_before, self.last_sent = self.last_sent, segment
+        self.segments += 1
+        self.timing.sent()
+        self.device.extents.request(segment)
 
     @property
     def has_aborted(self) -> bool:

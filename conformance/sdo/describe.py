@@ -242,6 +242,8 @@ class Decoder:
             message = decode_segment(frame)
         self._asked = message
         self._follow(message)
+        if isinstance(message, BlockSegment):
+            return message
         if isinstance(message, INITIATES):
             self._latest = message.mux
             if isinstance(message, BlockUploadInitiate):

@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from statistics import median
 
 HEADING = f"{'':38} {'s':>8} {'x floor':>8} {'cpu s':>8} {'x floor':>8}  {'at most':14} rate"
 
@@ -50,6 +51,11 @@ def cost(task: Callable[[], object]) -> Cost:
     wall, cpu = time.perf_counter(), computed()
     task()
     return Cost(time.perf_counter() - wall, computed() - cpu)
+
+
+def typical(costs: Sequence[Cost]) -> Cost:
+    """Return the median of each."""
+    return Cost(median(each.wall for each in costs), median(each.cpu for each in costs))
 
 
 def best(costs: Sequence[Cost]) -> Cost:

@@ -3,8 +3,9 @@
 Everything runs on python-can's virtual bus in this process, our server in a thread of its own. The
 floor is the exchange of as many frames in the same rhythm without any protocol: request and
 response, or as many segments in a row as a sub-block has and one answer. All take their turn in
-each of many short rounds, and what stands in the table is the best that each of them did: a machine
-with other work to do is undisturbed for a tenth of a second now and then, for seconds hardly ever.
+each of many short rounds, and what stands in the table is the median of each: a machine with other
+work to do disturbs all alike, and how the two threads happen to meet makes the best of a client
+differ by a tenth from one time to the next, its median by a fiftieth.
 """
 
 import sys
@@ -17,7 +18,7 @@ from pathlib import Path
 
 import can
 import canopen
-from bench_rows import Cost, Row, best, cost
+from bench_rows import Cost, Row, cost, typical
 from canopen.objectdictionary import ObjectDictionary
 from canopen.sdo.client import SdoClient
 
@@ -219,16 +220,16 @@ def transfer_rows(wanted: str, size: int, count: int, rounds: int) -> Iterator[R
                     CANOPEN: partial(cost, partial(transfer.canopen, foreign)),
                 }
                 tries = [[run() for run in runs.values()] for _ in range(rounds)]
-                costs = [best(each) for each in zip(*tries, strict=True)]
-                least = dict(zip(runs, costs, strict=True))
-                for client, found in least.items():
+                costs = [typical(each) for each in zip(*tries, strict=True)]
+                by_client = dict(zip(runs, costs, strict=True))
+                for client, found in by_client.items():
                     own = client.startswith("ours")
                     yield Row(
                         f"{transfer.name}, {client}",
                         found,
                         costs[0],
-                        f"{least[CANOPEN].cpu:.3f} s cpu" if own else "",
-                        not own or found.cpu <= least[CANOPEN].cpu,
+                        f"{by_client[CANOPEN].cpu:.3f} s cpu" if own else "",
+                        not own or found.cpu <= by_client[CANOPEN].cpu,
                         f"{transfer.moved / 1024 / found.wall:.0f} KiB/s, "
                         f"{transfer.rhythm.frames / found.wall:.0f} frames/s",
                     )
