@@ -10,20 +10,18 @@ from typing import Self
 from conformance.device.safety import WRITING
 from conformance.reporting.logged import Logged
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.cob_id import LARGEST_STANDARD_ID, ChannelIds
+from conformance.sdo.cob_id import LARGEST_STANDARD_ID, ChannelIds, CobId
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request, Response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.nmt import NMT_ID, describe_nmt
+from conformance.sdo.nmt import ERROR_CONTROL_BASE, NMT_ID, describe_nmt
 
 # A case may have thousands of frames; the page shows the first and the last.
 FIRST_SHOWN, LAST_SHOWN = 12, 4
 SLOWEST = 5
 PERCENTILES = (50, 95, 100)
-# So many conversations are known at the most: a run has somewhat fewer with one device.
-MOST_KNOWN = 5_000
-# A frame as it is written begins with an identifier of three digits, or of more.
-ID_LENGTH = 3
+# So many conversations are known at the most: a run has half as many with one device.
+MOST_KNOWN = 10_000
 
 
 @dataclass(slots=True)
@@ -127,7 +125,7 @@ class Traffic:
     requests: int = 0
     responses: int = 0
     commanding: set[int] = field(default_factory=set)
-    _conversations: dict[tuple[object, ...], Conversation] = field(default_factory=dict)
+    _conversations: dict[tuple[bytes, str], Conversation] = field(default_factory=dict)
 
     def take(
         self, case: int, node_id: int, ids: ChannelIds, lines: Sequence[Logged], *, in_words: bool
@@ -148,9 +146,7 @@ class Traffic:
 
     def _known(self, lines: Sequence[Logged], node_id: int, ids: ChannelIds) -> Conversation:
         """Return what the frames of a case say: equal devices say the same in most cases."""
-        channel = ids.request.identifier - node_id, ids.response.identifier - node_id
-        frames = [(line.identifier - node_id, line.sent, line.frame[ID_LENGTH:]) for line in lines]
-        form = (channel, *frames)
+        form = _form(lines, node_id, ids)
         known = self._conversations.get(form)
         if known is None:
             known = Conversation.of(lines, ids)
@@ -184,6 +180,15 @@ class Traffic:
             written.values[request.data.hex(" ").upper()] += 1
         elif request.size is not None:
             written.values[f"{request.size} bytes"] += 1
+
+
+def _form(lines: Sequence[Logged], node_id: int, ids: ChannelIds) -> tuple[bytes, str]:
+    """Return who sent the frames of a case, and all of them in one text, whichever node it was."""
+    frames = " ".join([logged.frame for logged in lines])
+    own = ids.request, ids.response, CobId(ERROR_CONTROL_BASE + node_id)
+    for place, identifier in enumerate(own):
+        frames = frames.replace(str(identifier.frame(b"")), f"{place}#")
+    return bytes([logged.sent for logged in lines]), frames
 
 
 def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> str:

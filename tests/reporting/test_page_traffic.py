@@ -1,0 +1,52 @@
+"""What equal devices say is read once, and counts for each; what only looks equal does not."""
+
+from conformance.reporting.logged import Logged
+from conformance.reporting.page.traffic import Traffic
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import ChannelIds
+
+READ, ANSWER = "4000100000000000", "4300100091010F00"
+
+
+def lines(*frames: tuple[str, bool]) -> list[Logged]:
+    """Write frames as they stand in a log, at milliseconds; True: we sent it."""
+    return [
+        Logged(f"({number / 1000:f})", "can0", frame, sent, number, CanFrame.parse(frame).can_id)
+        for number, (frame, sent) in enumerate(frames, start=1)
+    ]
+
+
+def read(node_id: int) -> list[Logged]:
+    """Read 1000h, while heartbeats come."""
+    return lines(
+        (f"{0x600 + node_id:03X}#{READ}", True),
+        (f"{0x700 + node_id:03X}#05", False),
+        (f"{0x580 + node_id:03X}#{ANSWER}", False),
+    )
+
+
+def test_each_device_counts() -> None:
+    traffic = Traffic()
+    for case, node_id in enumerate((5, 6, 7)):
+        ids = ChannelIds.default(node_id)
+        traffic.take(case, node_id, ids, read(node_id), in_words=False)
+    assert (traffic.requests, traffic.responses) == (3, 3)
+    (times,) = traffic.times.values()
+    assert [round(seconds, 6) for seconds in times.all] == [0.002] * 3
+
+
+def test_who_sent_a_frame_counts() -> None:
+    """A request of another client is none of ours, nor has it our answer."""
+    traffic = Traffic()
+    ids = ChannelIds.default(5)
+    traffic.take(0, 5, ids, read(5), in_words=False)
+    traffic.take(1, 5, ids, [line._replace(sent=False) for line in read(5)], in_words=False)
+    assert (traffic.requests, traffic.responses) == (1, 2)
+
+
+def test_which_device_a_frame_is_of_counts() -> None:
+    """What goes over the channel of a neighbour is not said by the device itself."""
+    traffic = Traffic()
+    traffic.take(0, 5, ChannelIds.default(5), read(5), in_words=False)
+    traffic.take(1, 6, ChannelIds.default(6), read(5), in_words=False)
+    assert (traffic.requests, traffic.responses) == (1, 1)
