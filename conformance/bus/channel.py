@@ -113,8 +113,7 @@ class Channel:
 
         Raises SecondClient when another client uses the channel.
         """
-        frame = self.link.look()
-        if frame is not None:
+        for frame in self.link.look():
             self._check_own(frame)
         return [frame for frame, _ in self._responses]
 
@@ -123,17 +122,17 @@ class Channel:
 
         ``arrived`` is that of the last one, and ``waited_since`` that of the first.
         """
-        taken: list[CanFrame] = []
         queue = self._responses
-        while len(taken) < most and not self._held:
-            if not queue:
-                other = self.link.look()
-                if not queue:
-                    if other is not None:
-                        self._check_own(other)
-                    break
+        due = len(queue)
+        if due < most:
+            others = self.link.look(most - due)
+            if len(queue) < due + len(others):
+                for frame in others:
+                    self._check_own(frame)
+        taken: list[CanFrame] = []
+        while queue and len(taken) < most:
             frame, arrived = queue[0]
-            if not is_wanted(frame):
+            if (self._held and self._held[0][1] < arrived) or not is_wanted(frame):
                 break
             queue.popleft()
             if not taken:

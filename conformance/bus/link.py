@@ -141,14 +141,29 @@ class Link:
             patience.looked(silent=message is None)
         return None
 
-    def look(self) -> CanFrame | None:
-        """Return a frame of another node that has arrived, without waiting, or None.
+    def look(self, most: int = 1) -> list[CanFrame]:
+        """Return the frames of other nodes that have arrived, without waiting.
 
-        It looks at one frame at the most: what it passes over, the next look may find. Raises as
-        ``receive`` does.
+        It looks at so many frames at the most: what it passes over, the next look may find. Raises
+        as ``receive`` does.
         """
-        message = self._next(0.0)
-        return None if message is None else self._passed_on(message)
+        passed_on = [self._passed_on(message) for message in self._arrived(most)]
+        return [frame for frame in passed_on if frame is not None]
+
+    def _arrived(self, most: int) -> list[can.Message]:
+        messages = list[can.Message]()
+        self.stop.enter()
+        try:
+            while len(messages) < most:
+                message = self._bus.recv(0.0)
+                if message is None:
+                    break
+                messages.append(message)
+        except (can.CanError, OSError) as error:
+            raise lost(self.name, error) from error
+        finally:
+            self.stop.leave()
+        return messages
 
     def _next(self, timeout: float) -> can.Message | None:
         self.stop.enter()

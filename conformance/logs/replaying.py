@@ -104,9 +104,10 @@ class Replay:
             yield Exchange(step, early, sent, list(self._answers(step)))
 
     def _early(self) -> Iterator[Seen]:
-        while (frame := self._link.look()) is not None:
-            if self._is_shown(frame):
-                yield self._received(frame)
+        while frames := self._link.look():
+            for frame in frames:
+                if self._is_shown(frame):
+                    yield self._received(frame)
 
     def _would_write_elsewhere(self, step: Step) -> bool:
         """Follow a request; say whether it begins to write what it did not in the log.

@@ -206,13 +206,25 @@ def test_what_has_arrived_is_taken_as_long_as_it_is_wanted(bench: Bench) -> None
     bench.bus.incoming.append(message(0x185, b"\x01"))
     bench.bus.incoming.extend(message(0x585, segment) for segment in segments)
     begin = bench.clock.now
-    assert bench.channel.take_arrived(9, lambda frame: frame.data[0] < 0x80) == []  # another's
+    assert bench.channel.take_arrived(1, lambda frame: frame.data[0] < 0x80) == []  # another's
     first = bench.channel.take_arrived(1, lambda frame: frame.data[0] < 0x80)
     others = bench.channel.take_arrived(9, lambda frame: frame.data[0] < 0x80)
     assert [frame.data for frame in (*first, *others)] == segments[:3]
     assert bench.channel.receive() == CanFrame(0x585, segments[3])
     assert bench.channel.take_arrived(9, lambda frame: True) == []
     assert bench.clock.now - begin < 0.01
+
+
+def test_what_has_arrived_before_an_abort_is_taken_before_it(bench: Bench) -> None:
+    """The abort is on the identifier of the requests: it does not answer for what came before."""
+    segments = [bytes((number, *bytes(7))) for number in (1, 2, 3)]
+    bench.channel.send(READ)
+    for segment in segments:
+        bench.bus.incoming.append(message(0x585, segment))
+    bench.bus.incoming.append(to_message(REFUSED))
+    found = bench.channel.take_arrived(9, lambda frame: True)
+    assert [frame.data for frame in found] == segments
+    assert bench.channel.receive() == REFUSED
 
 
 def test_what_has_arrived_tells_when_its_first_and_its_last_did(bench: Bench) -> None:

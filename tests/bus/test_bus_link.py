@@ -120,11 +120,18 @@ def test_silence_takes_the_time_out_and_no_more(bench: Bench) -> None:
 
 
 def test_a_look_takes_no_time(bench: Bench) -> None:
-    assert bench.link.look() is None
+    assert bench.link.look() == []
     bench.bus.incoming.append(message(0x585, ANSWER))
-    assert bench.link.look() == CanFrame(0x585, ANSWER)
+    assert bench.link.look() == [CanFrame(0x585, ANSWER)]
     assert bench.clock.now == pytest.approx(1000, abs=0.0001)
     assert len(bench.captured) == 1
+
+
+def test_a_look_is_at_so_many_frames(bench: Bench) -> None:
+    frames = [CanFrame(can_id, ANSWER) for can_id in (0x585, 0x586, 0x587)]
+    bench.bus.incoming.extend(message(frame.can_id, frame.data) for frame in frames)
+    assert bench.link.look(2) == frames[:2]
+    assert bench.link.look(2) == frames[2:]
 
 
 def test_own_frames_that_come_back_are_not_received(bench: Bench) -> None:
