@@ -247,6 +247,11 @@ class BlockSegment(Message):
         """Build a segment of 0 to 7 bytes, the rest filled with 0."""
         return cls(sequence, bytes(data).ljust(7, b"\0"), last)
 
+    @classmethod
+    def decode(cls, frame: bytes) -> Self:
+        """Read a segment without the table: most frames of a long transfer are segments."""
+        return cls(frame[0] & 0x7F, frame[1:], frame[0] > 0x7F)
+
 
 @dataclass(frozen=True, slots=True)
 class BlockAck(Message):
