@@ -15,7 +15,7 @@ from conformance.bus.errors import BenchError, SilentNode
 from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, SILENT_NODE, WRONG_USE
 from conformance.faults.catalogue import UnknownServer
 from conformance.sdo.inert import inert
-from conformance.sdo.nearest import meant
+from conformance.sdo.nearest import did_you_mean, meant
 from conformance.sdo.rules import UnknownRule
 
 LINE_END = "\n"
@@ -60,6 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     given = sys.argv[1:] if arguments is None else arguments
     parser = command_line([name for name in COMMANDS if name in given[:1]] or COMMANDS)
+    if given and not given[0].startswith("-") and given[0] not in COMMANDS:
+        parser.error(f"{given[0]!r} is no command. {did_you_mean(given[0], COMMANDS)}")
     options, unknown = parser.parse_known_args(given)
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}.{_hint(options, unknown[0])}")

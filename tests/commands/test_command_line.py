@@ -52,6 +52,16 @@ def test_a_mistyped_option(words: str, hint: str, capsys: pytest.CaptureFixture[
     assert said.endswith(f".{hint}")
 
 
+@pytest.mark.parametrize(
+    ("word", "hint"), [("sevre", "Did you mean 'serve'?"), ("xyz", "Known: init, serve, faults,")]
+)
+def test_a_mistyped_command(word: str, hint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([word])
+    assert ended.value.code == 2
+    assert f"'{word}' is no command. {hint}" in capsys.readouterr().err
+
+
 # The servers on which the suite is tested
 
 
