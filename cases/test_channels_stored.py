@@ -111,7 +111,7 @@ def test_clients_after_store(sdo: Dialogue, network: Network) -> None:
     sdo.device.permits.require(NMT)
     sdo.device.permits.require(STORE_PARAMETERS)
     require_command(sdo, SAVE_ALL)
-    network.reset(NmtCommand.RESET_NODE)
+    network.reset_to_stored()
     before = records(sdo, CLIENT_RECORDS)
     write_signature(sdo, SAVE_ALL)
     network.reset(NmtCommand.RESET_COMMUNICATION)
@@ -127,7 +127,7 @@ def test_client_stored(
     sdo.device.permits.require(STORE_PARAMETERS)
     channels.require_parameters()
     require_command(sdo, SAVE_ALL)
-    network.reset(NmtCommand.RESET_NODE)
+    network.reset_to_stored()
     there = next((index for index in CLIENT_RECORDS if records(sdo, [index])), None)
     if there is None:
         raise Unimplemented(channels.refusal(Multiplexer(FIRST_CLIENT, REQUEST)))

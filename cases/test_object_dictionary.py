@@ -4,7 +4,7 @@ from conformance.device.device import Device
 from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.object_expectations import (
@@ -192,11 +192,17 @@ def test_block_of_write_only(sdo: Dialogue, blocks: Blocks, entry: KnownObject) 
 # Writing
 
 
+def present(blocks: Blocks, device: Device, entry: KnownObject) -> bytes:
+    """Return what an entry holds; a long value that only the suite writes is not read again."""
+    held = device.holds(entry.mux) if entry.is_steady else None
+    return held if held is not None and len(held) > LONG else blocks.read(entry)
+
+
 @must("od.write-back", "dictionary.access", entry=choose.writable)
 def test_write_back(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
-    value = blocks.read(entry)
+    value = present(blocks, device, entry)
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
@@ -211,7 +217,9 @@ def test_write_back_in_segments(
 ) -> None:
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
-    value = blocks.read(entry)
+    value = present(blocks, device, entry)
+    if len(value) > LONG:
+        return  # it goes in segments whenever it is written
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 
 
@@ -224,7 +232,7 @@ def test_write_back_in_blocks(
     """A writable entry takes the value that it has in blocks."""
     may_be_written(device, entry)
     blocks.require_download()
-    value = blocks.read(entry)
+    value = present(blocks, device, entry)
     transfer = sdo.client.block_download(entry.mux, value)
     expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
 

@@ -7,7 +7,6 @@ from conformance.dialogue.storage import Storage, require_command
 from conformance.run.case import must
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules.object_dictionary import SIGNATURE
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
@@ -39,7 +38,7 @@ def test_save_signature(sdo: Dialogue, network: Network) -> None:
     sdo.device.permits.require(NMT)
     sdo.device.permits.require(STORE_PARAMETERS)
     require_command(sdo, SAVE_ALL)
-    network.reset(NmtCommand.RESET_NODE)
+    network.reset_to_stored()
     expect_nothing_else_taken(sdo, SAVE_ALL, other=LOAD_ALL)
 
 

@@ -121,16 +121,18 @@ class Network:
         self._sdo.note(wrong)
 
     def reset(self, command: NmtCommand) -> None:
-        """Reset the device and see it boot.
-
-        Whether or not it forgets what cases have left: what it holds then may be stored.
-        """
-        self._device.permits.require(NMT)
-        serves = self.state is None or self.state.serves_sdo
-        if serves and self._sdo.tracker.open is None:
-            write_all_as_before(self._sdo)
+        """Reset the device and see it boot."""
         self.send(command)
         self.expect_boot_up()
+
+    def reset_to_stored(self) -> None:
+        """Reset the node: it holds what it has stored, and nothing that cases have left.
+
+        So it may be stored again, also by a device that forgets nothing in a reset.
+        """
+        self._device.permits.require(NMT)
+        write_all_as_before(self._sdo)
+        self.reset(NmtCommand.RESET_NODE)
 
     def produce_heartbeats(self) -> Abort | None:
         """Let the device tell its state by a time in 1017h; return the abort if it refuses.

@@ -127,7 +127,7 @@ class Storage:
         require_command(self._sdo, LOAD_ALL)
         self._check_put_back(device.values)
         if device.keeping.stored is None:
-            self._network.reset(NmtCommand.RESET_NODE)
+            self._network.reset_to_stored()
             device.keeping.stored = self._stored()
         device.keeping.will_lose(device.keeping.stored)
 

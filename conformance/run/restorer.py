@@ -65,6 +65,8 @@ class Restorer:
         written = {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES}
         if leaves_values:
             written -= self._leave(sdo, written, in_doubt=in_doubt)
+        else:
+            written -= self._left_still(sdo, written)
         self._put_back(sdo, written)
         self._take_stock()
         if self.late or (sdo.record.causes.noisy and sdo.record.written):
@@ -107,6 +109,15 @@ class Restorer:
             else:
                 self.device.keeping.left.add(mux)
         return staying
+
+    def _left_still(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
+        """Return what a reset has not brought back of what earlier cases have left, as it may."""
+        reset = self.device.keeping.left & sdo.record.reset.keys()
+        return {
+            mux
+            for mux, value in self._due(reset.intersection(written)).items()
+            if not self._reads(sdo, self._known(mux), value)
+        }
 
     def _stands_in(self, sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
         """Write a short value for the time being where an object had a long one before the run.
