@@ -4,7 +4,7 @@ from conformance.device.device import Device
 from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.dialogue.blocks import VERY_LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.object_expectations import (
@@ -23,6 +23,7 @@ from conformance.dialogue.object_expectations import (
     scan,
     unchanged,
     value_of,
+    whole_value,
 )
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.values import of_another_length, same_value, shown, with_spaces
@@ -53,10 +54,14 @@ TOO_LOW = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 
 
 @must("od.read", "dictionary.access", entry=choose.readable)
-def test_read(sdo: Dialogue, entry: KnownObject) -> None:
-    """An entry that is listed as readable can be read."""
+def test_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
+    """An entry that is listed as readable can be read; a very long one was, and is begun only."""
     try:
-        sdo.read(entry.mux)
+        if whole_value(device, entry) is None:
+            sdo.read(entry.mux)
+        else:
+            sdo.send(UploadInitiate(entry.mux))
+            sdo.checks.upload_initiate(sdo.receive(), entry.mux)
     except ServerAborted as aborted:
         refusal = in_words(aborted.abort)
         if aborted.abort.code not in NOT_NOW:
@@ -192,17 +197,11 @@ def test_block_of_write_only(sdo: Dialogue, blocks: Blocks, entry: KnownObject) 
 # Writing
 
 
-def present(blocks: Blocks, device: Device, entry: KnownObject) -> bytes:
-    """Return what an entry holds; a long value that only the suite writes is not read again."""
-    held = device.holds(entry.mux) if entry.is_steady else None
-    return held if held is not None and len(held) > LONG else blocks.read(entry)
-
-
 @must("od.write-back", "dictionary.access", entry=choose.writable)
 def test_write_back(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
-    value = present(blocks, device, entry)
+    value = whole_value(device, entry) or blocks.read(entry)
     expect_written_back(sdo, entry, sdo.try_download(entry, value), value)
 
 
@@ -217,8 +216,8 @@ def test_write_back_in_segments(
 ) -> None:
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
-    value = present(blocks, device, entry)
-    if len(value) > LONG:
+    value = whole_value(device, entry) or blocks.read(entry)
+    if len(value) > VERY_LONG:
         return  # it goes in segments whenever it is written
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 
@@ -232,7 +231,7 @@ def test_write_back_in_blocks(
     """A writable entry takes the value that it has in blocks."""
     may_be_written(device, entry)
     blocks.require_download()
-    value = present(blocks, device, entry)
+    value = whole_value(device, entry) or blocks.read(entry)
     transfer = sdo.client.block_download(entry.mux, value)
     expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
 

@@ -17,7 +17,9 @@ class Keeping:
     before the first write. ``to_store`` is what the device had stored and a case has changed: it is
     stored again. ``stored`` is what was found to be stored and no default, None where that is not
     known, or something was stored since. ``left`` are strings and domains as cases have left them:
-    what they held before is put back where a case needs it, and at the end of the run. ``astray``
+    what they held before is put back where a case needs it, and at the end of the run. ``doubtful``
+    are those that ought to hold it and were not read since: it was written, or they held it when a
+    reset came. ``astray``
     are objects that a case has written and that could not be put back: what they hold is not known.
     ``seen`` is what objects read since anything was sent that might have changed one.
     ``brought_back`` are those that a reset was seen to bring back as they have to be, by its
@@ -29,6 +31,7 @@ class Keeping:
     to_store: Mapping[Multiplexer, bytes] = field(default_factory=dict)
     stored: Mapping[Multiplexer, bytes] | None = None
     left: set[Multiplexer] = field(default_factory=set)
+    doubtful: set[Multiplexer] = field(default_factory=set)
     astray: set[Multiplexer] = field(default_factory=set)
     seen: dict[Multiplexer, bytes] = field(default_factory=dict)
     brought_back: defaultdict[NmtCommand, set[Multiplexer]] = field(

@@ -10,12 +10,14 @@ class Services:
     ``block_download_refusal`` is how the device refuses block downloads, empty if it serves them,
     None until that was tried; ``block_upload_refusal`` is the same of block uploads.
     ``further_channels`` are the SDO server parameter records behind 1200h, None until they were
-    searched. ``takes_blocks``: a block download was served to its end. ``reads_alike``: a block
-    upload has brought what an ordinary one has; None until they were compared.
+    searched. ``takes_blocks``: a block download was served to its end; ``distrusted``: another one
+    has not stored what it brought. ``reads_alike``: a block upload has brought what an ordinary one
+    has; None until they were compared.
     """
 
     block_download_refusal: str | None = None
     block_upload_refusal: str | None = None
     further_channels: tuple[int, ...] | None = None
     takes_blocks: bool = False
+    distrusted: bool = False
     reads_alike: bool | None = None

@@ -66,6 +66,7 @@ class Effects:
             device.will_change(target)
             record.written.add(target)
             record.reset.pop(target, None)
+            device.keeping.doubtful.discard(target)
             if target.index in COMMANDS and target.sub_index:
                 device.keeping.brought_back.clear()
                 device.keeping.stored = None

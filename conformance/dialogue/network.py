@@ -98,6 +98,9 @@ class Network:
         } - self._device.keeping.brought_back[command]
         for mux in reset:
             self._device.will_change(mux)
+        keeping = self._device.keeping
+        keeping.doubtful |= reset - keeping.left - self._sdo.record.written
+        keeping.doubtful |= keeping.left & keeping.brought_back[command]
         self._sdo.record.written |= reset
         self._sdo.record.reset |= dict.fromkeys(reset, command)
 

@@ -191,9 +191,13 @@ class Bench:
         while True:
             self.sessions[node_id] = session = self._discovered(channel, revival)
             session.survey()
-            session.restore_pending()  # what was read next would be taken for the value to keep
+            if session.restorer.unrestored.keys() - session.device.keeping.left:
+                session.restore_pending()
             beginnings.append(beginning(session.device, session.causes))
-            if not link.may_lose or session.restorer.unrestored or is_settled(beginnings):
+            if not link.may_lose or is_settled(beginnings):
+                break
+            session.restore_pending()  # what is read next is taken for the value to keep
+            if session.restorer.unrestored:
                 break
             session.close()
         for cause in in_doubt(beginnings):

@@ -7,25 +7,24 @@ from dataclasses import dataclass, field, replace
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.dialogue.blocks import LONG, VERY_LONG, Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.long_values import write_in_blocks
 from conformance.dialogue.storage import write_signature
 from conformance.dialogue.values import restored_value, shown
 from conformance.run.afterwards import take_the_rest
-from conformance.run.long_values import LongValues
 from conformance.run.mappings import in_order, is_count, needed_for
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage_commands import SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
 MOST_TRIES = 2
-# A string or domain that is longer is put back at once: another case may read it as it is.
-MOST_LEFT = 1000
 # A device that was silent twice may have been busy: after this number of cases it is tried again.
 MOST_SILENCES = 5
 
@@ -48,7 +47,6 @@ class Restorer:
     gone: bool = False
     _tries: Counter[Multiplexer] = field(default_factory=Counter)
     _silences: Counter[Multiplexer] = field(default_factory=Counter)
-    _long: LongValues = field(default_factory=LongValues)
 
     def expect(self, sdo: Dialogue) -> None:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
@@ -90,15 +88,15 @@ class Restorer:
     ) -> set[Multiplexer]:
         """Note which of some objects stay as a case has left them, and return these.
 
-        What is empty does not: a device may refuse to read it. Nor what is very long, unless it was
-        as long before; nor what is ``in_doubt``.
+        What is empty does not: a device may refuse to read it. Nor what is very long, which another
+        case may read as it is, unless it was as long before; nor what is ``in_doubt``.
         """
         seen, extents = sdo.wire.seen, self.device.extents
         staying: set[Multiplexer] = set()
         for mux, value in self._due(written).items():
             if not self.device.may_be_left(mux):
                 continue
-            fits = extents.latest(mux) <= max(MOST_LEFT, len(value))
+            fits = extents.latest(mux) <= max(VERY_LONG, len(value))
             stays = fits and (mux not in seen or seen[mux]) and not in_doubt
             if not stays and not self._stands_in(sdo, mux, value):
                 continue
@@ -111,13 +109,23 @@ class Restorer:
         return staying
 
     def _left_still(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
-        """Return what a reset has not brought back of what earlier cases have left, as it may."""
-        reset = self.device.keeping.left & sdo.record.reset.keys()
-        return {
-            mux
-            for mux, value in self._due(reset.intersection(written)).items()
-            if not self._reads(sdo, self._known(mux), value)
-        }
+        """Return what stays as a reset has found it, of what earlier cases have left, or made it.
+
+        What is very long is not read for it: it is in doubt until a case needs it, or the end.
+        """
+        keeping, staying = self.device.keeping, set[Multiplexer]()
+        for mux, value in self._due(written).items():
+            unread = mux not in sdo.wire.seen and len(value) > VERY_LONG
+            if mux in keeping.doubtful:
+                stays = unread and self.device.may_be_left(mux)
+            else:
+                stays = mux in keeping.left and (
+                    unread or not self._reads(sdo, self._known(mux), value)
+                )
+            if stays:
+                staying.add(mux)
+        keeping.left |= staying
+        return staying
 
     def _stands_in(self, sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
         """Write a short value for the time being where an object had a long one before the run.
@@ -125,7 +133,7 @@ class Restorer:
         That may take hundreds of requests, and after each of many cases that fail alike. Says
         whether the object reads so: it takes what it is written, then.
         """
-        size = min(self.device.lengths[mux].taken, default=0)
+        size = min(self.device.lengths[mux].taken, default=EXPEDITED_LENGTH)
         if len(value) <= LONG or not 0 < size <= LONG:
             return False
         known, data = self._known(mux), sdo.payload(size)
@@ -160,7 +168,8 @@ class Restorer:
         due = self._due(written)
         self._list(due)
         if self.device.keeping.to_store:
-            self._write(sdo, self._due(self.device.keeping.left))  # else it would be stored as well
+            left = self.device.keeping.left - self.device.keeping.doubtful
+            self._write(sdo, self._due(left))  # else it would be stored as well
             self._store_again(sdo)
         self._write(sdo, due)
 
@@ -240,11 +249,11 @@ class Restorer:
         What is neither a confirmation nor a refusal may be a late answer that was in the way.
         """
         try:
-            self._download(sdo, known, due)
+            in_blocks = self._download(sdo, known, due)
         except Violation as violation:
             try:
                 stray = sdo.fence()
-                self._download(sdo, known, due)
+                in_blocks = self._download(sdo, known, due)
             except Violation as again:
                 self.unrestored[known.mux] += f" ({violation.actual})"
                 self._silences[known.mux] += again.rule is ANSWERED
@@ -263,7 +272,8 @@ class Restorer:
             self.device.known[known.mux] = replace(known, habits=habits)
         if self._reads(sdo, known, due):
             self._is_back(known.mux, due)
-        elif self._long.distrust():
+        elif in_blocks:
+            self.device.services.distrusted = True
             self._restore(sdo, known, due)
 
     def _look_whether_gone(self, sdo: Dialogue, silence: Violation) -> None:
@@ -274,14 +284,19 @@ class Restorer:
         self.device.keeping.changes.is_back(mux, value)
         self.unrestored.pop(mux, None)
         self.device.keeping.left.discard(mux)
+        self.device.keeping.doubtful.discard(mux)
         self._tries.pop(mux, None)
 
-    def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> None:
+    def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
+        """Write a value; say whether it went in blocks."""
+        if write_in_blocks(sdo, known.mux, due):
+            return True
         try:
-            self._long.write(sdo, known, due)
+            sdo.download(known, due)
         except Violation:
             sdo.end_transfer()
             raise
+        return False
 
     def _reads(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
         """Say whether an object reads as it should; what cannot be read does not.
