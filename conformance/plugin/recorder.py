@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from conformance.reporting.bus_log import Place, merge_logs
+from conformance.reporting.page.observed import Observed
+from conformance.reporting.page.writing import seen_in
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.report import write_reports
 from conformance.reporting.results import ResultsFile, now
@@ -29,6 +31,7 @@ class Recorder:
             folder.mkdir(parents=True, exist_ok=True)
         self._file = ResultsFile(folder)
         self._file.run(about)
+        self._seen: Observed | None = None
 
     def selected(self, cases: int) -> None:
         """Take how many cases were selected, here or by another worker."""
@@ -47,7 +50,13 @@ class Recorder:
         self._file.case(result, place)
 
     def merge(self, logs: list[Path], whole: Path) -> None:
-        """Make one log of those of the workers; raises OSError."""
+        """Make one log of those of the workers; raises OSError.
+
+        What the page shows of them is read before: in one log the lines of a case lie apart.
+        """
+        if self._page:
+            with suppress(OSError):  # the page tries again
+                self._seen = seen_in(self._folder, self.run)
         wanted: dict[str, list[int]] = {}
         for place in self.run.places:
             if place is not None and place.first <= place.last:
@@ -72,7 +81,7 @@ class Recorder:
         troubles = self._write_again() if self._file.close() else []
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
-            write_reports(self._folder, self.run, page=self._page)
+            write_reports(self._folder, self.run, page=self._page, seen=self._seen)
         except OSError as error:
             troubles.append(f"The report cannot be written: {error}.")
         return troubles

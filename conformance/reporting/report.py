@@ -4,6 +4,7 @@ from pathlib import Path
 
 from conformance.reporting.junit.cases import write_junit
 from conformance.reporting.junit.rules import write_causes
+from conformance.reporting.page.observed import Observed
 from conformance.reporting.page.writing import write_page
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import write_reproductions
@@ -11,10 +12,13 @@ from conformance.reporting.reproduction import write_reproductions
 JUNIT, CAUSES = "junit.xml", "causes.xml"
 
 
-def write_reports(folder: Path, run: RecordedRun, *, page: bool = True) -> list[Path]:
+def write_reports(
+    folder: Path, run: RecordedRun, *, page: bool = True, seen: Observed | None = None
+) -> list[Path]:
     """Write junit.xml, causes.xml, what reproduces failures and, for people, report.html.
 
-    Returns what was written. Raises OSError.
+    ``seen`` is what was read of the logs for the page, if that was done. Returns what was written.
+    Raises OSError.
     """
     paths = [folder / JUNIT, folder / CAUSES]
     for path, write in zip(paths, (write_junit, write_causes), strict=True):
@@ -30,5 +34,5 @@ def write_reports(folder: Path, run: RecordedRun, *, page: bool = True) -> list[
     return [
         *paths,
         *([] if reproductions is None else [reproductions]),
-        *([write_page(folder, run)] if page else []),
+        *([write_page(folder, run, seen)] if page else []),
     ]

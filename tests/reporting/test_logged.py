@@ -108,3 +108,25 @@ def test_what_devices_say_alike_counts_for_each(
     assert alike == each
     assert alike[0] == {(node_id, NUMBER): (1, {"07": 1}) for node_id in (5, 6, 7)}
     assert alike[2] == (6, 3 if elsewhere == 0x580 else 2)
+
+
+def test_cases_one_after_another_read_as_those_side_by_side(tmp_path: Path) -> None:
+    """A case that overlaps all others has them read line by line; they say the same."""
+    strange = LOG.replace("(1.3) two 585", "cut off\n(1.3) two 606")
+    (tmp_path / "bus.log").write_text(LOG + strange, encoding="utf-8")
+    places = [Place("bus.log", 1, 2), Place("bus.log", 3, 5), Place("bus.log", 6, 20)]
+    channels = {node_id: ChannelIds.default(node_id) for node_id in (5, 6)}
+    found = [
+        {
+            number: list(lines)
+            for number, lines in frames_by_case(tmp_path, "bus.log", given, [5] * 4, channels)
+            if number < len(places)
+        }
+        for given in (places, [*places, Place("bus.log", 1, 20)])
+    ]
+    assert found[0] == found[1]
+    assert [[one.number for one in lines] for lines in found[0].values()] == [
+        [1],
+        [3, 5],
+        [6, 8, 11],
+    ]

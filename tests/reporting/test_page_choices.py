@@ -43,5 +43,20 @@ def test_devices_stand_in_the_order_of_their_nodes(tmp_path: Path) -> None:
     assert list(observed(tmp_path, run).profile) == [5, 9]
 
 
+def test_each_worker_has_a_log(tmp_path: Path) -> None:
+    """As long as they are not merged: devices stand in order, and a line has its number in each."""
+    places: list[Place | None] = []
+    for node_id, log in ((9, "bus-gw0-9.log"), (10, "bus-gw0-10.log")):
+        lines = [f"can0 {can_id}{data}" for can_id, data in [*_read(node_id), ("000", "#8100 T")]]
+        text = "".join(f"({number}.000000) {line}\n" for number, line in enumerate(lines))
+        (tmp_path / log).write_text(text, encoding="utf-8")
+        places.append(Place(log, 1, 3))
+    about = ABOUT | {"node_ids": [9, 10]}
+    run = RecordedRun(about, [], [result(node_id=9), result(node_id=10)], places)
+    seen = observed(tmp_path, run)
+    assert list(seen.profile) == [9, 10]
+    assert seen.traffic.commands.total() == 2
+
+
 def _read(node_id: int) -> list[tuple[str, str]]:
     return [(f"{0x600 + node_id:03X}", ASKED), (f"{0x580 + node_id:03X}", ANSWERED)]

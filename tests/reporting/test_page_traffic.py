@@ -1,28 +1,24 @@
 """What equal devices say is read once, and counts for each; what only looks equal does not."""
 
-from conformance.reporting.logged import Logged
+from conformance.reporting.logged import CaseLines
 from conformance.reporting.page.traffic import Traffic
-from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 
 READ, ANSWER = "4000100000000000", "4300100091010F00"
 
 
-def lines(*frames: tuple[str, bool]) -> list[Logged]:
-    """Write frames as they stand in a log, at milliseconds; True: we sent it."""
-    return [
-        Logged(f"({number / 1000:f})", "can0", frame, sent, number, CanFrame.parse(frame).can_id)
-        for number, (frame, sent) in enumerate(frames, start=1)
-    ]
-
-
-def read(node_id: int) -> list[Logged]:
-    """Read 1000h, while heartbeats come."""
-    return lines(
-        (f"{0x600 + node_id:03X}#{READ}", True),
-        (f"{0x700 + node_id:03X}#05", False),
-        (f"{0x580 + node_id:03X}#{ANSWER}", False),
+def read(node_id: int, sent: str = "T") -> CaseLines:
+    """Read 1000h, while heartbeats come; each frame stands in the log, a millisecond later."""
+    frames = (
+        (f"{0x600 + node_id:03X}#{READ}", sent),
+        (f"{0x700 + node_id:03X}#05", "R"),
+        (f"{0x580 + node_id:03X}#{ANSWER}", "R"),
     )
+    fields = [
+        (f"({number / 1000:f})", "can0", frame, direction)
+        for number, (frame, direction) in enumerate(frames, start=1)
+    ]
+    return CaseLines(fields, range(1, len(fields) + 1))
 
 
 def test_each_device_counts() -> None:
@@ -40,7 +36,7 @@ def test_who_sent_a_frame_counts() -> None:
     traffic = Traffic()
     ids = ChannelIds.default(5)
     traffic.take(0, 5, ids, read(5), in_words=False)
-    traffic.take(1, 5, ids, [line._replace(sent=False) for line in read(5)], in_words=False)
+    traffic.take(1, 5, ids, read(5, sent="R"), in_words=False)
     assert (traffic.requests, traffic.responses) == (1, 2)
 
 

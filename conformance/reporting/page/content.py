@@ -12,6 +12,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from conformance.generated.server_states import STATES
+from conformance.reporting.bus_log import Place
 from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.first_fix import FirstFix, first_fix
 from conformance.reporting.official_steps import OFFICIAL_STEPS
@@ -174,9 +175,10 @@ class PageContent:
         self.run = run
         self.traffic = traffic
         self.profile = profile
+        shown = {number: _where(run.places[number]) for number in traffic.not_in_words}
+        shown |= traffic.shown
         self.cases = [
-            Case(number, result, traffic.shown.get(number, ""))
-            for number, result in enumerate(run.results)
+            Case(number, result, shown.get(number, "")) for number, result in enumerate(run.results)
         ]
         self.about = run.about
         self.alone = len(run.about["node_ids"]) == 1
@@ -376,6 +378,14 @@ class PageContent:
             shown = "; ".join(values) + (f"; {more} more" if more else "")
             first, last = map(_time_of_day, (each.first, each.last))
             yield name, each.begun, first, last, shown
+
+
+def _where(place: Place | None) -> str:
+    """Say where the frames of a case are."""
+    if place is None:
+        return ""
+    lines = f"lines {place.first} to {place.last}"
+    return f"… {place.lines} frames, which are in {place.log}, {lines}"
 
 
 def _in_a_transfer(state: str) -> tuple[int, str]:

@@ -54,17 +54,16 @@ def _read(
     judged: Container[str],
 ) -> Observed:
     """Read the frames of the cases with these places; those of ``judged`` cases show choices."""
-    found, channels = Observed(), run.channels
+    traffic, profile, channels = Traffic(), dict[int, list[str]](), run.channels
     node_ids = [result.node_id for result in run.results]
     for log in sorted({place.log for place in places if place is not None}):
         choices = Choices()
+        traffic.commanding.clear()
         for number, lines in frames_by_case(folder, log, places, node_ids, channels):
             node_id = node_ids[number]
-            found.traffic.take(
-                number, node_id, channels[node_id], lines, in_words=number in in_words
-            )
+            traffic.take(number, node_id, channels[node_id], lines, in_words=number in in_words)
             if run.results[number].case_id in judged:
                 choices.take(lines)
-        for node_id, words in sorted(choices.profiles(node_ids).items()):
-            found.profile.setdefault(node_id, []).extend(words)
-    return found
+        for node_id, words in choices.profiles(node_ids).items():
+            profile.setdefault(node_id, []).extend(words)
+    return Observed(traffic, dict(sorted(profile.items())))

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Self
 
 from conformance.device.safety import WRITING
-from conformance.reporting.logged import Logged
+from conformance.reporting.logged import CaseLines, Logged
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import LARGEST_STANDARD_ID, ChannelIds, CobId
 from conformance.sdo.describe import Decoder, describe
@@ -112,13 +112,13 @@ class Conversation:
 class Traffic:
     """The frames of a run: as the page shows them, lines of text, by the number of their case.
 
-    Of the frames of ``not_in_words`` cases it is only said where they are. What was ``written`` is
-    kept by node-ID and object, NMT commands by their words, and the lines that are ``commanding``;
+    Those of the cases ``not_in_words`` it does not show. What was ``written`` is kept by node-ID
+    and object, NMT commands by their words, and the lines of this log that are ``commanding``;
     response ``times`` by kind of request.
     """
 
     shown: dict[int, str] = field(default_factory=dict)
-    not_in_words: int = 0
+    not_in_words: set[int] = field(default_factory=set)
     written: dict[tuple[int, Multiplexer], Written] = field(default_factory=dict)
     commands: Counter[str] = field(default_factory=Counter)
     times: defaultdict[str, Times] = field(default_factory=lambda: defaultdict(Times))
@@ -128,23 +128,22 @@ class Traffic:
     _conversations: dict[tuple[bytes, str], Conversation] = field(default_factory=dict)
 
     def take(
-        self, case: int, node_id: int, ids: ChannelIds, lines: Sequence[Logged], *, in_words: bool
+        self, case: int, node_id: int, ids: ChannelIds, lines: CaseLines, *, in_words: bool
     ) -> None:
         """Take the frames of a case of this number, on this channel of this node.
 
-        They are shown ``in_words``, or it is only said where they are. What the bus carried between
-        the cases counts with those that follow.
+        They are shown ``in_words``, or not at all. What the bus carried between the cases counts
+        with those that follow.
         """
         if in_words:
             found = Conversation.of(lines, ids)
             self.shown[case] = _shown(lines, found.messages)
         else:
             found = self._known(lines, node_id, ids)
-            self.shown[case] = _where(lines)
-            self.not_in_words += 1
+            self.not_in_words.add(case)
         self._count(found, case, node_id, lines)
 
-    def _known(self, lines: Sequence[Logged], node_id: int, ids: ChannelIds) -> Conversation:
+    def _known(self, lines: CaseLines, node_id: int, ids: ChannelIds) -> Conversation:
         """Return what the frames of a case say: equal devices say the same in most cases."""
         form = _form(lines, node_id, ids)
         known = self._conversations.get(form)
@@ -155,15 +154,15 @@ class Traffic:
                 self._conversations[form] = known
         return known
 
-    def _count(self, found: Conversation, case: int, node_id: int, lines: Sequence[Logged]) -> None:
+    def _count(self, found: Conversation, case: int, node_id: int, lines: CaseLines) -> None:
         """Count what a case of this number has said."""
         self.requests += found.requests
         self.responses += found.responses
         for asked, answered, kind in found.answers:
-            seconds = lines[answered].time - lines[asked].time
+            seconds = lines.time(answered) - lines.time(asked)
             self.times[kind].add(seconds, case)
         for number, request in found.writes:
-            self._note(node_id, request, lines[number].time)
+            self._note(node_id, request, lines.time(number))
         for number, words in found.commands:
             if lines[number].number not in self.commanding:
                 self.commanding.add(lines[number].number)  # cases of several devices see it
@@ -182,13 +181,13 @@ class Traffic:
             written.values[f"{request.size} bytes"] += 1
 
 
-def _form(lines: Sequence[Logged], node_id: int, ids: ChannelIds) -> tuple[bytes, str]:
+def _form(lines: CaseLines, node_id: int, ids: ChannelIds) -> tuple[bytes, str]:
     """Return who sent the frames of a case, and all of them in one text, whichever node it was."""
-    frames = " ".join([logged.frame for logged in lines])
+    frames = " ".join(lines.frames)
     own = ids.request, ids.response, CobId(ERROR_CONTROL_BASE + node_id)
     for place, identifier in enumerate(own):
         frames = frames.replace(str(identifier.frame(b"")), f"{place}#")
-    return bytes([logged.sent for logged in lines]), frames
+    return lines.sent, frames
 
 
 def _shown(lines: Sequence[Logged], messages: Sequence[Request | Response | str]) -> str:
@@ -210,14 +209,6 @@ def _line(begin: float, logged: Logged, message: Request | Response | str) -> st
     words = message if isinstance(message, str) else describe(message)
     arrow = ">" if logged.sent else "<"
     return f"{(logged.time - begin) * 1000:.1f} {arrow} {logged.frame} {words}".rstrip()
-
-
-def _where(lines: Sequence[Logged]) -> str:
-    """Say where the frames of a case are."""
-    if not lines:
-        return ""
-    numbers = f"lines {lines[0].number} to {lines[-1].number}"
-    return f"… {len(lines)} frames, which are in bus.log, {numbers}"
 
 
 @cache

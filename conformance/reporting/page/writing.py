@@ -5,7 +5,7 @@ from pathlib import Path
 
 from conformance.reporting.page.case_list import case_list
 from conformance.reporting.page.content import MARKS, PageContent, links
-from conformance.reporting.page.observed import observed
+from conformance.reporting.page.observed import Observed, observed
 from conformance.reporting.page.templates import template
 from conformance.reporting.recorded import RecordedRun
 from conformance.run.verdict import Verdict
@@ -24,9 +24,17 @@ def with_frames(run: RecordedRun) -> Collection[int]:
     }
 
 
-def write_page(folder: Path, run: RecordedRun) -> Path:
-    """Write the page of a run into its report folder; raises OSError."""
-    seen = observed(folder, run, in_words=with_frames(run))
+def seen_in(folder: Path, run: RecordedRun) -> Observed:
+    """Read of the logs of a run what its page shows; raises OSError."""
+    return observed(folder, run, in_words=with_frames(run))
+
+
+def write_page(folder: Path, run: RecordedRun, seen: Observed | None = None) -> Path:
+    """Write the page of a run into its report folder; raises OSError.
+
+    ``seen`` is what was read of its logs, if that was done.
+    """
+    seen = seen or seen_in(folder, run)
     content = PageContent(folder, run, seen.traffic, seen.profile)
     path = folder / PAGE
     text = template("report").render(page=content, marks=MARKS, links=links, case_list=case_list)
