@@ -55,7 +55,8 @@ TOO_LOW = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 
 @must("od.read", "dictionary.access", entry=choose.readable)
 def test_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
-    """An entry that is listed as readable can be read; a very long one was, and is begun only."""
+    """An entry that is listed as readable can be read."""
+    # What is very long was read when the run began; that it still can be shows at the beginning.
     try:
         if whole_value(device, entry) is None:
             sdo.read(entry.mux)
@@ -218,7 +219,7 @@ def test_write_back_in_segments(
     may_be_written(device, entry)
     value = whole_value(device, entry) or blocks.read(entry)
     if len(value) > VERY_LONG:
-        return  # it goes in segments whenever it is written
+        raise NotTestable(f"{len(value)} bytes go in segments in any case: see od.write-back")
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 
 
