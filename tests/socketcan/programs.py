@@ -131,6 +131,7 @@ def start_suite(
         f"--can-channel={channel}",
         f"--sdo-response-timeout={RESPONSE_TIMEOUT}",
         f"--sdo-report-dir={folder}",
+        "--sdo-no-page",
         f"--junitxml={folder / PYTEST_REPORT}",
         *options,
     )
