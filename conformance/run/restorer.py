@@ -118,10 +118,10 @@ class Restorer:
             unread = mux not in sdo.wire.seen and len(value) > VERY_LONG
             if mux in keeping.doubtful:
                 stays = unread and self.device.may_be_left(mux)
+            elif mux in keeping.left and mux in sdo.record.reset:
+                stays = unread or not self._reads(sdo, self._known(mux), value)
             else:
-                stays = mux in keeping.left and (
-                    unread or not self._reads(sdo, self._known(mux), value)
-                )
+                continue
             if stays:
                 staying.add(mux)
         keeping.left |= staying

@@ -199,3 +199,20 @@ def test_a_short_value_is_put_back_itself() -> None:
         run.sdo.download(TEXT, b"left")
         run.conclude(BROKEN)
         assert server.values() == before
+
+
+def test_a_try_that_is_run_again_finds_what_the_first_one_found() -> None:
+    """Whatever earlier cases had left there: else each try would have something else to do."""
+    server = recording()
+    before = server.values()
+    with discovered(server) as bench:
+        session = bench.session()
+        for left in (b"left", b"left again"):
+            run = begin(session)
+            run.sdo.download(TEXT, left)
+            run.conclude(None)
+        run = begin(session)
+        run.sdo.download(TEXT, b"tried")
+        assert run.retreat(1)
+        assert server.values() == before
+        assert session.restorer.unrestored == {}
