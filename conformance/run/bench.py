@@ -191,13 +191,9 @@ class Bench:
         while True:
             self.sessions[node_id] = session = self._discovered(channel, revival)
             session.survey()
-            if session.restorer.unrestored.keys() - session.device.keeping.left:
-                session.restore_pending()
+            session.restore_pending()  # what was read next would be taken for the value to keep
             beginnings.append(beginning(session.device, session.causes))
-            if not link.may_lose or is_settled(beginnings):
-                break
-            session.restore_pending()  # what is read next is taken for the value to keep
-            if session.restorer.unrestored:
+            if not link.may_lose or session.restorer.unrestored or is_settled(beginnings):
                 break
             session.close()
         for cause in in_doubt(beginnings):

@@ -18,7 +18,6 @@ from conformance.run.mappings import in_order, is_count, needed_for
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage_commands import SAVE_ALL
 
@@ -133,7 +132,7 @@ class Restorer:
         That may take hundreds of requests, and after each of many cases that fail alike. Says
         whether the object reads so: it takes what it is written, then.
         """
-        size = min(self.device.lengths[mux].taken, default=EXPEDITED_LENGTH)
+        size = min(self.device.lengths[mux].taken, default=0)
         if len(value) <= LONG or not 0 < size <= LONG:
             return False
         known, data = self._known(mux), sdo.payload(size)

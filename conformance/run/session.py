@@ -115,7 +115,7 @@ class DeviceSession:
             self.restorer.expect(sdo)
             if not self.lost:
                 with self.channel.link.stop.putting_back():
-                    self.restorer.restore(sdo, leaves_values=True, in_doubt=True)
+                    self.restorer.restore(sdo)
 
     def _brought_back(self) -> bool:
         """Take that the device is lost; say whether it could be brought back."""

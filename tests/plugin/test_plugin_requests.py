@@ -40,10 +40,10 @@ def counted(log: Path) -> Counts:
 
 # On a device with a domain of 4 KB: 42,800 answers and 59,700 frames when this was written, of
 # which 9,363 are the segments of one block download beyond 16 bits, with 75 answers. A few per cent
-# hang on the order of the cases. Without block downloads long values go in segments: 56,400 answers
+# hang on the order of the cases. Without block downloads long values go in segments: 57,000 answers
 # in a whole run, as many on a right device without block uploads, 18,700 of them for the one value
 # beyond 16 bits. That shows in the scripts, which take 22,500 answers of it. A domain of 64 KB
-# takes 70,200 answers, of which 28,000 read it, put it back and write it back in segments, once
+# takes 70,300 answers, of which 28,000 read it, put it back and write it back in segments, once
 # each: 42,600 in the cases that read and write what they find.
 KB = 1024
 SOUND, WITHOUT_BLOCKS, WITHOUT_UPLOADS = (44_500, 61_500), (24_000, 25_000), (24_000, 26_500)

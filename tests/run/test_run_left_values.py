@@ -216,3 +216,17 @@ def test_a_try_that_is_run_again_finds_what_the_first_one_found() -> None:
         assert run.retreat(1)
         assert server.values() == before
         assert session.restorer.unrestored == {}
+
+
+def test_what_is_tried_before_the_first_case_is_put_back_at_once() -> None:
+    """Whether a device takes back what it held shows there, and in no case that needs it."""
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = LONG
+    server = recording(entries=entries)
+    before = server.values()
+    with discovered(server) as bench:
+        session = bench.session()
+        session.survey()
+        assert DOMAIN.mux in dict(server.writes)
+        assert server.values() == before
+        assert bench.device.keeping.left == set()
