@@ -36,9 +36,9 @@ SERVICE = "7.2.4.2.10"
     "block.full-last-segment",
     size=BLOCK_SIZES,
 )
-def test_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int) -> None:
+def test_size(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int) -> None:
     """A block download is stored whole; segments that look like other requests are segments."""
-    data = sdo.payload(size)
+    variable, data = roles.variable(size), sdo.payload(size)
     with room.for_length(variable, size):
         blocks.download(variable, data)
     blocks.expect_value(variable, data)
@@ -50,12 +50,10 @@ def test_size(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, 
     "block-download.stored",
     size=[BEYOND_16_BITS],
 )
-def test_beyond_16_bits(
-    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
-) -> None:
+def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int) -> None:
     """More bytes than 16 bits count are stored whole and read whole, where there is room."""
     blocks.require_download()
-    data = sdo.payload(size)
+    variable, data = roles.variable(size), sdo.payload(size)
     abort = blocks.try_download(variable, data)
     if abort is not None:
         raise room.refused(variable, size, abort)
@@ -66,21 +64,19 @@ def test_beyond_16_bits(
 
 @must("block-download.size-not-indicated", size=[*EDGE_SIZES, 890])
 def test_size_not_indicated(
-    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+    sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int
 ) -> None:
     """A block download that does not say its size (C4h) is stored whole."""
-    data = sdo.payload(size)
+    variable, data = roles.variable(size), sdo.payload(size)
     with room.for_length(variable, size):
         blocks.download(variable, data, sized=False)
     blocks.expect_value(variable, data)
 
 
 @must("block-download.without-crc", "crc.offered-unasked", size=[1, 7, 20, 256])
-def test_without_crc(
-    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
-) -> None:
+def test_without_crc(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int) -> None:
     """A client that has no CRC is served; the CRC field is 0 then."""
-    data = sdo.payload(size)
+    variable, data = roles.variable(size), sdo.payload(size)
     with room.for_length(variable, size):
         blocks.download(variable, data, crc=False)
     blocks.expect_value(variable, data)

@@ -34,10 +34,9 @@ ABORT = "7.2.4.3.17"
 
 
 @must("segmented-download.beyond-16-bits", "segmented-download.stored", size=[BEYOND_16_BITS])
-def test_beyond_16_bits(
-    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
-) -> None:
+def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int) -> None:
     """A download of more bytes than 16 bits count is stored whole, where there is room."""
+    variable = roles.variable(size)
     if size in sdo.device.lengths[variable.mux].whole:
         return  # block-upload.beyond-16-bits has written and read it
     data = sdo.payload(size)
@@ -55,17 +54,17 @@ def test_beyond_16_bits(
     "response.toggle",
     size=[*SHORT_SIZES, *LONG_SIZES],
 )
-def test_size(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> None:
+def test_size(sdo: Dialogue, room: Room, roles: Roles, size: int) -> None:
     """A download of an indicated size is stored whole."""
-    expect_stored_and_read(sdo, room, variable, size)
+    expect_stored_and_read(sdo, room, roles.variable(size), size)
 
 
 @must("segmented-download.size-not-indicated", size=[*EDGE_SIZES, 257])
 def test_size_not_indicated(
-    sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject, size: int
+    sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int
 ) -> None:
     """A download that does not say its size (20h) is stored whole."""
-    data = sdo.payload(size)
+    variable, data = roles.variable(size), sdo.payload(size)
     room.store(variable, data, segmented=True, sized=False)
     blocks.expect_value(variable, data)
 

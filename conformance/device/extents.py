@@ -82,7 +82,8 @@ class Extents:
             return allowed
         stated, kept = known.stated or b"", value or b""
         sent = self._sent.get(known.mux)
-        if value is not None and known.is_steady and self.endless > ENOUGH:
+        is_cut = known.is_steady and not known.habits.keeps_tails
+        if value is not None and is_cut and self.endless > ENOUGH:
             latest = len(value) if sent is None else sent.latest
             return max(latest, known.habits.filled) + LITTLE
         most = 0 if sent is None else sent.most

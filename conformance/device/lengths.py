@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 
+from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
+
 
 @dataclass(slots=True)
 class Lengths:
@@ -9,10 +12,11 @@ class Lengths:
 
     ``taken`` are some that it has taken. ``most`` is the largest, None until it was measured; a
     ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
-    words. Shorter values than ``filled`` bytes are filled up to as many. Between lengths that are
-    taken there may be ``refused`` ones. ``whole`` are some that were written in segments, and read
-    whole. It was ``asked`` for room once. ``much`` is how many bytes it took when it was asked for
-    much room, 0 where it refused them, None until it was asked.
+    words. Shorter values than ``filled`` bytes are filled up to as many. Behind shorter ones than
+    ``lasting`` bytes the end of a longer one stays: what is longer would last. Between lengths that
+    are taken there may be ``refused`` ones. ``whole`` are some that were written in segments, and
+    read whole. It was ``asked`` for room once. ``much`` is how many bytes it took when it was asked
+    for much room, 0 where it refused them, None until it was asked.
     """
 
     taken: set[int] = field(default_factory=set)
@@ -20,6 +24,7 @@ class Lengths:
     fixed: bool = False
     refusal: str = ""
     filled: int = 0
+    lasting: int = 0
     refused: set[int] = field(default_factory=set)
     whole: set[int] = field(default_factory=set)
     asked: bool = False
@@ -29,6 +34,19 @@ class Lengths:
     def surely(self) -> int | None:
         """Up to how many bytes any length is taken; None where there may be one length only."""
         return None if self.fixed or len(self.taken) < 2 else max(self.taken)
+
+    @property
+    def least(self) -> int:
+        """How many bytes it reads at the least, whatever was written, as far as that is known."""
+        return max(self.filled, self.lasting, (self.most or 0) if self.fixed else 0)
+
+    def check_lasting(self, known: KnownObject, size: int) -> None:
+        """Raise NotTestable where the end of a value of ``size`` bytes would stay for good."""
+        if self.lasting and size > self.lasting:
+            raise NotTestable(
+                f"{known} keeps the end of a longer value behind a shorter one: {size} bytes would "
+                f"never be the {self.lasting} again that it reads; name a larger string or domain"
+            )
 
     def fit(self, wanted: int) -> int | None:
         """Return what to write where ``wanted`` bytes would be best; None to try just these."""

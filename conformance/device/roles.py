@@ -12,6 +12,8 @@ from conformance.device.suggestions import Fits, lacking
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
 
+# What a value has at the most, in bytes, where its length is not the point.
+FEW_SEGMENTS = 64
 _NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
 
 
@@ -45,23 +47,31 @@ class Roles:
         plain = [known for known in found if known.data_type not in _NOT_PLAIN]
         return max(plain, key=lambda known: known.length or 0) if plain else self.number()
 
-    def variable(self) -> KnownObject:
-        """Return a writable string or domain, if possible one whose bytes count to the last 00h.
+    def variable(self, size: int = THREE_SEGMENTS) -> KnownObject:
+        """Return a writable string or domain for values of ``size`` bytes, or of a few segments.
 
-        One that was found to be short comes last.
+        If possible it is one whose bytes count to the last 00h. One that was found to be shorter
+        comes last, and before it what has much longer values only: each costs its whole length.
         """
         found = self.all_writable(_takes_any_bytes)
-        for known in sorted(found, key=self._last_for_long_transfers):
+        for known in sorted(found, key=partial(self._last_for_transfers, size=size)):
+            if size > FEW_SEGMENTS:
+                self.device.lengths[known.mux].check_lasting(known, size)
             return known
         raise self._lacks_text()
 
-    def _last_for_long_transfers(self, known: KnownObject) -> tuple[float, bool, bool]:
+    def _last_for_transfers(
+        self, known: KnownObject, size: int
+    ) -> tuple[bool, bool, float, bool, bool]:
         is_large = (
             self.device.permits.large is not None and known.mux == self.device.permits.large.mux
         )
-        most = self.device.lengths[known.mux].most
-        shortness = -inf if most is None else -most
-        return shortness, not is_large, known.data_type is DataType.VISIBLE_STRING
+        lengths = self.device.lengths[known.mux]
+        is_short = lengths.most is not None and lengths.most < size
+        is_longer = size <= FEW_SEGMENTS < lengths.least
+        shortness = -inf if lengths.most is None else -lengths.most
+        is_text = known.data_type is DataType.VISIBLE_STRING
+        return is_short, is_longer, shortness, not is_large, is_text
 
     def text(self) -> KnownObject:
         """Return a writable string: of a domain, an aborted write may leave a part behind.
@@ -138,8 +148,15 @@ class Roles:
         raise self._lacks_any("a writable object")
 
     def two_writable(self) -> tuple[KnownObject, KnownObject]:
-        """Return two objects that may be written and were read, strings and domains first."""
-        found = sorted(self.all_writable(), key=lambda known: not known.varies)
+        """Return two objects that may be written and were read, strings and domains first.
+
+        What always has a long value comes last.
+        """
+        lengths = self.device.lengths
+        found = sorted(
+            self.all_writable(),
+            key=lambda known: (lengths[known.mux].least > FEW_SEGMENTS, not known.varies),
+        )
         if len(found) < 2:
             raise self._lacks_any(
                 "two writable objects" if not found else "another writable object"

@@ -303,17 +303,19 @@ class Dialogue(Transfers):
         if not same_data(known.data_type, found, due):
             self.note(not_as_written(known, due, found))
 
-    def expect_empty(self, known: KnownObject, found: bytes, before: int) -> None:
+    def expect_empty(
+        self, known: KnownObject, found: bytes, before: int, *, counted: bool = True
+    ) -> None:
         """Expect an empty value to read as nothing or as one byte 00h.
 
         A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
-        read last.
+        read last; or it comes with bytes that are not ``counted``, and ends at the first 00h.
         """
         if known.habits.keeps_tails and found:
             self.note(tail_kept(known, b""))
             return
         fills = known.data_type is DataType.VISIBLE_STRING or known.habits.filled > 0
-        filled = fills and len(found) >= before
+        filled = fills and (len(found) >= before or not counted)
         if found.strip(b"\0") or (len(found) > 1 and not filled):
             raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
 

@@ -155,6 +155,7 @@ class Room:
         Nothing is sent: what was found out holds for the run.
         """
         lengths = self._device.lengths[known.mux]
+        lengths.check_lasting(known, size)
         if lengths.fixed and size != lengths.most:
             raise NotTestable(
                 f"{known} takes values of {lengths.most} bytes only (others are refused with "
@@ -181,7 +182,8 @@ class Room:
         lengths = self._device.lengths[known.mux]
         if self.has(known, size):
             return
-        if lengths.asked and lengths.much is None:
+        lengths.check_lasting(known, size)
+        if not lengths.lasting and lengths.asked and lengths.much is None:
             much = MUCH_ROOM if self._device.beliefs.nowhere else MOST_PLAIN
             lengths.much = much if self._takes(known, much) else 0
         lengths.asked = True
@@ -270,7 +272,7 @@ class Room:
             value = self._device.holds(known.mux) or b""
             if len(value) >= size and known.is_steady:
                 return known, value
-        known, data = Roles(self._device).variable(), self._sdo.payload(size)
+        known, data = Roles(self._device).variable(size), self._sdo.payload(size)
         abort = self._sdo.try_download(known, data, segmented=True)
         if abort is not None:
             in_blocks = self._sdo.client.block_download(known.mux, data)
@@ -368,7 +370,7 @@ class Room:
         """
         needed = 7 * (segments - 1) + 1
         try:
-            known = Roles(self._device).variable()
+            known = Roles(self._device).variable(needed)
             data = self.prepare(known, 7 * segments - 1, least=needed)
         except (NotTestable, Violation):
             # What only the device changes may be another value the next time.

@@ -75,9 +75,11 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
                 break
             keep_aside(sdo)
             raise lost_early(sdo, asked) from error
-    used = {one.mux: one for one in _used(sdo.device)}
+    used: set[Multiplexer] = set()
     unstored: list[Violation] = []
-    for known in used.values():
+    # What is found of one may let another take its place.
+    while known := next((one for one in _used(sdo.device) if one.mux not in used), None):
+        used.add(known.mux)
         try:
             unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
@@ -230,6 +232,8 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:
         _find_missing_end(sdo, known, SHORT - len(found))
     elif found.startswith(due + before[SHORT:]):
         sdo.device.known[known.mux] = replace(known, habits=Habits(keeps_tails=True))
+        lengths = sdo.device.lengths[known.mux]
+        lengths.lasting = lengths.most = len(found)
         sdo.note(tail_kept(known, due))
     elif found == sdo.device.values[known.mux] != due:
         return [not_stored(known, due)]

@@ -26,6 +26,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, Violation
+from conformance.sdo.rules.block_upload import ENDS
 
 MOST_REPETITIONS = 64
 # How often each segment is sent again to a server that takes but a part of each sub-block.
@@ -158,11 +159,12 @@ class BlockClient(Client):
                 self._check_unfinished(len(data), response.size, limit, sub_block[-1])
         answer = yield request
         end = self.checks.block_end(answer, mux, bytes(data[-SEGMENT_LENGTH:]))
+        whole = bytes(data)
         del data[len(data) - end.unused :]
         self._check_uploaded(bytes(data), response.size, end)
         due = crc16(bytes(data)) if crc and response.crc_supported else 0
         if end.crc != due:
-            raise Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=in_words(end))
+            raise _wrong_end(whole, end, due, has_crc=crc and response.crc_supported)
         yield Burst((BlockEndResponse(),), awaited=False)
         return Uploaded(bytes(data), True, response.size, segments)
 
@@ -207,3 +209,20 @@ class BlockClient(Client):
                 expected=f"{announced} bytes, as announced",
                 actual=f"{len(data)} bytes by {in_words(end)}",
             )
+
+
+def wrong_count(expected: str, actual: str) -> Violation:
+    """Describe an end whose n does not leave the bytes that the object has."""
+    violation = Violation(ENDS, expected=expected, actual=actual)
+    violation.habit = (ENDS.id, "n is not the number of unused bytes")
+    return violation
+
+
+def _wrong_end(segments: bytes, end: BlockEnd, due: int, *, has_crc: bool) -> Violation:
+    """Describe a CRC that is not that of the data: it may be n that is wrong, and not the CRC."""
+    for unused in range(SEGMENT_LENGTH + 1):
+        counted = segments[: len(segments) - unused]
+        if has_crc and unused != end.unused and crc16(counted) == end.crc:
+            due_count = f"n = {unused}: the CRC is that of {len(counted)} bytes"
+            return wrong_count(due_count, in_words(end))
+    return Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=in_words(end))

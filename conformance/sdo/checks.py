@@ -41,6 +41,7 @@ from conformance.sdo.rules import (
     SPECIFIER,
     TOGGLE,
     UNUSED_COUNT,
+    UPLOAD_ENDS,
     Rule,
     Violation,
 )
@@ -179,6 +180,12 @@ class ResponseChecks:
                 BLOCK_SIZE,
                 expected=f"{before} segments in the sub-block, as asked for",
                 actual=in_words(response),
+            )
+        if before and isinstance(end := as_answer(answer), BlockEnd):
+            raise Violation(
+                UPLOAD_ENDS,
+                expected=f"segment {before} to be marked as the last (80h), where no more follow",
+                actual=in_words(end),
             )
         raise Violation(
             BLOCK_SEQUENCE,

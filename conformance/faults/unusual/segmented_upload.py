@@ -11,6 +11,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType, Entry, Refusal
 
 
@@ -41,6 +42,17 @@ class UncountedUploads(Server):
         if response.expedited and self.objects.find(mux).data_type.length is not None:
             return UploadInitiateResponse.with_uncounted_data(mux, data)
         return response
+
+
+@unusual("short-text-not-counted")
+class UncountedText(Server):
+    """Answers a text of up to 4 bytes with 42h: it ends at the first 00h."""
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        is_text = self.objects.find(mux).data_type is DataType.VISIBLE_STRING
+        if is_text and len(data) <= EXPEDITED_LENGTH:
+            return UploadInitiateResponse.with_uncounted_data(mux, data)
+        return super().start_upload(mux, data)
 
 
 @unusual("short-upload-segments")

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from conformance.device.device import IDENTITY_COUNT, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.roles import FEW_SEGMENTS, Roles
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
@@ -119,12 +119,13 @@ def survey(sdo: Dialogue) -> DeviceObjects:
     """Find out what a device offers; raises NotTestable without a string or domain."""
     device = sdo.device
     Roles(device).variable()
-    rooms = {
-        known.mux: room
+    varying = [
+        known
         for known in device.objects
         if known.varies and known.access is Access.RW and known.mux in device.values
-        if (room := _room(sdo, known))
-    }
+    ]
+    quick = [known for known in varying if device.lengths[known.mux].least <= FEW_SEGMENTS]
+    rooms = {known.mux: room for known in quick or varying if (room := _room(sdo, known))}
     if not rooms:
         raise NotTestable(f"needs a string or domain of {ROOMS[-1]} bytes: name one")
     targets = Targets(
@@ -141,13 +142,15 @@ def survey(sdo: Dialogue) -> DeviceObjects:
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:
     """Return the bytes that a string or domain surely takes, 0 where they are few."""
-    taken = sdo.device.lengths[known.mux].taken
+    lengths = sdo.device.lengths[known.mux]
     for room in ROOMS:
-        if room in taken:
+        if lengths.lasting and room > lengths.lasting:
+            continue
+        if room in lengths.taken:
             return room
         abort = sdo.try_download(known, sdo.payload(room), segmented=True)
         if abort is None:
-            taken.add(room)
+            lengths.taken.add(room)
             return room
         if abort.code not in NO_ROOM:
             raise Violation(
