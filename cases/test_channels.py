@@ -166,7 +166,7 @@ def test_configured(sdo: Dialogue, channels: Channels) -> None:
     with channels.further() as other:
         expect_cob_id(sdo, index, REQUEST, FIRST.request)
         expect_cob_id(other, index, RESPONSE, FIRST.response)
-        for mux in sdo.device.steady():
+        for mux in sdo.device.briefly_read():
             due, found = sdo.upload(mux), other.upload(mux)
             if found != due:
                 raise sdo.breach(f"{mux} reads {due.hex(' ')} on both channels", found.hex(" "))

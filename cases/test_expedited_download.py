@@ -280,11 +280,8 @@ def test_reserved(sdo: Dialogue, roles: Roles) -> None:
 @must("download.neighbours", "response.not-refused", clause=DOWNLOAD)
 def test_neighbours(sdo: Dialogue, device: Device, number: KnownObject) -> None:
     """A download changes its own object and no other."""
-    others = [
-        known
-        for known in device.objects
-        if known.mux != number.mux and known.mux in device.values and known.is_steady
-    ]
+    brief = device.briefly_read()
+    others = [known for known in device.objects if known.mux != number.mux and known.mux in brief]
     before = {known: sdo.upload(known) for known in others}
     sdo.write_number(number)
     for known, value in before.items():

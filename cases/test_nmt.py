@@ -180,7 +180,7 @@ def test_reset_ends_transfer(
 @must("nmt.reset-keeps-objects", "object.constant", clause="7.3.2.2.1")
 def test_reset_keeps_objects(sdo: Dialogue, network: Network) -> None:
     """After a reset of the communication constants read as before."""
-    due = {mux: sdo.upload(mux) for mux in sdo.device.steady() if sdo.device.is_constant(mux)}
+    due = {mux: sdo.upload(mux) for mux in sdo.device.briefly_read() if sdo.device.is_constant(mux)}
     network.reset(NmtCommand.RESET_COMMUNICATION)
     for mux, value in due.items():
         if (found := sdo.upload(mux)) != value:

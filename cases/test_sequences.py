@@ -63,7 +63,7 @@ def test_downloads_unread(
 @must("sequence.uploads", "server.idle-afterwards", "object.constant")
 def test_uploads(sdo: Dialogue, device: Device) -> None:
     """Uploads of known objects in turn, long and short: each reads as at the beginning."""
-    steady = list(device.steady())
+    steady = device.briefly_read()
     due = {mux: sdo.upload(mux) for mux in steady[:: 1 + len(steady) // MOST_IN_TURN]}
     for mux in list(reversed(due)):
         again = (mux, mux) if len(due[mux]) <= LONG else (mux,)

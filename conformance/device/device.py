@@ -27,6 +27,8 @@ STORAGE_TIME = 5.0
 # The fewest bytes of a transfer in two segments, and of one with a first, a middle and a last one.
 TWO_SEGMENTS = 8
 THREE_SEGMENTS = 15
+# What is longer is not read or written where that proves nothing new.
+VERY_LONG = 1000
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
@@ -112,6 +114,10 @@ class Device:
         """Return what reads the same until the suite writes it, the identity included."""
         moving = {known.mux for known in self.objects if not known.is_steady}
         return sorted(self.values.keys() - moving)
+
+    def briefly_read(self) -> list[Multiplexer]:
+        """Return what of that takes few requests: what is very long is read where that counts."""
+        return [mux for mux in self.steady() if len(self.values[mux]) <= VERY_LONG]
 
     def resettable(self) -> list[KnownObject]:
         """Return what was read, stays until it is written, and goes back in a reset."""

@@ -14,6 +14,8 @@ from conformance.sdo.objects import Access, DataType
 
 # What a value has at the most, in bytes, where its length is not the point.
 FEW_SEGMENTS = 64
+# What takes thousands of requests to be put back, in bytes, whatever was written to it.
+THOUSANDS_OF_SEGMENTS = 1 << 14
 _NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
 
 
@@ -51,7 +53,8 @@ class Roles:
         """Return a writable string or domain for values of ``size`` bytes, or of a few segments.
 
         If possible it is one whose bytes count to the last 00h. One that was found to be shorter
-        comes last, and before it what has much longer values only: each costs its whole length.
+        comes last, and before it what is much longer: what always reads so costs its whole length
+        with each value, and of others their own is put back.
         """
         found = self.all_writable(_takes_any_bytes)
         for known in sorted(found, key=partial(self._last_for_transfers, size=size)):
@@ -68,10 +71,17 @@ class Roles:
         )
         lengths = self.device.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < size
-        is_longer = size <= FEW_SEGMENTS < lengths.least
+        is_longer = self._is_very_long(known) or (size <= FEW_SEGMENTS and self.is_long(known))
         shortness = -inf if lengths.most is None else -lengths.most
         is_text = known.data_type is DataType.VISIBLE_STRING
         return is_short, is_longer, shortness, not is_large, is_text
+
+    def is_long(self, known: KnownObject) -> bool:
+        """Say whether an object costs many requests, however short what is written to it."""
+        return self.device.lengths[known.mux].least > FEW_SEGMENTS or self._is_very_long(known)
+
+    def _is_very_long(self, known: KnownObject) -> bool:
+        return len(self.device.values[known.mux]) > THOUSANDS_OF_SEGMENTS
 
     def text(self) -> KnownObject:
         """Return a writable string: of a domain, an aborted write may leave a part behind.
@@ -152,10 +162,8 @@ class Roles:
 
         What always has a long value comes last.
         """
-        lengths = self.device.lengths
         found = sorted(
-            self.all_writable(),
-            key=lambda known: (lengths[known.mux].least > FEW_SEGMENTS, not known.varies),
+            self.all_writable(), key=lambda known: (self.is_long(known), not known.varies)
         )
         if len(found) < 2:
             raise self._lacks_any(

@@ -36,8 +36,6 @@ from conformance.sdo.stepping import Result, advance
 PATIENCE = 1.5
 # Fewer bytes take about as many requests in segments.
 LONG = 64
-# What is longer is not read or written where that proves nothing new.
-VERY_LONG = 1000
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from conformance.device.device import Device
+from conformance.device.device import VERY_LONG, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
-from conformance.dialogue.blocks import VERY_LONG, Blocks
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
@@ -25,6 +25,8 @@ from conformance.sdo.rules import MISSING_REFUSED, Level, Rule, Violation
 from conformance.sdo.rules.download_initiates import LIMITS
 
 MOST_SHOWN = 32
+# From there on a counter of 16 bits has wrapped: what is longer does not count any further.
+BEYOND_16_BITS = 1 << 16
 # Reads of a value that the device measures, before two protocols are said to differ.
 ATTEMPTS = 4
 # What a device may say of an object that it has, at a time when it cannot serve it.
@@ -84,6 +86,12 @@ def whole_value(device: Device, entry: KnownObject) -> bytes | None:
     """Return what an entry read when the run began if that is very long, and only the suite's."""
     value = device.values.get(entry.mux, b"") if entry.is_steady else b""
     return value if len(value) > VERY_LONG else None
+
+
+def is_known_to_go(device: Device, value: bytes) -> bool:
+    """Say whether a very long value is known to go in segments: one that counts as far did so."""
+    whole = [size for lengths in device.lengths.values() for size in lengths.whole]
+    return len(value) > VERY_LONG and max(whole, default=0) >= min(len(value), BEYOND_16_BITS)
 
 
 def may_be_written(device: Device, entry: KnownObject) -> None:

@@ -4,10 +4,10 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.device import DEVICE_TYPE, VERY_LONG, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.blocks import LONG, VERY_LONG, Blocks
+from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.long_values import write_in_blocks

@@ -1,5 +1,7 @@
 """How many bytes an upload may bring of an object before it has no end."""
 
+from dataclasses import replace
+
 import pytest
 
 from conformance.device.extents import PADDING, Extents
@@ -12,7 +14,7 @@ from conformance.sdo.frames import (
     DownloadSegment,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import Access, DataType, Habits
 
 MUX = Multiplexer(0x2010)
 TEXT = KnownObject(MUX, DataType.VISIBLE_STRING)
@@ -74,4 +76,6 @@ def test_a_device_that_brings_data_without_an_end_is_given_less() -> None:
     ):
         extents.request(request)
     assert extents.longest(TEXT, b"as it was") == 7 + 64
+    keeps_tails = replace(TEXT, habits=Habits(keeps_tails=True))
+    assert extents.longest(keeps_tails, b"as it was") == 9 + PADDING, "whatever is written to it"
     assert allowed == [MOST_UPLOADED, 16384, 16384, 16384, 1024]

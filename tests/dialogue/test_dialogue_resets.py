@@ -6,7 +6,7 @@ import pytest
 from run_bench import DOMAIN, NODE_ID, RULE, TEXT, Recording, discovered
 from storage_bench import Watched, configured
 
-from conformance.dialogue.blocks import VERY_LONG
+from conformance.device.device import VERY_LONG
 from conformance.dialogue.left import write_all_as_before, write_as_before
 from conformance.dialogue.storage import write_signature
 from conformance.faults.registry import assemble

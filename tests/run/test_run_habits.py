@@ -1,6 +1,7 @@
 """What hides everything else is found before the first case, and is told as what it is."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 
 import pytest
 from run_bench import (
@@ -20,14 +21,17 @@ from run_bench import (
 )
 
 from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
+from conformance.device.roles import FEW_SEGMENTS, Roles
 from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.block_download_aborts import DeafWhenAborted
 from conformance.plugin.findings import Findings
 from conformance.run.case_run import begin_case
-from conformance.run.habits import FIRST_SEEN, survey
+from conformance.run.habits import FIRST_SEEN, LONGER, survey
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, same_data
 from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Level, Rule, Violation, rule_of
 
@@ -165,13 +169,44 @@ def test_what_is_left_of_longer_values_is_known_from_then_on(fault: str) -> None
         found = [str(cause) for cause, _ in session.causes.aside()]
         run = begin_case(session, "a.case", "a service", STORED)
         known = bench.device.known[DOMAIN.mux]
-        run.tools.room.store(known, b"a longer value of many bytes")
+        run.tools.room.store(known, b"a longer value.")
         stored = run.tools.room.prepare(known, 9)
-        assert stored[9:].startswith(b"value of many bytes"), "read as it is"
+        assert stored[9:].startswith(b"value."), "read as it is"
         run.sdo.expect_value(known, stored[:9])
         assert not same_data(known.data_type, stored[:10], stored[:9]), "of itself it is other data"
         assert run.conclude(None).verdict is Verdict.PASS
     assert found == ["data.variable-length: the end of a longer value is left behind a shorter one"]
+
+
+class _Keeping(Recording):
+    """Leaves the end of a longer value behind a shorter one."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        varies = entry.data_type.length is None
+        super().store(entry, data + entry.value[len(data) :] if varies else data)
+
+
+def test_what_could_never_be_short_again_is_written_no_longer_than_it_was() -> None:
+    """That holds for each object that takes the place of one."""
+    server = recording(_Keeping)
+    before = {mux: len(value) for mux, value in server.values().items()}
+    with discovered(server) as bench:
+        session = bench.session()
+        session.survey()
+        run = begin_case(session, "a.case", "a service", STORED)
+        room, roles = run.tools.room, Roles(bench.device)
+        for size in (3, 20, 30, 257):
+            known = roles.variable(min(size, FEW_SEGMENTS))
+            with suppress(NotTestable):
+                room.prepare(known, size)
+            with suppress(NotTestable):
+                room.need(known, size)
+        with pytest.raises(NotTestable, match="257 bytes would never be the"):
+            roles.variable(257)
+    varying = {mux for mux, _ in server.writes} - {Multiplexer(0x2001)}
+    assert varying >= {TEXT.mux, DOMAIN.mux}
+    for mux in varying:
+        assert len(server.entries[mux].value) <= max(before[mux], LONGER)
 
 
 @pytest.mark.parametrize("upload", ["upload-size-8-bit", "upload-last-segment-n-off-by-one"])

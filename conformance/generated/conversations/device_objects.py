@@ -8,10 +8,10 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from conformance.device.device import IDENTITY_COUNT, Device
+from conformance.device.device import IDENTITY_COUNT, VERY_LONG, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.roles import FEW_SEGMENTS, Roles
+from conformance.device.roles import Roles
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
@@ -58,8 +58,9 @@ class DeviceObjects:
 
     @property
     def readable(self) -> list[Multiplexer]:
-        """What can be read, and what the device does not have."""
-        return [*self.device.values, self.targets.missing, self.targets.missing_sub_index]
+        """What can be read in few requests, and what the device does not have."""
+        brief = (mux for mux, value in self.device.values.items() if len(value) <= VERY_LONG)
+        return [*brief, self.targets.missing, self.targets.missing_sub_index]
 
     def known(self, mux: Multiplexer) -> KnownObject | None:
         """Return what is known of an object."""
@@ -118,13 +119,14 @@ def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
 def survey(sdo: Dialogue) -> DeviceObjects:
     """Find out what a device offers; raises NotTestable without a string or domain."""
     device = sdo.device
-    Roles(device).variable()
+    roles = Roles(device)
+    roles.variable()
     varying = [
         known
         for known in device.objects
         if known.varies and known.access is Access.RW and known.mux in device.values
     ]
-    quick = [known for known in varying if device.lengths[known.mux].least <= FEW_SEGMENTS]
+    quick = [known for known in varying if not roles.is_long(known)]
     rooms = {known.mux: room for known in quick or varying if (room := _room(sdo, known))}
     if not rooms:
         raise NotTestable(f"needs a string or domain of {ROOMS[-1]} bytes: name one")

@@ -1,0 +1,92 @@
+"""Which object suits a case: the cheapest that will do."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import pytest
+
+from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject, by_multiplexer
+from conformance.device.lacking import NotTestable
+from conformance.device.permits import Permits
+from conformance.device.roles import THOUSANDS_OF_SEGMENTS, Roles
+from conformance.device.safety import WritePolicy
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import DataType, Habits
+
+NUMBER = KnownObject(Multiplexer(0x2001), DataType.UNSIGNED16)
+TEXT = KnownObject(Multiplexer(0x2010), DataType.VISIBLE_STRING)
+DOMAIN = KnownObject(Multiplexer(0x2020), DataType.DOMAIN)
+LONG = 4096
+
+
+def device(known: Iterable[KnownObject] = (NUMBER, TEXT, DOMAIN)) -> Device:
+    objects = by_multiplexer(known)
+    found = Device(5, objects, policy=WritePolicy(objects), permits=Permits())
+    found.values.update(dict.fromkeys(objects, b"as it was"))
+    return found
+
+
+def chosen(of: Device) -> dict[int, KnownObject]:
+    """Return what is taken for values of so many bytes."""
+    return {size: Roles(of).variable(size) for size in (3, 20, 64, 257)}
+
+
+def test_a_domain_is_taken_where_nothing_is_known() -> None:
+    assert set(chosen(device()).values()) == {DOMAIN}
+
+
+@pytest.mark.parametrize("kind", ["filled", "lasting", "fixed"])
+def test_what_always_reads_long_is_taken_for_long_values_only(kind: str) -> None:
+    """Each reading of it costs its whole length."""
+    of = device()
+    lengths = of.lengths[DOMAIN.mux]
+    match kind:
+        case "filled":
+            lengths.filled = LONG
+        case "lasting":
+            lengths.lasting = lengths.most = LONG
+        case "fixed":
+            lengths.fixed, lengths.most = True, LONG
+    of.lengths[TEXT.mux].most = 100
+    assert chosen(of) == {3: TEXT, 20: TEXT, 64: TEXT, 257: DOMAIN}
+    assert Roles(of).two_writable() == (TEXT, NUMBER)
+
+
+def test_what_is_filled_up_to_little_is_taken_as_well() -> None:
+    of = device()
+    of.lengths[DOMAIN.mux].filled = 64
+    assert set(chosen(of).values()) == {DOMAIN}
+    assert Roles(of).two_writable() == (TEXT, DOMAIN)
+
+
+def test_what_takes_thousands_of_requests_to_put_back_is_left_alone() -> None:
+    """Also for long values, as long as the other object is not known to be shorter."""
+    of = device()
+    of.values[DOMAIN.mux] = bytes(THOUSANDS_OF_SEGMENTS + 1)
+    assert set(chosen(of).values()) == {TEXT}
+    assert Roles(of).two_writable() == (TEXT, NUMBER)
+    assert of.briefly_read() == [NUMBER.mux, TEXT.mux]
+    of.lengths[TEXT.mux].most = 100
+    assert chosen(of)[257] == DOMAIN
+    assert set(chosen(device([NUMBER, DOMAIN])).values()) == {DOMAIN}, "there is no other"
+
+
+def test_what_is_too_short_comes_last() -> None:
+    of = device()
+    of.lengths[DOMAIN.mux].lasting = of.lengths[DOMAIN.mux].most = LONG
+    of.lengths[TEXT.mux].most = 19
+    assert chosen(of) == {3: TEXT, 20: DOMAIN, 64: DOMAIN, 257: DOMAIN}
+
+
+def test_nothing_is_written_that_would_stay() -> None:
+    """Few bytes are for those who write them to refuse: they may take fewer."""
+    of = device([replace(TEXT, habits=Habits(keeps_tails=True))])
+    lengths = of.lengths[TEXT.mux]
+    lengths.lasting = lengths.most = 19
+    assert Roles(of).variable(20).mux == TEXT.mux
+    with pytest.raises(NotTestable, match=r"65 bytes would never be the 19 again .* name a larger"):
+        Roles(of).variable(65)
+    with pytest.raises(NotTestable, match="20 bytes would never be"):
+        lengths.check_lasting(TEXT, 20)
+    lengths.check_lasting(TEXT, 19)
