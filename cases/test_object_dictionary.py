@@ -58,13 +58,14 @@ TOO_LOW = (AbortCode.VALUE_TOO_LOW, AbortCode.VALUE_INVALID)
 @must("od.read", "dictionary.access", entry=choose.readable)
 def test_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """An entry that is listed as readable can be read."""
-    # What is very long was read when the run began; that it still can be shows at the beginning.
+    # What is very long was read when the run began, or is too long; that it can be read shows at
+    # its beginning.
     try:
-        if whole_value(device, entry) is None:
-            sdo.read(entry.mux)
-        else:
+        if entry.mux in device.beliefs.too_long or whole_value(device, entry) is not None:
             sdo.send(UploadInitiate(entry.mux))
             sdo.checks.upload_initiate(sdo.receive(), entry.mux)
+        else:
+            sdo.read(entry.mux)
     except ServerAborted as aborted:
         refusal = in_words(aborted.abort)
         if aborted.abort.code not in NOT_NOW:

@@ -71,7 +71,8 @@ class Roles:
         )
         lengths = self.device.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < size
-        is_longer = self._is_very_long(known) or (size <= FEW_SEGMENTS and self.is_long(known))
+        is_few = size <= FEW_SEGMENTS
+        is_longer = self.is_long(known) if is_few else self._is_very_long(known) and not is_large
         shortness = -inf if lengths.most is None else -lengths.most
         is_text = known.data_type is DataType.VISIBLE_STRING
         return is_short, is_longer, shortness, not is_large, is_text

@@ -40,6 +40,9 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
     """Return what an entry read at the start of the run; raises NotTestable where it did not."""
     value = device.values.get(entry.mux)
     if value is None:
+        why = device.beliefs.unreadable.get(entry.mux, "")
+        if entry.mux in device.beliefs.too_long:
+            raise NotTestable(f"the object is too long for that: {why}")
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
 

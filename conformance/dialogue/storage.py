@@ -126,6 +126,7 @@ class Storage:
         self._require_for_defaults(NMT)
         require_command(self._sdo, LOAD_ALL)
         self._check_put_back(device.values)
+        self._check_all_known()
         if device.keeping.stored is None:
             self._network.reset_to_stored()
             device.keeping.stored = self._stored()
@@ -176,6 +177,13 @@ class Storage:
             due = known.default
             if due is None or not same_value(known, value, with_spaces(known, due, value)):
                 yield known
+
+    def _check_all_known(self) -> None:
+        """Raise NotTestable where the defaults would replace what was too long to be read."""
+        for known in self._device.objects:
+            if known.mux in self._device.beliefs.too_long and known.access.writable:
+                why = self._device.beliefs.unreadable[known.mux]
+                raise NotTestable(f"what {known} holds could not be put back: {why}{BY_HAND}")
 
     def _check_put_back(self, values: Values) -> None:
         """Raise NotTestable where the defaults would replace what could not be put back."""

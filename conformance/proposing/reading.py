@@ -73,7 +73,7 @@ def differences(device: Device) -> list[str]:
             said.append(f"1018h:{sub_index:02X} reads {read:08X}h, the EDS says {number:08X}h")
     for mux, why in device.beliefs.unreadable.items():
         known = device.known.get(mux)
-        if known is None or is_error_place(mux):
+        if known is None or is_error_place(mux) or mux in device.beliefs.too_long:
             continue  # a place of the error list may be empty
         _, _, answer = why.rpartition("; got ")
         said.append(f"{known.title} is in the EDS, but could not be read: {answer}")

@@ -19,6 +19,7 @@ from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.losses import ENOUGH
 from conformance.run.object_choices import is_error_place
 from conformance.run.twins import examine, look_for_second
+from conformance.run.whole_reading import TooLong, read_whole
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
@@ -243,8 +244,12 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
     device = reading.device
     for rest in reversed(range(MOST_TRIES)):
         try:
-            value = reading.sdo.upload(known)
+            value = read_whole(reading.sdo, known)
             break
+        except TooLong as size:
+            device.beliefs.unreadable[known.mux] = str(size)
+            device.beliefs.too_long.add(known.mux)
+            return True
         except (Violation, ServerAborted) as error:
             # A device that answers badly here is tested all the same.
             device.beliefs.unreadable[known.mux] = str(error)

@@ -18,11 +18,14 @@ NUMBER = KnownObject(Multiplexer(0x2001), DataType.UNSIGNED16)
 TEXT = KnownObject(Multiplexer(0x2010), DataType.VISIBLE_STRING)
 DOMAIN = KnownObject(Multiplexer(0x2020), DataType.DOMAIN)
 LONG = 4096
+UNNAMED = Permits()
 
 
-def device(known: Iterable[KnownObject] = (NUMBER, TEXT, DOMAIN)) -> Device:
+def device(
+    known: Iterable[KnownObject] = (NUMBER, TEXT, DOMAIN), permits: Permits = UNNAMED
+) -> Device:
     objects = by_multiplexer(known)
-    found = Device(5, objects, policy=WritePolicy(objects), permits=Permits())
+    found = Device(5, objects, policy=WritePolicy(objects), permits=permits)
     found.values.update(dict.fromkeys(objects, b"as it was"))
     return found
 
@@ -67,9 +70,15 @@ def test_what_takes_thousands_of_requests_to_put_back_is_left_alone() -> None:
     assert set(chosen(of).values()) == {TEXT}
     assert Roles(of).two_writable() == (TEXT, NUMBER)
     assert of.briefly_read() == [NUMBER.mux, TEXT.mux]
+    assert set(chosen(device([NUMBER, DOMAIN])).values()) == {DOMAIN}, "there is no other"
     of.lengths[TEXT.mux].most = 100
     assert chosen(of)[257] == DOMAIN
-    assert set(chosen(device([NUMBER, DOMAIN])).values()) == {DOMAIN}, "there is no other"
+
+
+def test_what_the_user_has_named_for_long_transfers_is_taken_for_these() -> None:
+    of = device(permits=Permits(large=DOMAIN))
+    of.values[DOMAIN.mux] = bytes(THOUSANDS_OF_SEGMENTS + 1)
+    assert chosen(of) == {3: TEXT, 20: TEXT, 64: TEXT, 257: DOMAIN}
 
 
 def test_what_is_too_short_comes_last() -> None:

@@ -121,6 +121,13 @@ def test_nothing_is_loaded_over_a_mapping() -> None:
         assert watched.commands == []
 
 
+def test_nothing_is_loaded_over_what_was_too_long_to_be_read() -> None:
+    with configured(node=build_node("domain-of-two-megabytes", NODE_ID)) as (bench, watched):
+        with pytest.raises(NotTestable, match=r"what 2011h:00 holds .* has 2000000 bytes, and no"):
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
+        assert watched.commands == []
+
+
 def test_nothing_is_loaded_without_an_eds() -> None:
     with configured() as (bench, watched):
         listing = replace(bench.device.listing, is_complete=False)

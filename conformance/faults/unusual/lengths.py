@@ -230,3 +230,27 @@ class StringsOf100(Server):
         entry = super().entry_to_write_in_blocks(request)
         entry.capacity = 100
         return entry
+
+
+class _LongDomain(AlteredObjects):
+    """Has a domain that holds much."""
+
+    size: int
+
+    def alter(self, entry: Entry) -> None:
+        if entry.data_type is DataType.DOMAIN:
+            entry.value = bytes(number % 251 for number in range(self.size))
+
+
+@unusual("domain-of-65536-bytes")
+class DomainOf65536(_LongDomain):
+    """Has a domain of 64 KB, as for a program."""
+
+    size = 1 << 16
+
+
+@unusual("domain-of-two-megabytes")
+class DomainOfTwoMegabytes(_LongDomain):
+    """Has a domain of 2 MB, more than anybody would read in segments."""
+
+    size = 2_000_000

@@ -1,0 +1,68 @@
+"""What is too long to be read in a sensible time is begun, and neither read nor written whole."""
+
+import pytest
+from run_bench import DOMAIN, NODE_ID, NUMBER, TEXT, Recording, discovered, recording
+
+from conformance.device.lacking import NotTestable
+from conformance.device.roles import THOUSANDS_OF_SEGMENTS, Roles
+from conformance.dialogue.object_expectations import value_of
+from conformance.reference.built_in_device import reference_entries
+from conformance.run.case_run import begin_case
+from conformance.run.verdict import Verdict
+from conformance.run.whole_reading import MOST_READ
+from conformance.sdo.frames import UploadInitiateResponse
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import SEGMENT_LENGTH
+from conformance.sdo.rules import Level, Rule
+
+RULE = Rule("test.long", "7.2.4", Level.MUST, "A value is long.")
+SIZE = MOST_READ + 1
+
+
+class _Announcing(Recording):
+    """Announces SIZE bytes, however many there are."""
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        response = super().start_upload(mux, data)
+        is_announced = mux == DOMAIN.mux and not response.expedited
+        return UploadInitiateResponse.with_size(mux, SIZE) if is_announced else response
+
+
+def long_domain(size: int, kind: type[Recording] = Recording) -> Recording:
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = bytes(size)
+    return recording(kind, entries)
+
+
+def test_what_is_too_long_is_begun_and_never_written() -> None:
+    server = long_domain(SIZE)
+    with discovered(server) as bench:
+        device = bench.device
+        assert DOMAIN.mux not in device.values
+        assert device.beliefs.too_long == {DOMAIN.mux}
+        assert DOMAIN.mux not in device.beliefs.misread
+        assert len(server.requests) < THOUSANDS_OF_SEGMENTS // SEGMENT_LENGTH + 100
+        assert bench.dialogue().fence() == [], "the upload was ended"
+        session = bench.session()
+        session.survey()
+        assert list(session.causes) == [], "it is no fault"
+        assert Roles(device).variable(257) == TEXT
+        with pytest.raises(NotTestable, match="too long for that: it has 100001 bytes"):
+            value_of(device, DOMAIN)
+        assert (
+            begin_case(session, "a.case", "a service", RULE).conclude(None).verdict is Verdict.PASS
+        )
+    assert {mux for mux, _ in server.writes} <= {NUMBER.mux, Multiplexer(0x2001), TEXT.mux}
+
+
+def test_what_is_as_long_as_anything_that_is_read() -> None:
+    with discovered(long_domain(MOST_READ)) as bench:
+        assert bench.device.values[DOMAIN.mux] == bytes(MOST_READ)
+
+
+@pytest.mark.parametrize("size", [20, THOUSANDS_OF_SEGMENTS - 20])
+def test_a_size_that_is_announced_wrongly_is_no_long_value(size: int) -> None:
+    with discovered(long_domain(size, _Announcing)) as bench:
+        assert DOMAIN.mux in bench.device.beliefs.misread
+        assert not bench.device.beliefs.too_long
+        assert bench.device.beliefs.unreadable[DOMAIN.mux].startswith("upload.size: ")
