@@ -73,6 +73,9 @@ def test_storage_capability(
 @must("communication.stored-eds")
 def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> None:
     """1021h is the EDS of the device, and reads the same in blocks."""
+    beliefs = sdo.device.beliefs
+    if STORED_EDS in beliefs.too_long:
+        raise NotTestable(f"the EDS is too long for that: {beliefs.unreadable[STORED_EDS]}")
     text = sdo.device.values.get(STORED_EDS) or parameters.present(STORED_EDS)
     storage_format = sdo.read_if_there(STORED_FORMAT)
     if storage_format is not None and any(storage_format):

@@ -7,7 +7,6 @@ from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_as_before
-from conformance.dialogue.long_values import write_in_blocks
 from conformance.dialogue.object_expectations import (
     NOT_NOW,
     differing_reads,
@@ -17,7 +16,6 @@ from conformance.dialogue.object_expectations import (
     expect_write_refused,
     expect_written_back,
     indices_text,
-    is_known_to_go,
     is_within_limits,
     may_be_probed,
     may_be_written,
@@ -26,6 +24,7 @@ from conformance.dialogue.object_expectations import (
     unchanged,
     value_of,
     whole_value,
+    write_quickly,
 )
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.values import of_another_length, same_value, shown, with_spaces
@@ -206,11 +205,7 @@ def test_write_back(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownO
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
     value = whole_value(device, entry) or blocks.read(entry)
-    if is_known_to_go(device, value) and write_in_blocks(sdo, entry.mux, value):
-        abort = None
-    else:
-        abort = sdo.try_download(entry, value)
-    expect_written_back(sdo, entry, abort, value)
+    expect_written_back(sdo, entry, write_quickly(sdo, entry, value), value)
 
 
 @must(

@@ -9,6 +9,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.long_values import write_in_blocks
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -95,6 +96,13 @@ def is_known_to_go(device: Device, value: bytes) -> bool:
     """Say whether a very long value is known to go in segments: one that counts as far did so."""
     whole = [size for lengths in device.lengths.values() for size in lengths.whole]
     return len(value) > VERY_LONG and max(whole, default=0) >= min(len(value), BEYOND_16_BITS)
+
+
+def write_quickly(sdo: Dialogue, entry: KnownObject, value: bytes) -> Abort | None:
+    """Write a value, in blocks if it is known to go in segments; return the abort if refused."""
+    if is_known_to_go(sdo.device, value) and write_in_blocks(sdo, entry.mux, value):
+        return None
+    return sdo.try_download(entry, value)
 
 
 def may_be_written(device: Device, entry: KnownObject) -> None:

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from conformance.device.device import DEVICE_TYPE, VERY_LONG, Device
+from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, VERY_LONG, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import LONG, Blocks
@@ -132,7 +132,7 @@ class Restorer:
         That may take hundreds of requests, and after each of many cases that fail alike. Says
         whether the object reads so: it takes what it is written, then.
         """
-        size = min(self.device.lengths[mux].taken, default=0)
+        size = min(self.device.lengths[mux].taken, default=TWO_SEGMENTS)
         if len(value) <= LONG or not 0 < size <= LONG:
             return False
         known, data = self._known(mux), sdo.payload(size)

@@ -7,6 +7,7 @@ import pytest
 from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, discovered, recording
 
 from conformance.device.changes import BACK, CHANGED, Changes
+from conformance.device.device import TWO_SEGMENTS
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.left import write_as_before
 from conformance.generated.lockstep import knowledge_of
@@ -156,19 +157,24 @@ class _WrongWhenShort(Recording):
         super().store(entry, data[:-1] if 4 < len(data) < 64 else data)
 
 
+@pytest.mark.parametrize("taken", [20, None], ids=["taken-before", "never-tried"])
 @pytest.mark.parametrize("ending", [None, BROKEN], ids=["passes", "fails"])
 @pytest.mark.parametrize("kind", [Recording, _WrongWhenShort, _TakesOneLength])
 def test_a_short_value_stands_in_for_a_long_one(
-    kind: type[Recording], ending: Violation | None
+    kind: type[Recording], ending: Violation | None, taken: int | None
 ) -> None:
-    """Behind a case that fails, or leaves more than another should have to read."""
+    """Behind a case that fails, or leaves more than another should have to read.
+
+    Also early in a run, when it is not known yet which lengths are taken.
+    """
     entries = reference_entries(NODE_ID)
     entries[DOMAIN.mux].value = LONG
     server = kind(entries)
     with discovered(server) as bench:
         told: list[dict[str, Any]] = []
         bench.device.keeping.changes = Changes(told.append)
-        bench.device.lengths[DOMAIN.mux].taken |= {len(LONG), 20}
+        if taken is not None:
+            bench.device.lengths[DOMAIN.mux].taken |= {len(LONG), taken}
         session = bench.session()
         run = begin(session)
         size = len(LONG) if kind is _TakesOneLength else 2000
@@ -177,7 +183,7 @@ def test_a_short_value_stands_in_for_a_long_one(
         run.conclude(ending)
         left = server.entries[DOMAIN.mux].value
         if kind is Recording:
-            assert len(left) == 20
+            assert len(left) == (taken or TWO_SEGMENTS)
             assert len(server.requests) < 20
             assert session.restorer.unrestored.keys() == {DOMAIN.mux}
             assert [record["record"] for record in told] == [CHANGED], "for a run that is killed"
