@@ -97,6 +97,8 @@ class CaseRun:
             in_doubt=lambda: sdo.wire.pauses.in_doubt,
             explains=sdo.record.explains,
         )
+        keeping = session.device.keeping
+        self._found = {mux: keeping.seen.get(mux) for mux in keeping.left}
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
         self.bench_error: BenchError | None = None
@@ -201,7 +203,7 @@ class CaseRun:
         booted = session.channel.boot_ups - self._boot_ups > self.tools.network.expected_boot_ups
         if leaving.afterwards is not Afterwards.IDLE or not refused or booted:
             return False
-        session.restorer.restore(sdo)
+        session.restorer.restore(sdo, found=self._found)
         session.keep_late(self.result.case_id)
         shift(sdo, tries * tries)
         return True

@@ -52,14 +52,21 @@ class Restorer:
         self._list(self._due(sdo.record.written))
 
     def restore(
-        self, sdo: Dialogue, *, leaves_values: bool = False, in_doubt: bool = False
+        self,
+        sdo: Dialogue,
+        *,
+        leaves_values: bool = False,
+        in_doubt: bool = False,
+        found: Mapping[Multiplexer, bytes | None] | None = None,
     ) -> None:
         """Write the values of the start of the run to what this case wrote, and read them back.
 
         Where it ``leaves_values``, strings and domains stay as they are: if it is ``in_doubt`` what
-        they hold, with a short value in place of a long one.
+        they hold, with a short value in place of a long one. What the case has ``found`` in place
+        of a long value it finds again when it is tried again.
         """
         written = {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES}
+        written -= self._as_found(sdo, found or {})
         if leaves_values:
             written -= self._leave(sdo, written, in_doubt=in_doubt)
         else:
@@ -135,12 +142,31 @@ class Restorer:
         size = min(self.device.lengths[mux].taken, default=TWO_SEGMENTS)
         if len(value) <= LONG or not 0 < size <= LONG:
             return False
-        known, data = self._known(mux), sdo.payload(size)
+        return self._takes(sdo, mux, sdo.payload(size))
+
+    def _takes(self, sdo: Dialogue, mux: Multiplexer, data: bytes) -> bool:
+        known = self._known(mux)
         try:
             self._download(sdo, known, data)
         except Violation:
             return False  # it is told where the value itself is not taken
         return self._reads(sdo, known, data)
+
+    def _as_found(
+        self, sdo: Dialogue, found: Mapping[Multiplexer, bytes | None]
+    ) -> set[Multiplexer]:
+        """Return which objects hold again what was left in them when a case began.
+
+        Where that is not known, or long, a short value stands in; those that ought to hold a short
+        one of their own get that.
+        """
+        again = set[Multiplexer]()
+        for mux, value in self._due(sdo.record.written & found.keys() - sdo.record.reset).items():
+            held = found[mux] or b""
+            is_short = 0 < len(held) <= LONG < len(value)
+            if self._takes(sdo, mux, held) if is_short else self._stands_in(sdo, mux, value):
+                again.add(mux)
+        return again
 
     def _take_stock(self) -> None:
         """Note which objects hold an unknown value."""

@@ -224,6 +224,43 @@ def test_a_try_that_is_run_again_finds_what_the_first_one_found() -> None:
         assert session.restorer.unrestored == {}
 
 
+@pytest.mark.parametrize("left", [b"left", None, LONG[:200]], ids=["short", "unread", "long"])
+def test_a_try_that_is_run_again_finds_no_long_value_where_one_was_away(left: bytes | None) -> None:
+    """To put that back for each try would take hundreds of requests."""
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = LONG
+    server = recording(entries=entries)
+    with discovered(server) as bench:
+        session = bench.session()
+        run = begin(session)
+        run.sdo.download(DOMAIN, left or b"not read")
+        if left is not None:
+            run.sdo.upload(DOMAIN)
+        run.conclude(None)
+        run = begin(session)
+        run.sdo.download(DOMAIN, b"tried and failed")
+        server.requests.clear()
+        assert run.retreat(1)
+        found = server.entries[DOMAIN.mux].value
+        assert found == left if left == b"left" else len(found) == TWO_SEGMENTS
+        assert begin(session).sdo.device.holds(DOMAIN.mux) == found, "it was read back"
+        assert len(server.requests) < 20
+        session.restore_pending()
+    assert server.entries[DOMAIN.mux].value == LONG
+    assert session.restorer.unrestored == {}
+
+
+def test_a_try_that_has_found_the_long_value_itself_leaves_it() -> None:
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = LONG
+    server = recording(entries=entries)
+    with discovered(server) as bench:
+        run = begin(bench.session())
+        run.sdo.download(DOMAIN, b"tried")
+        assert run.retreat(1)
+    assert server.entries[DOMAIN.mux].value == LONG
+
+
 def test_what_is_tried_before_the_first_case_is_put_back_at_once() -> None:
     """Whether a device takes back what it held shows there, and in no case that needs it."""
     entries = reference_entries(NODE_ID)
