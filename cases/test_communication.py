@@ -4,6 +4,7 @@ from conformance.device.device import VENDOR_ID
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.long_values import read_in_blocks
 from conformance.dialogue.missing import missing_object
 from conformance.dialogue.parameters import (
     COB_ID_ENTRIES,
@@ -76,7 +77,8 @@ def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> No
     beliefs = sdo.device.beliefs
     if STORED_EDS in beliefs.too_long:
         raise NotTestable(f"the EDS is too long for that: {beliefs.unreadable[STORED_EDS]}")
-    text = sdo.device.values.get(STORED_EDS) or parameters.present(STORED_EDS)
+    known = sdo.device.values.get(STORED_EDS) or read_in_blocks(sdo, STORED_EDS)
+    text = known or parameters.present(STORED_EDS)
     storage_format = sdo.read_if_there(STORED_FORMAT)
     if storage_format is not None and any(storage_format):
         sdo.info(f"the EDS is stored in format {storage_format.hex()}h: it is not looked into")

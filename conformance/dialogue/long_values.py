@@ -1,10 +1,16 @@
-"""Long values are put back in blocks, once the device was seen to serve those."""
+"""Long values are read and put back in blocks, once the device was seen to serve those."""
 
-from conformance.dialogue.blocks import LONG
+from conformance.device.device import VERY_LONG
+from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.decoding import as_answer
+from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
+
+# The segments of a very long value that are compared with the same in blocks.
+COMPARED = 16
 
 
 def write_in_blocks(sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
@@ -22,3 +28,26 @@ def write_in_blocks(sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
         sdo.silence.recover()
         return False
     return True
+
+
+def read_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bytes | None:
+    """Read in blocks what announces that it is very long, and begins in segments as in blocks.
+
+    None where it has to be read in segments to the end: to know what it is, or what is wrong.
+    """
+    blocks = Blocks(sdo)
+    sdo.send(UploadInitiate(mux))
+    response = as_answer(sdo.receive())
+    sdo.end_transfer()
+    size = response.size if isinstance(response, UploadInitiateResponse) else None
+    if size is None or size <= VERY_LONG or not blocks.read_alike():
+        return None
+    sdo.start_segmented_upload(mux)
+    begun = b"".join(sdo.upload_segment(toggle=number % 2).data for number in range(COMPARED))
+    sdo.end_transfer()
+    try:
+        found = sdo.run(sdo.client.block_upload(mux)).data
+    except (Violation, ServerAborted):
+        sdo.silence.recover()
+        return None
+    return found if len(found) == size and found.startswith(begun) else None

@@ -1,0 +1,69 @@
+"""Very long values are read in blocks where these bring what segments begin with."""
+
+import pytest
+from run_bench import DOMAIN, NODE_ID, Recording, discovered
+
+from conformance.device.known_objects import KnownObject
+from conformance.dialogue.long_values import COMPARED, read_in_blocks
+from conformance.faults.block_servers import KnowsBlockUploads
+from conformance.faults.catalogue import build_node
+from conformance.reference.built_in_device import reference_entries
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import DataType, Entry
+
+LONG = bytes(n % 251 for n in range(30_000))
+COMPARED_BYTES = 7 * COMPARED
+
+
+class _InBlocks(Recording, KnowsBlockUploads):
+    """Reads other data in blocks than in segments, where they are long."""
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        value = super().value_to_read(entry)
+        return self.in_blocks_read(value) if self.in_blocks and len(value) > 1000 else value
+
+    def in_blocks_read(self, value: bytes) -> bytes:
+        return value
+
+
+class _Cut(_InBlocks):
+    def in_blocks_read(self, value: bytes) -> bytes:
+        return value[:-1]
+
+
+class _Altered(_InBlocks):
+    def in_blocks_read(self, value: bytes) -> bytes:
+        return value[: COMPARED_BYTES - 1] + b"?" + value[COMPARED_BYTES:]
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "found"),
+    [
+        (Recording, LONG, LONG),
+        (Recording, LONG[:1000], None),
+        (Recording, b"1234", None),
+        (Recording, b"", None),
+        (_Cut, LONG, None),
+        (_Altered, LONG, None),
+    ],
+)
+def test_what_is_read_in_blocks(kind: type[Recording], value: bytes, found: bytes | None) -> None:
+    entries = reference_entries(NODE_ID)
+    server = kind(entries)
+    with discovered(server) as bench:
+        entries[DOMAIN.mux].value = value
+        del bench.device.values[DOMAIN.mux]  # nothing was read of it before
+        server.requests.clear()
+        sdo = bench.dialogue()
+        assert read_in_blocks(sdo, DOMAIN.mux) == found
+        assert sdo.fence() == [], "the server is idle"
+        assert len(server.requests) < 120, "it was not read in segments"
+
+
+def test_a_device_without_block_uploads_is_not_asked_for_all_of_it() -> None:
+    with discovered(build_node("no-block-transfer", NODE_ID)) as bench:
+        known = KnownObject(Multiplexer(0x2011), DataType.DOMAIN)
+        sdo = bench.dialogue()
+        sdo.download(known, LONG[:2000], segmented=True)
+        assert read_in_blocks(sdo, known.mux) is None
+        assert sdo.upload(known) == LONG[:2000]
