@@ -35,10 +35,14 @@ ALLOWED = ((0, MOST_UPLOADED), (ENOUGH, 1 << 14), (1 << 32, 1 << 10))
 
 @dataclass(slots=True)
 class _Sent:
-    """How many bytes the latest download to an object has brought at the most, and any of them."""
+    """How many bytes the latest download to an object has brought at the most, and any of them.
+
+    ``is_empty`` as long as the latest has brought none.
+    """
 
     latest: int = 0
     most: int = 0
+    is_empty: bool = False
 
 
 class Extents:
@@ -58,16 +62,25 @@ class Extents:
         """Take a request that goes out: whatever a device takes of it, it is not more."""
         match request:
             case BlockSegment() | DownloadSegment():
+                no_data = isinstance(request, DownloadSegment) and not request.data
+                self._open.is_empty = self._open.is_empty and no_data
                 latest = self._open.latest = self._open.latest + SEGMENT_LENGTH
                 if latest > self._open.most:
                     self._open.most = latest
             case DownloadInitiate() | BlockDownloadInitiate():
                 self._open = self._sent[request.mux]
                 self._open.latest = 0
+                self._open.is_empty = not (
+                    isinstance(request, DownloadInitiate) and request.expedited
+                )
 
     def latest(self, mux: Multiplexer) -> int:
         """Return how many bytes the latest download to an object has brought at the most."""
         return self._sent[mux].latest if mux in self._sent else 0
+
+    def may_be_empty(self, mux: Multiplexer) -> bool:
+        """Say whether the latest download to an object has brought no byte."""
+        return mux in self._sent and self._sent[mux].is_empty
 
     def longest(self, known: KnownObject | None, value: bytes | None) -> int:
         """Return the most bytes that an upload may bring of an object with a ``value`` at first.

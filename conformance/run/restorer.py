@@ -94,8 +94,9 @@ class Restorer:
     ) -> set[Multiplexer]:
         """Note which of some objects stay as a case has left them, and return these.
 
-        What is empty does not: a device may refuse to read it. Nor what is very long, which another
-        case may read as it is, unless it was as long before; nor what is ``in_doubt``.
+        What is empty, or may be, does not: a device may refuse to read it. Nor what is very long,
+        which another case may read as it is, unless it was as long before; nor what is
+        ``in_doubt``.
         """
         seen, extents = sdo.wire.seen, self.device.extents
         staying: set[Multiplexer] = set()
@@ -103,7 +104,8 @@ class Restorer:
             if not self.device.may_be_left(mux):
                 continue
             fits = extents.latest(mux) <= max(VERY_LONG, len(value))
-            stays = fits and (mux not in seen or seen[mux]) and not in_doubt
+            has_bytes = bool(seen[mux]) if mux in seen else not extents.may_be_empty(mux)
+            stays = fits and has_bytes and not in_doubt
             if not stays and not self._stands_in(sdo, mux, value):
                 continue
             staying.add(mux)

@@ -64,6 +64,24 @@ def test_what_was_written_counts_in_whatever_way_it_went() -> None:
     assert extents.longest(KnownObject(Multiplexer(0x2011), DataType.DOMAIN), b"") == PADDING
 
 
+def test_whether_the_latest_download_has_brought_a_byte() -> None:
+    extents = Extents()
+    assert not extents.may_be_empty(MUX), "there was none"
+    requests = (
+        (DownloadInitiate.with_data(MUX, b"abc"), False),
+        (DownloadInitiate.with_size(MUX, 0), True),
+        (DownloadSegment.with_data(b"", toggle=0, last=True), True),
+        (DownloadInitiate.with_size(MUX, 9), True),
+        (DownloadSegment.with_data(b"a", toggle=0), False),
+        (DownloadSegment.with_data(b"", toggle=1, last=True), False),
+        (BlockDownloadInitiate.with_size(MUX, 9), True),
+        (BlockSegment(1, bytes(7)), False),
+    )
+    for request, is_empty in requests:
+        extents.request(request)
+        assert extents.may_be_empty(MUX) is is_empty
+
+
 def test_a_device_that_brings_data_without_an_end_is_given_less() -> None:
     extents = Extents()
     allowed = []

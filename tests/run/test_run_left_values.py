@@ -224,6 +224,21 @@ def test_a_try_that_is_run_again_finds_what_the_first_one_found() -> None:
         assert session.restorer.unrestored == {}
 
 
+@pytest.mark.parametrize("is_read", [True, False])
+def test_what_may_be_empty_is_put_back_at_once(is_read: bool) -> None:
+    """A device may refuse to read it, and the cases that read all objects would fail."""
+    server = recording()
+    before = server.values()
+    with discovered(server) as bench:
+        run = begin(bench.session())
+        run.sdo.download(TEXT, b"")
+        if is_read:
+            run.sdo.upload(TEXT)
+        run.conclude(None)
+        assert server.writes[0] == (TEXT.mux, b"")
+        assert server.values() == before
+
+
 @pytest.mark.parametrize("left", [b"left", None, LONG[:200]], ids=["short", "unread", "long"])
 def test_a_try_that_is_run_again_finds_no_long_value_where_one_was_away(left: bytes | None) -> None:
     """To put that back for each try would take hundreds of requests."""
