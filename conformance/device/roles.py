@@ -66,9 +66,8 @@ class Roles:
     def _last_for_transfers(
         self, known: KnownObject, size: int
     ) -> tuple[bool, bool, float, bool, bool]:
-        is_large = (
-            self.device.permits.large is not None and known.mux == self.device.permits.large.mux
-        )
+        large = self.device.permits.large
+        is_large = large is not None and known.mux == large.mux
         lengths = self.device.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < size
         is_few = size <= FEW_SEGMENTS

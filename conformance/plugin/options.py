@@ -1,6 +1,6 @@
 """What the command line and device.toml say together, read into settings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 
@@ -221,8 +221,10 @@ def _sdo_channel(
 
 def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
     named = list(config.getoption("sdo_object"))
+    at_length = config.getoption("sdo_thorough")
     if self_test and not named:
-        return permits_for(described_node(config.getoption("sdo_fault"), SELF_TEST_NODE))
+        permits = permits_for(described_node(config.getoption("sdo_fault"), SELF_TEST_NODE))
+        return replace(permits, at_length=at_length)
     permissions = description.permissions | frozenset(config.getoption("sdo_allow"))
     if self_test:
         permissions = PERMISSIONS  # the device is our own
@@ -235,6 +237,7 @@ def _permits(config: pytest.Config, description: Description, *, self_test: bool
         description.never,
         permissions,
         description.at_defaults,
+        at_length,
     )
     permits.check()
     return permits

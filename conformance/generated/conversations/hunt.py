@@ -2,11 +2,13 @@
 
 hypothesis draws conversations and shrinks the first that fails. It tells failures apart by the
 type of the exception, so each rule gets one of its own: what is left breaks the same rule. Both
-are bounded in time; after that nothing is sent any more, and the report says how far it came.
+are bounded in time, and the second in answers; after that nothing is sent any more, and the report
+says how far it came. A failure of which other cases have told the cause stays as long as it is.
 """
 
 import time
 from collections.abc import Callable
+from math import inf
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
@@ -40,6 +42,7 @@ class Hunt:
         self._plan = plan
         self._note = note
         self._deadline = 0.0
+        self._most_answers = inf
         self._previous: Conversation = ()
         # Once one has failed: what came of each. hypothesis repeats some, and counts on the same.
         self._outcomes: dict[Conversation, Failure | None] = {}
@@ -73,7 +76,7 @@ class Hunt:
     def _examine(self, conversation: Conversation) -> None:
         """Try one conversation; raises Broken for one that fails."""
         if conversation not in self._outcomes:
-            if self._settled or time.monotonic() > self._deadline:
+            if self._settled or self._is_over():
                 return
             if not self._outcomes:
                 self._look(conversation)
@@ -92,12 +95,19 @@ class Hunt:
             self._previous = conversation
             return
         self._note(f"found by example {self.done} of {self._plan.examples}")
+        if failure.is_known:
+            self._settled = failure
+            return
         self._deadline = time.monotonic() + self._plan.shrink_seconds
+        self._most_answers = self._trials.answers + self._plan.shrink_answers
         again = self._trials.attempt(conversation, failure.rule)
         if again is not None:
             self._outcomes[conversation] = again
         else:
             self._settled = self._with_previous(failure)
+
+    def _is_over(self) -> bool:
+        return time.monotonic() > self._deadline or self._trials.answers > self._most_answers
 
     def _with_previous(self, failure: Failure) -> Failure:
         """Repeat a failure that takes more than its own conversation: what went before, or luck.
@@ -109,7 +119,7 @@ class Hunt:
             self._note("it did not fail again when it was repeated")
             return failure
         position = 0
-        while position < len(shortest.conversation) and time.monotonic() < self._deadline:
+        while position < len(shortest.conversation) and not self._is_over():
             whole = shortest.conversation
             rest = whole[:position] + whole[position + 1 :]
             shorter = self._trials.attempt(rest, failure.rule)

@@ -18,11 +18,15 @@ from conformance.sdo.rules import Rule, Violation
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """A conversation that failed, what was wrong, and its frames up to there."""
+    """A conversation that failed, what was wrong, and its frames up to there.
+
+    Of one that ``is_known`` other cases have told the cause.
+    """
 
     conversation: Conversation
     violation: Violation
     frames: Sequence[Captured]
+    is_known: bool
 
     @property
     def rule(self) -> Rule:
@@ -45,6 +49,11 @@ class Trials:
         self._sdo = sdo
         self._objects = objects
         self._left: Way | None = None
+
+    @property
+    def answers(self) -> int:
+        """How many answers they have waited for."""
+        return self._sdo.wire.timing.answers
 
     def attempt(self, conversation: Conversation, like: Rule | None = None) -> Failure | None:
         """Perform a conversation; return how it failed, if it did.
@@ -74,9 +83,10 @@ class Trials:
             converse(conversation, self._objects, self._sdo)
         except Violation as violation:
             violation.request = violation.request or self._sdo.wire.last_sent
-            failure = Failure(conversation, violation, self._session.frames)
+            is_known = self._sdo.record.is_known(violation, self._sdo.wire.last_sent)
+            failure = Failure(conversation, violation, self._session.frames, is_known)
             excused = self._sdo.wire.pauses.excuse
-            if not self._sdo.record.is_known(violation, self._sdo.wire.last_sent):
+            if not is_known:
                 self._left = self._sdo.record.early.way(violation, self._sdo.wire.last_sent)
             self._recover()
             return None if excused else failure
