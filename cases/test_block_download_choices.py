@@ -3,6 +3,8 @@
 from dataclasses import replace
 
 from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
+from conformance.device.safety import written_by
 from conformance.dialogue.block_downloads import (
     Gap,
     begin_block_download,
@@ -19,7 +21,7 @@ from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
-from conformance.sdo.decoding import decode_response
+from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
@@ -183,7 +185,11 @@ def test_last_segment_repeated(
         number = min(block_size, len(left))
         blocks.send_segments(left[:number], last=number == len(left))
         block_size, left = blocks.acknowledged(text, number).block_size, left[number:]
-    sdo.send(BlockSegment.with_data(number, chunk, last=True))
+    again = BlockSegment.with_data(number, chunk, last=True)
+    target = written_by(decode_request(again.encode()))
+    if target is not None and not (sdo.device.lacks(target) or sdo.device.policy.permits(target)):
+        raise NotTestable(f"{again} would write to {target}, if it were taken for a request")
+    sdo.send(again)
     waiting = sdo.channel.waiting()
     ended = bool(waiting) and isinstance(decode_response(waiting[0].data), Abort)
     # It may have ended the transfer before the end is sent, which is dead then all the same.

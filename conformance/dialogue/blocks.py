@@ -8,6 +8,7 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
 from conformance.dialogue.transfers import Target, mux_of
+from conformance.dialogue.values import same_value
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step, all_of_it
 from conformance.sdo.checks import ServerAborted
@@ -318,8 +319,10 @@ class Blocks:
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``: a long value in blocks, where those bring it."""
-        if not (len(due) > LONG and self.read_alike() and self.reads(known, due)):
-            self._sdo.expect_value(known, due)
+        length = max(len(due), self._sdo.device.lengths[known.mux].least)
+        found = self._brought(known) if length > LONG and self.read_alike() else None
+        if found is None or not same_value(known, found, due):
+            self._sdo.expect_read(known, due)
 
     def read(self, known: KnownObject) -> bytes:
         """Read an object: what was long at the beginning of the run in blocks, if they serve."""
@@ -332,11 +335,14 @@ class Blocks:
 
     def reads(self, target: Target, due: bytes) -> bool:
         """Say whether a block upload brings a value; if not, an ordinary one may all the same."""
+        return self._brought(target) == due
+
+    def _brought(self, target: Target) -> bytes | None:
         try:
-            return self.upload(target).data == due
+            return self.upload(target).data
         except (Violation, NotTestable, Unimplemented):
             self._recover()
-            return False
+            return None
 
     def read_alike(self) -> bool:
         """Say whether block uploads bring what ordinary ones do; compares them once in a run.

@@ -11,7 +11,7 @@ from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
-from conformance.dialogue.storing import WAYS
+from conformance.dialogue.storing import WAYS, in_blocks
 from conformance.dialogue.transfers import Transfers
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
@@ -61,6 +61,8 @@ class Room:
         way = self._sdo.record.causes.way_to_store
         if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
             return
+        if not exactly and self._is_stored_in_blocks(known, data):
+            return
         try:
             # What matters exactly is what went before as well: it is the case that is repeated.
             write = self._sdo.try_download if exactly else self._try_often
@@ -92,6 +94,18 @@ class Room:
             self._measure(known, len(data), abort)
             self._check_length(known, len(data))
         raise self.refused(known, len(data), abort)
+
+    def _is_stored_in_blocks(self, known: KnownObject, data: bytes) -> bool:
+        """Write in blocks what always has a long value, if they serve; say whether it was taken."""
+        services, lengths = self._device.services, self._device.lengths[known.mux]
+        is_long = len(data) > LONG and lengths.least > LONG
+        if not is_long or not services.takes_blocks or services.distrusted:
+            return False
+        try:
+            return self._sdo.abort_of(in_blocks(self._sdo.client, known.mux, data)) is None
+        except Violation:
+            self._sdo.end_transfer()
+            return False
 
     def _try_often(
         self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True
@@ -374,7 +388,7 @@ class Room:
             data = self.prepare(known, 7 * segments - 1, least=needed)
         except (NotTestable, Violation):
             # What only the device changes may be another value the next time.
-            for known in sorted(self._device.objects, key=lambda known: not known.is_steady):
+            for known in sorted(self._device.objects, key=self._last_to_be_read):
                 data = self._device.values.get(known.mux, b"")
                 if len(data) >= needed:
                     write_as_before(self._sdo, known.mux)
@@ -385,3 +399,6 @@ class Room:
                 '["2010=visible_string"]'
             ) from None
         return known, data
+
+    def _last_to_be_read(self, known: KnownObject) -> tuple[bool, int]:
+        return not known.is_steady, len(self._device.values.get(known.mux, b""))

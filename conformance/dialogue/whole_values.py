@@ -16,6 +16,6 @@ def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: 
         return
     data = sdo.payload(size)
     room.store(known, data, segmented=True)
-    sdo.expect_value(known, data)
+    sdo.expect_read(known, data)
     if size > LONG:
         whole.add(size)

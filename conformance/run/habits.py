@@ -13,9 +13,10 @@ from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.roles import Roles
+from conformance.device.roles import MOST_IN_SEGMENTS, THOUSANDS_OF_SEGMENTS, Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
 from conformance.dialogue.values import (
     end_missing,
     filled_up,
@@ -81,6 +82,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
     while known := next((one for one in _used(sdo.device) if one.mux not in used), None):
         used.add(known.mux)
         try:
+            _find_only_length(sdo, known)
             unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
@@ -213,7 +215,22 @@ def _written(device: Device) -> list[KnownObject]:
 
 def _used(device: Device) -> list[KnownObject]:
     """Return the strings and domains that cases write to."""
-    return [Roles(device).variable(), Roles(device).text()] if Roles(device).varying() else []
+    used: list[KnownObject] = []
+    for choose in (Roles(device).variable, Roles(device).text):
+        with suppress(NotTestable):
+            used.append(choose())
+    return used
+
+
+def _find_only_length(sdo: Dialogue, known: KnownObject) -> None:
+    """Find out whether an object with a long value takes no shorter ones.
+
+    Cases on other things than length do without one that has many bytes whatever is written; how
+    many these may be hangs on whether they can be read in blocks.
+    """
+    if MOST_IN_SEGMENTS < len(sdo.device.values[known.mux]) <= THOUSANDS_OF_SEGMENTS:
+        Room(sdo).fit(known, SHORT)
+        Blocks(sdo).read_alike()
 
 
 def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:

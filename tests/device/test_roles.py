@@ -9,7 +9,12 @@ from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
-from conformance.device.roles import THOUSANDS_OF_SEGMENTS, Roles
+from conformance.device.roles import (
+    MOST_IN_BLOCKS,
+    MOST_IN_SEGMENTS,
+    THOUSANDS_OF_SEGMENTS,
+    Roles,
+)
 from conformance.device.safety import WritePolicy
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Habits
@@ -82,10 +87,39 @@ def test_what_the_user_has_named_for_long_transfers_is_taken_for_these() -> None
 
 
 def test_what_is_too_short_comes_last() -> None:
-    of = device()
+    of = device(permits=Permits(at_length=True))
     of.lengths[DOMAIN.mux].lasting = of.lengths[DOMAIN.mux].most = LONG
     of.lengths[TEXT.mux].most = 19
     assert chosen(of) == {3: TEXT, 20: DOMAIN, 64: DOMAIN, 257: DOMAIN}
+
+
+@pytest.mark.parametrize(("alike", "most"), [(None, MOST_IN_SEGMENTS), (True, MOST_IN_BLOCKS)])
+def test_what_always_costs_many_requests_is_for_long_values_only(
+    alike: bool | None, most: int
+) -> None:
+    """How many they are hangs on whether it can be read in blocks."""
+    of = device([NUMBER, DOMAIN])
+    lengths = of.lengths[DOMAIN.mux]
+    lengths.fixed, lengths.most, of.services.reads_alike = True, most, alike
+    assert Roles(of).variable() == Roles(of).text() == DOMAIN
+    lengths.most = most + 1
+    for choose in (Roles(of).variable, Roles(of).text):
+        with pytest.raises(NotTestable, match=rf"always has {most + 1} bytes, and needs \d+ req"):
+            choose()
+    assert Roles(of).variable(257) == DOMAIN
+
+
+@pytest.mark.parametrize("permits", [Permits(at_length=True), Permits(large=DOMAIN)])
+def test_what_the_user_has_the_time_for_is_taken(permits: Permits) -> None:
+    of = device([NUMBER, DOMAIN], permits)
+    of.lengths[DOMAIN.mux].filled = LONG
+    assert Roles(of).variable() == Roles(of).text() == DOMAIN
+
+
+def test_a_text_that_always_costs_many_requests_comes_behind_a_domain() -> None:
+    of = device()
+    of.lengths[TEXT.mux].filled = LONG
+    assert Roles(of).text() == DOMAIN
 
 
 def test_nothing_is_written_that_would_stay() -> None:

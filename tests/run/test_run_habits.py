@@ -22,7 +22,8 @@ from run_bench import (
 
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.roles import FEW_SEGMENTS, Roles
+from conformance.device.lengths import FEW_SEGMENTS
+from conformance.device.roles import Roles
 from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.block_download_aborts import DeafWhenAborted

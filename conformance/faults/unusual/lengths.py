@@ -123,6 +123,20 @@ class FixedLength8(_FixedLength):
     length = 8
 
 
+@unusual("values-of-fixed-length-300")
+class FixedLength300(_FixedLength):
+    """Takes 300 bytes in strings and domains, no more and no fewer."""
+
+    length = 300
+
+
+@unusual("values-of-fixed-length-600")
+class FixedLength600(_FixedLength):
+    """Takes 600 bytes in strings and domains: too many for each of hundreds of cases."""
+
+    length = 600
+
+
 @unusual("values-of-fixed-length-06070010")
 class FixedLengthGeneric(_FixedLength):
     """Takes 14 bytes in strings and domains, and says "length does not match" of all else."""

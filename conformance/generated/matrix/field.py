@@ -60,7 +60,7 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
         if any(found.rule.id in CUT_SHORT for found in sdo.record.minor):
             Room(sdo).restore_own(known)  # what it holds now is for no case to read
         elif known.mux not in sdo.wire.seen:
-            sdo.upload(known)
+            sdo.held(known)
             lockstep.check()
 
 
@@ -152,7 +152,7 @@ def _size(sdo: Dialogue, known: KnownObject, state: AnyState) -> int:
     if state is BLOCK_DOWNLOAD_BETWEEN:
         room.need(known, LONGEST)
         return LONGEST
-    if known.habits.filled:
+    if known.habits.filled and state.uploads:
         return known.habits.filled
     if state.short and room.has(known, TWO_SEGMENTS):
         return TWO_SEGMENTS
