@@ -68,9 +68,11 @@ def test_what_blocks_bring_otherwise_is_judged_by_what_segments_bring(
 ) -> None:
     with long_domain("block-upload-of-old-value") as bench:
         sdo = bench.dialogue()
-        sdo.download(DOMAIN, VALUE[::-1])
-        assert sdo.held(DOMAIN) == VALUE
+        assert sdo.abort_of(sdo.client.block_download(DOMAIN.mux, VALUE[::-1])) is None
+        sent = first_sent(bench)
         expect(sdo, DOMAIN, VALUE[::-1])
+        assert sent[0] == "a4"
+        assert "40" in sent
         assert not sdo.record.minor
 
 
