@@ -43,8 +43,8 @@ def counted(log: Path) -> Counts:
 # hang on the order of the cases. Without block downloads long values go in segments: 57,000 answers
 # in a whole run, as many on a right device without block uploads, 18,700 of them for the one value
 # beyond 16 bits. That shows in the scripts, which take 22,500 answers of it. A domain of 64 KB
-# takes 51,400 answers, 9,400 of which read it when the run begins, and 50,100 where it is not read as
-# there are no block uploads.
+# takes 51,400 answers, 9,400 of which read it when the run begins, and 50,100 where there are no
+# block uploads: then it is not read.
 KB = 1024
 SOUND, WITHOUT_BLOCKS, WITHOUT_UPLOADS = (44_500, 61_500), (24_000, 25_000), (24_000, 26_500)
 VERY_LONG, VERY_LONG_IN_SEGMENTS = (53_500, 96_000), (52_000, 66_500)
