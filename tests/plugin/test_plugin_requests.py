@@ -53,7 +53,7 @@ ALWAYS_LONG = {
     "values-of-fixed-length-300": (40_000, 61_000),
     "values-of-fixed-length-600": (15_000, 17_000),
 }
-# One whose short values leave the end of the long one behind them reads 4 KB for ever: 22,100 in the
+# One whose short values leave the end of a long one behind them reads 4 KB for ever: 22,100 in the
 # scripts, where they take another object or read it in blocks.
 LASTING = (24_000, 31_000)
 REFUSED_IN_SILENCE = "--sdo-fault=block-refused-in-silence"
