@@ -35,21 +35,24 @@ class TooLong(Exception):
 def read_whole(sdo: Dialogue, known: KnownObject) -> bytes:
     """Read an object; raises TooLong, and Violation for a device that does not serve it.
 
-    One that is longer than what is read in segments has to come in blocks as well.
+    One that is longer than what is read in segments has to come in blocks as well. They have to do
+    for what is very long in a hasty run, and behind what has taken most of the requests.
     """
     if known.length is not None:
         return sdo.upload(known)
     patient = sdo.device.permits.takes_time(known)
+    hasty = sdo.device.permits.in_haste and not patient
     long = sum(len(value) for value in sdo.device.values.values() if len(value) > VERY_LONG)
+    some = VERY_LONG if hasty else max(MOST_IN_SEGMENTS - long, VERY_LONG)
     try:
-        return _read(sdo, known, MOST_READ if patient else max(MOST_IN_SEGMENTS - long, VERY_LONG))
+        return _read(sdo, known, MOST_READ if patient else some)
     except TooLong as found:
         if found.size > MOST_READ:
             raise TooLong(found.size, MOST_READ) from None
         in_blocks = read_in_blocks(sdo, known.mux)
         if in_blocks is None:
             raise
-    if long + len(in_blocks) > MOST_READ:
+    if hasty or long + len(in_blocks) > MOST_READ:
         sdo.wire.seen[known.mux] = in_blocks
         return in_blocks
     return _read(sdo, known, MOST_READ)

@@ -132,3 +132,13 @@ def test_what_is_too_much_to_be_read_in_segments_comes_in_blocks() -> None:
         assert bench.device.values[DOMAIN.mux] == entries[DOMAIN.mux].value
         assert not bench.device.beliefs.too_long
     assert len(server.requests) < 1.3 * 60_000 / SEGMENT_LENGTH
+
+
+@pytest.mark.parametrize(("kind", "is_read"), [(Recording, True), (_WithoutBlocks, False)])
+def test_a_quick_run_has_no_time_for_many_segments(kind: type[Recording], is_read: bool) -> None:
+    server = long_domain(4000, kind)
+    with undiscovered(server) as bench:
+        device = replace(bench.device, permits=Permits(in_haste=True))
+        discover(bench.channel, device)
+        assert device.values.get(DOMAIN.mux) == (bytes(4000) if is_read else None)
+    assert len(server.requests) < 400
