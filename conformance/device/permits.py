@@ -38,7 +38,7 @@ class Permits:
     """What the user allows: named objects, all that an EDS calls rw, or permissions by name.
 
     ``at_defaults`` says that the defaults of the device were loaded before the run; ``at_length``,
-    that a value may take thousands of requests each time, and ``in_haste``, that none may take many.
+    that a value may take thousands of requests each time; ``in_haste``, that none may take many.
     """
 
     named: tuple[KnownObject, ...] = ()
