@@ -161,6 +161,10 @@ def run_deviation(
         run_named(deviation, run, reason)
     else:
         run_fault(deviation, run, plugins=[Sieve(deviation, run, proven)])
+        if not any(case.startswith(reason) for case in run.failed(strict=deviation.soft)):
+            run_named(
+                deviation, run, reason
+            )  # another case has told the cause, and it is told once
     for begin in further:
         run_named(deviation, run, begin)
     return run
