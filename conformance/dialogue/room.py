@@ -96,16 +96,22 @@ class Room:
         raise self.refused(known, len(data), abort)
 
     def _is_stored_in_blocks(self, known: KnownObject, data: bytes) -> bool:
-        """Write in blocks what always has a long value, if they serve; say whether it was taken."""
+        """Write in blocks what always has a long value, if they serve; say whether it was taken.
+
+        A device that has failed once is not trusted again.
+        """
         services, lengths = self._device.services, self._device.lengths[known.mux]
         is_long = len(data) > LONG and lengths.least > LONG
         if not is_long or not services.takes_blocks or services.distrusted:
             return False
+        services.distrusted = True
         try:
-            return self._sdo.abort_of(in_blocks(self._sdo.client, known.mux, data)) is None
+            abort = self._sdo.abort_of(in_blocks(self._sdo.client, known.mux, data))
         except Violation:
             self._sdo.end_transfer()
-            return False
+        else:
+            services.distrusted = abort is not None
+        return not services.distrusted
 
     def _try_often(
         self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True

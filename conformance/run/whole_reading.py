@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 from conformance.device.device import VERY_LONG
 from conformance.device.known_objects import KnownObject
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.long_values import read_in_blocks
 from conformance.sdo.block_client import Step
@@ -35,24 +36,35 @@ class TooLong(Exception):
 def read_whole(sdo: Dialogue, known: KnownObject) -> bytes:
     """Read an object; raises TooLong, and Violation for a device that does not serve it.
 
-    One that is longer than what is read in segments has to come in blocks as well. They have to do
-    for what is very long in a hasty run, and behind what has taken most of the requests.
+    One that is longer than what is read in segments has to come in blocks as well.
     """
     if known.length is not None:
         return sdo.upload(known)
-    patient = sdo.device.permits.takes_time(known)
-    hasty = sdo.device.permits.in_haste and not patient
+    permits = sdo.device.permits
+    if permits.takes_time(known):
+        return _read(sdo, known, MOST_READ)
     long = sum(len(value) for value in sdo.device.values.values() if len(value) > VERY_LONG)
-    some = VERY_LONG if hasty else max(MOST_IN_SEGMENTS - long, VERY_LONG)
+    most = VERY_LONG if permits.in_haste else max(MOST_IN_SEGMENTS - long, VERY_LONG)
     try:
-        return _read(sdo, known, MOST_READ if patient else some)
+        data = _read(sdo, known, most)
     except TooLong as found:
-        if found.size > MOST_READ:
-            raise TooLong(found.size, MOST_READ) from None
-        in_blocks = read_in_blocks(sdo, known.mux)
-        if in_blocks is None:
-            raise
-    if hasty or long + len(in_blocks) > MOST_READ:
+        return _read_in_both_ways(sdo, known, found, MOST_READ - long)
+    if len(data) > most and not Blocks(sdo).reads(known.mux, data):
+        raise TooLong(len(data), most)  # that was not announced
+    return data
+
+
+def _read_in_both_ways(sdo: Dialogue, known: KnownObject, found: TooLong, most: int) -> bytes:
+    """Read in blocks what is long, and in segments as well if that is not too much by now.
+
+    Nor is there the time for that in a hasty run.
+    """
+    if found.size > MOST_READ:
+        raise TooLong(found.size, MOST_READ)
+    in_blocks = read_in_blocks(sdo, known.mux)
+    if in_blocks is None:
+        raise found
+    if sdo.device.permits.in_haste or len(in_blocks) > most:
         sdo.wire.seen[known.mux] = in_blocks
         return in_blocks
     return _read(sdo, known, MOST_READ)

@@ -101,4 +101,5 @@ def test_what_is_not_taken_in_blocks_is_stored_in_segments() -> None:
     with long_domain("no-block-download") as bench:
         sdo = bench.dialogue()
         Room(sdo).store(DOMAIN, VALUE[::-1])
+        assert bench.device.services.distrusted
         assert sdo.upload(DOMAIN) == VALUE[::-1]

@@ -48,6 +48,18 @@ class _WithoutBlocks(Recording):
         return self.on_unexpected(request)
 
 
+class _Unsized(Recording):
+    """Announces no sizes."""
+
+    def start_upload(self, mux: Multiplexer, data: bytes) -> UploadInitiateResponse:
+        response = super().start_upload(mux, data)
+        return response if response.expedited else UploadInitiateResponse.with_size(mux, None)
+
+
+class _UnsizedWithoutBlocks(_Unsized, _WithoutBlocks):
+    """Has no block uploads either."""
+
+
 def long_domain(size: int, kind: type[Recording] = Recording) -> Recording:
     entries = reference_entries(NODE_ID)
     entries[DOMAIN.mux].value = bytes(size)
@@ -142,3 +154,10 @@ def test_a_quick_run_has_no_time_for_many_segments(kind: type[Recording], is_rea
         discover(bench.channel, device)
         assert device.values.get(DOMAIN.mux) == (bytes(4000) if is_read else None)
     assert len(server.requests) < 400
+
+
+@pytest.mark.parametrize(("kind", "is_read"), [(_Unsized, True), (_UnsizedWithoutBlocks, False)])
+def test_how_much_it_is_may_show_at_the_end_only(kind: type[Recording], is_read: bool) -> None:
+    with discovered(long_domain(6000, kind)) as bench:
+        assert bench.device.values.get(DOMAIN.mux) == (bytes(6000) if is_read else None)
+        assert (DOMAIN.mux in bench.device.beliefs.too_long) is not is_read
