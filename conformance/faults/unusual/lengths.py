@@ -130,11 +130,11 @@ class FixedLength300(_FixedLength):
     length = 300
 
 
-@unusual("values-of-fixed-length-600")
-class FixedLength600(_FixedLength):
-    """Takes 600 bytes in strings and domains: too many for each of hundreds of cases."""
+@unusual("values-of-fixed-length-450")
+class FixedLength450(_FixedLength):
+    """Takes 450 bytes in strings and domains: too many for each of hundreds of cases."""
 
-    length = 600
+    length = 450
 
 
 @unusual("values-of-fixed-length-06070010")
