@@ -16,7 +16,7 @@ from conformance.sdo.objects import Access, DataType
 
 # What each value of an object has at the most, in bytes, for cases that write and read hundreds of
 # them: where a block upload brings what is read, and where it all goes in segments.
-MOST_IN_BLOCKS, MOST_IN_SEGMENTS = 400, 200
+MOST_IN_BLOCKS, MOST_IN_SEGMENTS = 600, 200
 # What takes thousands of requests to be put back, in bytes, whatever was written to it.
 THOUSANDS_OF_SEGMENTS = 1 << 14
 _NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)

@@ -98,7 +98,7 @@ class Room:
     def _is_stored_in_blocks(self, known: KnownObject, data: bytes) -> bool:
         """Write in blocks what always has a long value, if they serve; say whether it was taken.
 
-        A device that has failed once is not trusted again.
+        A device that has failed once is not trusted again, but where it lacks the room.
         """
         services, lengths = self._device.services, self._device.lengths[known.mux]
         is_long = len(data) > LONG and lengths.least > LONG
@@ -110,8 +110,9 @@ class Room:
         except Violation:
             self._sdo.end_transfer()
         else:
-            services.distrusted = abort is not None
-        return not services.distrusted
+            services.distrusted = abort is not None and abort.code not in NO_ROOM
+            return abort is None
+        return False
 
     def _try_often(
         self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True

@@ -8,6 +8,7 @@ from run_bench import DOMAIN, NODE_ID, Workbench, discovered
 
 from conformance.bus.link import Direction
 from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
@@ -103,3 +104,12 @@ def test_what_is_not_taken_in_blocks_is_stored_in_segments() -> None:
         Room(sdo).store(DOMAIN, VALUE[::-1])
         assert bench.device.services.distrusted
         assert sdo.upload(DOMAIN) == VALUE[::-1]
+
+
+def test_a_refusal_of_the_length_says_nothing_of_blocks() -> None:
+    with long_domain("strings-of-100-bytes") as bench:
+        sent = first_sent(bench)
+        with pytest.raises(NotTestable, match="300 bytes"):
+            Room(bench.dialogue()).store(DOMAIN, VALUE[::-1])
+        assert sent[0] == "c6"
+        assert not bench.device.services.distrusted

@@ -130,11 +130,11 @@ class FixedLength300(_FixedLength):
     length = 300
 
 
-@unusual("values-of-fixed-length-450")
-class FixedLength450(_FixedLength):
-    """Takes 450 bytes in strings and domains: too many for each of hundreds of cases."""
+@unusual("values-of-fixed-length-650")
+class FixedLength650(_FixedLength):
+    """Takes 650 bytes in strings and domains: too many for each of hundreds of cases."""
 
-    length = 450
+    length = 650
 
 
 @unusual("values-of-fixed-length-06070010")
