@@ -29,7 +29,8 @@ class Channel:
     while another channel of the link receives. What else comes from the bus is kept in
     ``overheard``, and told by ``strangers`` where it might be mistaken; ``boot_ups`` counts the
     boot-up messages of the device. ``pace`` is how fast the device answers there. It is ``at_rest``
-    when the last frame on it was a response, and no abort.
+    when the last frame on it was a response, and no abort. It ``is_calm`` when nothing but what was
+    due came before the answer to what was sent last.
     """
 
     def __init__(
@@ -44,7 +45,7 @@ class Channel:
         self.node_id = node_id
         self.response_timeout = response_timeout
         self.pace = Pace()
-        self.at_rest = False
+        self.at_rest = self.is_calm = False
         self.ids = ids or ChannelIds.default(node_id)
         self.request_id = self.ids.request.can_id
         self.response_id = self.ids.response.can_id
@@ -82,13 +83,14 @@ class Channel:
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any frame."""
-        self.at_rest = False
+        self.at_rest = self.is_calm = False
         self.strangers.asked(frame)
         self.link.send(frame)
 
     def send_nmt(self, message: NmtMessage) -> None:
         """Send an NMT command; error control frames that came before it are forgotten."""
         self._error_control.clear()
+        self.is_calm = False
         self.link.send(message.frame())
 
     def abort(self, mux: Multiplexer, code: int) -> None:

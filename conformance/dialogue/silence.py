@@ -69,7 +69,9 @@ class Silence:
         aborted = self._wire.data[:1] == ABORTS and self._wire.has_aborted
         behind_abort = aborted and data[:1] != ABORTS and self._causes.aborts_are_answered
         behind_end = isinstance(self._wire.last_sent, BlockEndResponse)
-        if (begins or behind_abort or behind_end) and self.calms_down:
+        channel = self._wire.channel
+        is_calm = channel.is_calm and not channel.waiting()
+        if (begins or behind_abort or behind_end) and self.calms_down and not is_calm:
             self.calm()
 
     # The fence
@@ -118,7 +120,7 @@ class Silence:
         if retried:
             self._take_second_answer()
         self._read_the_rest()
-        wire.is_proven = not stray
+        wire.is_proven = wire.channel.is_calm = not stray
         return stray
 
     def _no_answer(self, stray: list[Response]) -> Violation:
