@@ -86,6 +86,8 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
+            if sdo.device.lengths[known.mux].least > MOST_IN_SEGMENTS:
+                Blocks(sdo).read_alike()  # on that hangs what it is used for
         except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
             asked = sdo.wire.last_sent
             if not sdo.silence.recover():
@@ -225,12 +227,10 @@ def _used(device: Device) -> list[KnownObject]:
 def _find_only_length(sdo: Dialogue, known: KnownObject) -> None:
     """Find out whether an object with a long value takes no shorter ones.
 
-    Cases on other things than length do without one that has many bytes whatever is written; how
-    many these may be hangs on whether they can be read in blocks.
+    Cases on other things than length do without one that has many bytes whatever is written.
     """
     if MOST_IN_SEGMENTS < len(sdo.device.values[known.mux]) <= THOUSANDS_OF_SEGMENTS:
         Room(sdo).fit(known, SHORT)
-        Blocks(sdo).read_alike()
 
 
 def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:

@@ -179,6 +179,19 @@ def test_what_is_left_of_longer_values_is_known_from_then_on(fault: str) -> None
     assert found == ["data.variable-length: the end of a longer value is left behind a shorter one"]
 
 
+@pytest.mark.parametrize(
+    ("fault", "alike"),
+    [("shorter-value-over-longer-one-in-buffer", True), ("strings-padded", True), (None, None)],
+)
+def test_whether_long_values_come_in_blocks_is_known_before_the_first_case(
+    fault: str | None, alike: bool | None
+) -> None:
+    """On that hangs which cases there are with them, and no case may be the one to find out."""
+    with discovered(build_node(fault, NODE_ID)) as bench:
+        bench.session().survey()
+        assert bench.device.services.reads_alike is alike
+
+
 class _Keeping(Recording):
     """Leaves the end of a longer value behind a shorter one."""
 
