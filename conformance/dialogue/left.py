@@ -2,7 +2,7 @@
 
 from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.long_values import write_in_blocks
+from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.layout import Multiplexer
 

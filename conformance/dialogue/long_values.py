@@ -1,7 +1,7 @@
-"""Long values are read and put back in blocks, once the device was seen to serve those."""
+"""Very long values are read in blocks, once the device was seen to serve those."""
 
 from conformance.device.device import VERY_LONG
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
@@ -11,23 +11,6 @@ from conformance.sdo.rules import Violation
 
 # The segments of a very long value that are compared with the same in blocks.
 COMPARED = 16
-
-
-def write_in_blocks(sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
-    """Write a value in blocks if it is long and a case has done that; say whether it was taken.
-
-    What is written has to be read back; a device that has failed once is not trusted again.
-    """
-    services = sdo.device.services
-    if len(value) <= LONG or not services.takes_blocks or services.distrusted:
-        return False
-    try:
-        sdo.run(sdo.client.block_download(mux, value))
-    except (Violation, ServerAborted):
-        services.distrusted = True
-        sdo.silence.recover()
-        return False
-    return True
 
 
 def read_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bytes | None:

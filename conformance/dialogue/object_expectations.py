@@ -9,7 +9,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.long_values import write_in_blocks
+from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.values import same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted

@@ -11,7 +11,7 @@ from conformance.dialogue.causes import Way
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
-from conformance.dialogue.storing import WAYS, in_blocks
+from conformance.dialogue.storing import NO_ROOM, WAYS, write_in_blocks
 from conformance.dialogue.transfers import Transfers
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
@@ -26,12 +26,6 @@ MUCH_ROOM = 897
 MOST_MEASURED = 300
 # What even an object of a few bytes takes one of.
 EXPEDITED = (1, 4)
-NO_ROOM = (
-    AbortCode.LENGTH_TOO_HIGH,
-    AbortCode.LENGTH_MISMATCH,
-    AbortCode.LENGTH_TOO_LOW,
-    AbortCode.OUT_OF_MEMORY,
-)
 
 
 class Room:
@@ -61,7 +55,8 @@ class Room:
         way = self._sdo.record.causes.way_to_store
         if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
             return
-        if not exactly and self._is_stored_in_blocks(known, data):
+        always_long = self._device.lengths[known.mux].least > LONG
+        if always_long and not exactly and write_in_blocks(self._sdo, known.mux, data):
             return
         try:
             # What matters exactly is what went before as well: it is the case that is repeated.
@@ -94,25 +89,6 @@ class Room:
             self._measure(known, len(data), abort)
             self._check_length(known, len(data))
         raise self.refused(known, len(data), abort)
-
-    def _is_stored_in_blocks(self, known: KnownObject, data: bytes) -> bool:
-        """Write in blocks what always has a long value, if they serve; say whether it was taken.
-
-        A device that has failed once is not trusted again, but where it lacks the room.
-        """
-        services, lengths = self._device.services, self._device.lengths[known.mux]
-        is_long = len(data) > LONG and lengths.least > LONG
-        if not is_long or not services.takes_blocks or services.distrusted:
-            return False
-        services.distrusted = True
-        try:
-            abort = self._sdo.abort_of(in_blocks(self._sdo.client, known.mux, data))
-        except Violation:
-            self._sdo.end_transfer()
-        else:
-            services.distrusted = abort is not None and abort.code not in NO_ROOM
-            return abort is None
-        return False
 
     def _try_often(
         self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True

@@ -2,11 +2,22 @@
 
 from collections.abc import Generator
 
+from conformance.dialogue.blocks import LONG
 from conformance.dialogue.causes import Way
+from conformance.dialogue.transfers import Transfers
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Step
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Response
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules import Violation
 
+NO_ROOM = (
+    AbortCode.LENGTH_TOO_HIGH,
+    AbortCode.LENGTH_MISMATCH,
+    AbortCode.LENGTH_TOO_LOW,
+    AbortCode.OUT_OF_MEMORY,
+)
 Transfer = Generator[Step, Response, object]
 
 
@@ -26,3 +37,21 @@ def in_blocks(client: BlockClient, mux: Multiplexer, data: bytes) -> Transfer:
 
 
 WAYS: tuple[Way, ...] = (in_segments, in_unsized_segments, in_blocks)
+
+
+def write_in_blocks(sdo: Transfers, mux: Multiplexer, value: bytes) -> bool:
+    """Write a value in blocks if it is long and a case has done that; say whether it was taken.
+
+    What is written has to be read back; a device that has failed once is not trusted again, but
+    where it lacks the room.
+    """
+    services = sdo.device.services
+    if len(value) <= LONG or not services.takes_blocks or services.distrusted:
+        return False
+    try:
+        sdo.run(in_blocks(sdo.client, mux, value))
+    except (Violation, ServerAborted) as error:
+        services.distrusted = not (isinstance(error, ServerAborted) and error.abort.code in NO_ROOM)
+        sdo.silence.recover()
+        return False
+    return True

@@ -10,8 +10,8 @@ from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.long_values import write_in_blocks
 from conformance.dialogue.storage import write_signature
+from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.values import restored_value, shown
 from conformance.run.afterwards import take_the_rest
 from conformance.run.mappings import in_order, is_count, needed_for

@@ -16,7 +16,7 @@ from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
-from conformance.dialogue.room import NO_ROOM
+from conformance.dialogue.storing import NO_ROOM
 from conformance.generated.conversations.conversation import Transfer
 from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
