@@ -29,6 +29,8 @@ TWO_SEGMENTS = 8
 THREE_SEGMENTS = 15
 # What is longer is not read or written where that proves nothing new.
 VERY_LONG = 1000
+# So many objects stand for all of them where none of them is the point.
+FEW_OBJECTS = 100
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
@@ -116,8 +118,12 @@ class Device:
         return sorted(self.values.keys() - moving)
 
     def briefly_read(self) -> list[Multiplexer]:
-        """Return what of that takes few requests: what is very long is read where that counts."""
-        return [mux for mux in self.steady() if len(self.values[mux]) <= VERY_LONG]
+        """Return what of that takes few requests: what is very long is read where that counts.
+
+        Of very many objects it is some from all parts of the dictionary.
+        """
+        brief = [mux for mux in self.steady() if len(self.values[mux]) <= VERY_LONG]
+        return brief[:: -(-len(brief) // FEW_OBJECTS) or 1]
 
     def resettable(self) -> list[KnownObject]:
         """Return what was read, stays until it is written, and goes back in a reset."""

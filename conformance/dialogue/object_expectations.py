@@ -10,7 +10,7 @@ from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storing import write_in_blocks
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import check_constant, same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
@@ -51,10 +51,11 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
 def readable_now(sdo: Dialogue, entry: KnownObject) -> bytes:
     """Read an entry; raises NotTestable where it is refused, which is for od.read to judge."""
     try:
-        sdo.read(entry.mux)
+        data = sdo.read(entry)
     except ServerAborted as aborted:
         raise NotTestable("the object cannot be read: see od.read") from aborted
-    return sdo.upload(entry)
+    check_constant(sdo.device, entry.mux, data)
+    return data
 
 
 def differing_reads(

@@ -19,11 +19,15 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
 MOST_NAMED = 8
+# How many requests it may take to read all parameters: each reset of the node takes as many, and
+# what cases store or load takes some resets.
+MOST_READ = 800
 # COB-IDs and mappings of other services: they are written in an order of their own.
 IN_ORDER = frozenset((0x1005, 0x1012, 0x1014, *range(0x1400, 0x1C00)))
 BY_HAND = (
@@ -35,13 +39,30 @@ Values = Mapping[Multiplexer, bytes]
 
 
 def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
-    """Raise Unimplemented unless the device says that it follows a command."""
+    """Raise Unimplemented unless the device says that it follows a command.
+
+    Raises NotTestable where it would take too many requests to put back what that changes.
+    """
     try:
         data = sdo.read(mux)
     except ServerAborted as aborted:
         raise Unimplemented(in_words(aborted.abort)) from aborted
     if not data or not data[0] & 1:
         raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
+    requests = sum(_requests(sdo, known) for known in sdo.device.resettable())
+    if requests > MOST_READ and not sdo.device.permits.at_length:
+        raise NotTestable(
+            f"all parameters take {requests} requests each time they are read: --sdo-thorough "
+            "stores them and loads their defaults all the same"
+        )
+
+
+def _requests(sdo: Dialogue, known: KnownObject) -> int:
+    """Return how many requests it takes to read a parameter: a long one comes in blocks."""
+    length = len(sdo.device.values[known.mux])
+    if length <= EXPEDITED_LENGTH or (length > LONG and sdo.device.services.reads_alike):
+        return 1
+    return 1 + -(-length // SEGMENT_LENGTH)
 
 
 def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:

@@ -15,7 +15,7 @@ from conformance.bus.errors import (
     SuiteError,
 )
 from conformance.device.known_deviations import KnownDeviation, write_deviations
-from conformance.plugin import budget
+from conformance.plugin import allowance, budget
 from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.printed_failures import PrintedFailures
@@ -229,8 +229,9 @@ class FinalReport:
             result for result in self._state.findings.unreached if result.verdict is Verdict.NOT_RUN
         ]
         ended = str(session.shouldfail or session.shouldstop or "")
-        spent = any(result.actual == budget.WHY for result in self._state.results)
-        return ended or (unreached[0].actual if unreached else budget.WHY if spent else COMPLETE)
+        whys = {result.actual for result in self._state.results}
+        spent = [why for why in (budget.WHY, allowance.WHY) if why in whys]
+        return ended or (unreached[0].actual if unreached else spent[0] if spent else COMPLETE)
 
     def _about_end(self, session: pytest.Session) -> dict[str, Any]:
         """Return the last line of the record."""

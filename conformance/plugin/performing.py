@@ -10,6 +10,7 @@ import pytest
 from conformance.bus.errors import BenchError, DeviceLost, NotWritten
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
+from conformance.plugin import allowance
 from conformance.plugin.attempts import begin, conclude_tries, is_told, perform
 from conformance.plugin.bench_opening import open_bench
 from conformance.plugin.budget import Budget
@@ -91,9 +92,17 @@ class Performing:
             item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, why)
         elif stopped := self._losses[case.node_id].why_not(case.case_id, case.risk):
             item.stash[RESULT] = left_out(case, Verdict.NOT_TESTABLE, stopped)
+        elif isinstance(item, CaseFunction) and self._is_beyond(item):
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, allowance.WHY)
         else:
             return
         pytest.skip(f"{item.stash[RESULT].verdict.value}: {item.stash[RESULT].actual}")
+
+    def _is_beyond(self, item: CaseFunction) -> bool:
+        if not item.further:
+            return False
+        answers = self._state.session(item.node_id).channel.pace.answers
+        return allowance.is_beyond(item, self._state.options, answers)
 
     def end_stopped(self, item: pytest.Item) -> NoReturn:
         """End a case that a request to stop has interrupted; the run ends with it."""

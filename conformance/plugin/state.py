@@ -135,7 +135,10 @@ def begin_again(item: pytest.Item) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ItemCase:
-    """An item as a case: one of the suite's ``own``, or a test of the user's."""
+    """An item as a case: one of the suite's ``own``, or a test of the user's.
+
+    A ``further`` one of very many is on another object than those before.
+    """
 
     case_id: str
     service: str
@@ -144,6 +147,7 @@ class ItemCase:
     cites: tuple[Rule, ...] = ()
     risk: Risk | None = None
     own: bool = False
+    further: bool = False
 
     @property
     def tested_rules(self) -> set[str]:
@@ -196,6 +200,7 @@ def _case_of(item: pytest.Item) -> ItemCase:
             info.cites,
             item.risk,
             own=item.is_own,
+            further=item.further > 0,
         )
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))

@@ -7,6 +7,7 @@ from math import inf
 import pytest
 
 from conformance.device.known_objects import KnownObject
+from conformance.plugin.allowance import allowed
 from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.options import Options
 from conformance.plugin.terminal import SummaryTerminal
@@ -48,6 +49,7 @@ def estimate_for(options: Options) -> Estimate:
         0.0 if free else options.run.response_timeout,
         options.examples / DEFAULT_EXAMPLES,
         options.search_seconds,
+        allowed(options) * len(options.node_ids),
     )
 
 

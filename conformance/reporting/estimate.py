@@ -8,6 +8,7 @@ tell that are done. Where those of a kind take more or less than that, the other
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from math import inf
 from typing import Self
 
 from conformance.generated.conversations.plan import SEARCH_SECONDS
@@ -102,14 +103,15 @@ class Estimate:
     """The cases of a run, by the process that runs them, as pytest names them.
 
     ``silence`` is its length in seconds. Random cases try ``times`` the usual examples, but
-    no longer than ``search_seconds``. Cases that have the same to do, as those of many devices, are
-    counted together. A process may test several devices at once: then its cases take longer
-    together than the process does.
+    no longer than ``search_seconds``. No more requests are sent than ``most``. Cases that have the
+    same to do, as those of many devices, are counted together. A process may test several devices
+    at once: then its cases take longer together than the process does.
     """
 
     silence: float = 0.0
     times: float = 1.0
     search_seconds: float = SEARCH_SECONDS
+    most: float = inf
     pace: Pace = field(default_factory=Pace)
     selected: int = 0
     done: int = 0
@@ -183,7 +185,9 @@ class Estimate:
             for work, cases in works.items():
                 kinds[work.service].left += cases
                 kinds[work.family].left += cases
-        return max(
+        due = sum(work.answers * works[work] for works in self._left.values() for work in works)
+        part = min(1.0, max(0.0, self.most - self.pace.answers) / due) if due else 1.0
+        return part * max(
             (
                 _seconds(works, fit, kinds, tried) / self._at_once(worker)
                 for worker, works in self._left.items()

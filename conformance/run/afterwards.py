@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum, auto
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import unasked, unsolicited
+from conformance.dialogue.wire import PLAIN_READING
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -26,11 +28,22 @@ class Leaving:
     stray: Sequence[Response] = ()
 
 
-def leave(sdo: Dialogue, *, failed: bool, proves: bool = True) -> Leaving:
+class Proof(Enum):
+    """What proves, behind a case, that the server is idle.
+
+    ANEW: a read of 1000h, whatever the case has shown. FENCE: also one in the case, behind which
+    nothing but ordinary uploads were served. UPLOAD: also an ordinary upload, as the case ends.
+    """
+
+    ANEW = auto()
+    FENCE = auto()
+    UPLOAD = auto()
+
+
+def leave(sdo: Dialogue, *, failed: bool, proof: Proof = Proof.ANEW) -> Leaving:
     """End what the case left open and read 1000h; where that fails, abort and read it again.
 
-    It ``proves`` that the server is idle even if a fence has done that in the case, and ordinary
-    uploads were served behind it.
+    It need not be read if there is a ``proof`` already.
 
     A server that failed the case may have a transfer running that it should not have: it is told
     to end that as well, so that the next case does not meet it.
@@ -38,7 +51,7 @@ def leave(sdo: Dialogue, *, failed: bool, proves: bool = True) -> Leaving:
     sdo.end_transfer()
     if failed:
         sdo.wire.seen.clear()  # who knows what such a server does yet
-    elif not proves and _is_idle(sdo):
+    elif _is_idle(sdo, proof):
         return Leaving(Afterwards.IDLE)
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
@@ -47,9 +60,12 @@ def leave(sdo: Dialogue, *, failed: bool, proves: bool = True) -> Leaving:
     return leaving
 
 
-def _is_idle(sdo: Dialogue) -> bool:
+def _is_idle(sdo: Dialogue, proof: Proof) -> bool:
     wire = sdo.wire
-    return wire.is_proven and not (wire.owed or wire.server_aborted or wire.channel.waiting())
+    uploaded = proof is Proof.UPLOAD and isinstance(wire.last_sent, PLAIN_READING)
+    if not uploaded and (proof is Proof.ANEW or not wire.is_proven):
+        return False
+    return not (wire.owed or wire.server_aborted or wire.channel.waiting())
 
 
 def take_the_rest(sdo: Dialogue) -> None:

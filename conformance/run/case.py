@@ -15,6 +15,7 @@ from inspect import getdoc
 from typing import TypeVar
 
 from conformance.device.eds_listing import Listing
+from conformance.run.further import further
 from conformance.run.risks import Risk, RiskOf
 from conformance.sdo.rules import RULES_BY_ID, Level, Rule, rule_of
 
@@ -53,14 +54,22 @@ class CaseInfo:
             return self.risk if isinstance(self.risk, Risk) else None
         return self.risk(arguments[self.argument])
 
+    def chosen(self, listing: Listing | None = None) -> Mapping[str, object]:
+        """Return the values of the argument by their labels; some depend on what is listed."""
+        return self.values(listing or Listing()) if callable(self.values) else self.values
+
     def variations(self, listing: Listing | None = None) -> list[tuple[str, dict[str, object]]]:
         """Return each case's id and arguments; some depend on what is listed of a device."""
         if self.argument is None:
             return [(self.rule.id, {})]
-        values = self.values(listing or Listing()) if callable(self.values) else self.values
         return [
-            (f"{self.rule.id}[{label}]", {self.argument: value}) for label, value in values.items()
+            (f"{self.rule.id}[{label}]", {self.argument: value})
+            for label, value in self.chosen(listing).items()
         ]
+
+    def further(self, listing: Listing) -> dict[str, int]:
+        """Return the labels of what a run may leave out of very many objects: see ``further``."""
+        return further(self.chosen(listing)) if callable(self.values) else {}
 
 
 def must(

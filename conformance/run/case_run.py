@@ -8,7 +8,7 @@ from conformance.dialogue.causes import Cause, Standing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import Way, leaves
 from conformance.dialogue.tools import CaseTools
-from conformance.run.afterwards import Leaving, leave, shift
+from conformance.run.afterwards import Leaving, Proof, leave, shift
 from conformance.run.judgement import Judgement, Point, confirmed_and_refused, crossing
 from conformance.run.session import MOST_INCIDENTS, DeviceSession, Incident
 from conformance.run.twins import either
@@ -51,12 +51,14 @@ def begin_case(
     cites: tuple[Rule, ...] = (),
     *,
     generated: bool = False,
+    further: bool = False,
     own: bool = False,
 ) -> "CaseRun":
     """Start a case.
 
     ``cites`` are the rules of the registry that it tests; a ``generated`` one need not show what
-    another of its kind has shown. One of the suite's ``own`` takes strings and domains as it finds
+    another of its kind has shown, nor need a ``further`` one of very many show that the server is
+    idle if it ends in an upload. One of the suite's ``own`` takes strings and domains as it finds
     them, and may leave them with another value: see ``Restorer``.
     """
     sdo = session.begin(case_id, rule, as_before=not own)
@@ -69,7 +71,8 @@ def begin_case(
         rule.sentence,
         rules=[each.id for each in cites],
     )
-    return CaseRun(session, sdo, result, Point(rule, cites, generated), leaves_values=own)
+    proof = Proof.UPLOAD if further else Proof.FENCE if generated else Proof.ANEW
+    return CaseRun(session, sdo, result, Point(rule, cites, generated), proof, leaves_values=own)
 
 
 class CaseRun:
@@ -81,6 +84,7 @@ class CaseRun:
         sdo: Dialogue,
         result: CaseResult,
         point: Point,
+        proof: Proof,
         *,
         leaves_values: bool,
     ) -> None:
@@ -89,7 +93,7 @@ class CaseRun:
         self.result = result
         self._session = session
         self._leaves_values = leaves_values
-        self._generated = point.generated
+        self._proof = proof
         self._judgement = Judgement(
             result,
             point,
@@ -230,7 +234,7 @@ class CaseRun:
         self._minor = list(self.sdo.record.minor)
         failed = error is not None or any(found.level is Level.MUST for found in self._minor)
         self.tools.network.end()
-        return leave(self.sdo, failed=failed, proves=not self._generated)
+        return leave(self.sdo, failed=failed, proof=self._proof)
 
     def _judge(self, error: BaseException | None, asked: Request, leaving: Leaving | None) -> None:
         sdo, judgement = self.sdo, self._judgement
