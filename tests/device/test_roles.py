@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from conformance.device.device import Device
+from conformance.device.device import FEW_OBJECTS, Device
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
@@ -133,3 +133,12 @@ def test_nothing_is_written_that_would_stay() -> None:
     with pytest.raises(NotTestable, match="20 bytes would never be"):
         lengths.check_lasting(TEXT, 20)
     lengths.check_lasting(TEXT, 19)
+
+
+def test_some_of_very_many_stand_for_all() -> None:
+    indices = range(0x2000, 0x2000 + 2 * FEW_OBJECTS + 1)
+    of = device([KnownObject(Multiplexer(index), DataType.UNSIGNED16) for index in indices])
+    brief = of.briefly_read()
+    assert FEW_OBJECTS // 2 < len(brief) <= FEW_OBJECTS
+    assert brief[0].index == indices[0]
+    assert brief[-1].index >= indices[-3]

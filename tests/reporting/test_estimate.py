@@ -131,3 +131,15 @@ def test_every_kind_of_case_was_counted() -> None:
 def test_nothing_is_left_of_no_cases() -> None:
     assert Estimate().left() == 0.0
     assert Estimate().part == 0.0
+
+
+def test_no_more_is_foreseen_than_a_run_may_ask() -> None:
+    cases = names()
+    estimate = Estimate(most=100.0)
+    estimate.select(cases)
+    whole = Estimate()
+    whole.select(cases)
+    answers = sum(work_of(name).answers for name in cases)
+    assert estimate.left() == pytest.approx(whole.left() * 100 / answers)
+    estimate.finish(cases[0], Taken(1.0, 100, 0.5))
+    assert estimate.left() == 0.0

@@ -13,9 +13,10 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.run.afterwards import leave
+from conformance.run.afterwards import Proof, leave
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, DownloadSegment, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, UNSOLICITED
@@ -59,6 +60,47 @@ def test_a_server_that_failed_is_told_to_end_what_it_may_think_is_open(failed: b
         assert sdo.fence() == []
     abort = Abort(Multiplexer(0x1008), AbortCode.GENERAL_ERROR).encode()
     assert server.requests == ([READ, abort, READ, READ] if failed else [READ, READ])
+
+
+UPLOADED_WITH = [(Proof.UPLOAD, []), (Proof.FENCE, [READ]), (Proof.ANEW, [READ])]
+
+
+@pytest.mark.parametrize(("proof", "sent"), UPLOADED_WITH)
+def test_an_upload_at_the_end_is_proof_enough_where_it_is_one(
+    proof: Proof, sent: list[bytes]
+) -> None:
+    """Not behind anything else, nor where it was refused."""
+    server = recording()
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        sdo.upload(Multiplexer(0x1008))
+        server.requests.clear()
+        assert leave(sdo, failed=False, proof=proof).afterwards is Afterwards.IDLE
+        assert server.requests == sent
+        sdo.download(TEXT, b"ABC")
+        sdo.upload(TEXT)
+        server.requests.clear()
+        leave(sdo, failed=False, proof=proof)
+        assert server.requests == sent
+        with pytest.raises(ServerAborted):
+            sdo.read(Multiplexer(0x5FFF))
+        server.requests.clear()
+        leave(sdo, failed=False, proof=proof)
+        sdo.initiate_upload(Multiplexer(0x1008))
+        leave(sdo, failed=False, proof=proof)
+        assert server.requests.count(READ) == 2
+        assert server.requests[0] == server.requests[-1] == READ
+
+
+def test_what_comes_behind_an_upload_is_told_of_the_case() -> None:
+    """It would be taken for the answer to what the next case asks."""
+    node = Scripted(lambda data: [BASELINE, OTHER_VALUE] if data == READ else [])
+    with undiscovered(node) as bench:
+        sdo = bench.dialogue()
+        sdo.upload(Multiplexer(0x1000))
+        leaving = leave(sdo, failed=False, proof=Proof.UPLOAD)
+    assert leaving.violation is not None
+    assert leaving.violation.rule is UNSOLICITED
 
 
 def test_an_unsolicited_answer() -> None:
