@@ -66,8 +66,11 @@ class CaseRecord:
         return BEHIND_LAST if any(found.rule is ENDS for found in self.minor) else None
 
     def is_known(self, error: BaseException | None, asked: Request) -> bool:
-        """Say whether a breach has a cause that was met before."""
-        return (
-            isinstance(error, Violation)
-            and self.causes.get(self.cause_of(error, asked)) is not None
+        """Say whether a breach has a cause that was met before, by whatever rule it was told."""
+        if not isinstance(error, Violation):
+            return False
+        request = error.request or asked
+        cause = self.causes.told_as(
+            self.cause_of(error, asked), request, self.rule.id, generated=False
         )
+        return self.causes.get(cause) is not None

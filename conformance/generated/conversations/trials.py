@@ -83,11 +83,12 @@ class Trials:
             converse(conversation, self._objects, self._sdo)
         except Violation as violation:
             violation.request = violation.request or self._sdo.wire.last_sent
-            is_known = self._sdo.record.is_known(violation, self._sdo.wire.last_sent)
+            record, asked = self._sdo.record, self._sdo.wire.last_sent
+            is_known = record.explains() is not None or record.is_known(violation, asked)
             failure = Failure(conversation, violation, self._session.frames, is_known)
             excused = self._sdo.wire.pauses.excuse
             if not is_known:
-                self._left = self._sdo.record.early.way(violation, self._sdo.wire.last_sent)
+                self._left = record.early.way(violation, asked)
             self._recover()
             return None if excused else failure
         except BenchError as error:
