@@ -59,7 +59,9 @@ def reads_in_segments(sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
     """Say whether an ordinary upload brings what a block upload should have brought."""
     sdo.end_transfer()
     with suppress(Violation, ServerAborted):
-        return same_value(known, sdo.upload(known), due)
+        found = sdo.upload_while(known, due)
+        sdo.end_transfer()
+        return same_value(known, found, due)
     sdo.end_transfer()
     return False
 

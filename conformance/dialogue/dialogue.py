@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from conformance.device.device import VERY_LONG
 from conformance.device.known_objects import KnownObject
 from conformance.device.lengths import FEW_SEGMENTS
 from conformance.dialogue.causes import kind_of_answer
@@ -322,7 +323,11 @@ class Dialogue(Transfers):
 
     def expect_read(self, known: KnownObject, due: bytes) -> None:
         """Expect an ordinary upload to bring ``due``; a string may end in 00h."""
-        self._expect_found(known, due, self.upload(known))
+        found = self.upload_while(known, due) if len(due) > VERY_LONG else self.upload(known)
+        if self.tracker.open is not None and not self.record.causes.nothing_is_stored:
+            begins = f"{known} reads {shown(found)}, and was read no further"
+            raise self.breach(f"{known} reads {shown(due)}", begins)
+        self._expect_found(known, due, found)
 
     def _expect_found(self, known: KnownObject, due: bytes, found: bytes) -> None:
         if not same_value(known, found, due):

@@ -131,6 +131,18 @@ class Transfers(Exchange):
         self.wire.seen[mux_of(target)] = data
         return data
 
+    def upload_while(self, target: Target, due: bytes) -> bytes:
+        """Read an object as long as it reads as ``due``.
+
+        Of another value it returns the beginning up to the first segment that differs, and leaves
+        the transfer open there: that saves thousands of requests on a very long one.
+        """
+        with self.served():
+            try:
+                return self.run(_while(self.client.upload(mux_of(target)), due))
+            except _OtherData as other:
+                return other.begun
+
     def of_its_length(self, target: Target, uploaded: Uploaded) -> bytes:
         """Return the bytes that a value of this type has; what came behind them is a breach."""
         known = target if isinstance(target, KnownObject) else self.device.known.get(target)
@@ -273,3 +285,27 @@ class Transfers(Exchange):
         if self.tracker.open is None:
             raise RuntimeError("a segment needs a transfer; send() sends one without")
         return self.tracker.open
+
+
+class _OtherData(Exception):
+    """An upload has brought something else than what is due; it has ``begun`` so."""
+
+    def __init__(self, begun: bytes) -> None:
+        super().__init__()
+        self.begun = begun
+
+
+def _while(
+    upload: Generator[Step, Response, Uploaded], due: bytes
+) -> Generator[Step, Response, bytes]:
+    """Hand on an upload as long as its segments bring what is ``due``; raises _OtherData."""
+    step, length = advance(upload), 0
+    while not isinstance(step, Ended):
+        answer = yield step
+        if isinstance(segment := as_answer(answer), UploadSegmentResponse):
+            begin, length = length, length + len(segment.data)
+            due_here = due[begin:length]
+            if not segment.data.startswith(due_here):
+                raise _OtherData(due[:begin] + segment.data)
+        step = advance(upload, answer)
+    return step.result.data

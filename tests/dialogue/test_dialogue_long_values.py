@@ -4,12 +4,15 @@ import pytest
 from run_bench import DOMAIN, NODE_ID, Recording, discovered
 
 from conformance.device.known_objects import KnownObject
+from conformance.dialogue.causes import OTHER_DATA, Cause
 from conformance.dialogue.long_values import COMPARED, read_in_blocks
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
+from conformance.run.afterwards import leave
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry
+from conformance.sdo.rules import Violation
 
 LONG = bytes(n % 251 for n in range(30_000))
 COMPARED_BYTES = 7 * COMPARED
@@ -67,3 +70,37 @@ def test_a_device_without_block_uploads_is_not_asked_for_all_of_it() -> None:
         sdo.download(known, LONG[:2000], segmented=True)
         assert read_in_blocks(sdo, known.mux) is None
         assert sdo.upload(known) == LONG[:2000]
+
+
+def held(value: bytes) -> Recording:
+    entries = reference_entries(NODE_ID)
+    entries[DOMAIN.mux].value = value
+    return Recording(entries)
+
+
+@pytest.mark.parametrize(
+    ("value", "segments"),
+    [
+        (LONG, -(-len(LONG) // 7)),
+        (LONG[:7000] + b"?" + LONG[7001:], 1001),
+        (b"?" + LONG[1:], 1),
+        (LONG + b"?", -(-len(LONG) // 7)),
+        (LONG[:-1], -(-len(LONG) // 7)),
+    ],
+    ids=["right", "wrong-in-the-middle", "wrong-at-once", "longer", "shorter"],
+)
+def test_another_value_is_read_no_further_than_it_shows(value: bytes, segments: int) -> None:
+    """A value that begins as it should is read to its end, and compared as others are."""
+    server = held(value)
+    with discovered(server) as bench:
+        sdo = bench.dialogue()
+        server.requests.clear()
+        if value == LONG:
+            sdo.expect_read(DOMAIN, LONG)
+        else:
+            with pytest.raises(Violation, match="reads") as differing:
+                sdo.expect_read(DOMAIN, LONG)
+            cause = sdo.record.cause_of(differing.value, sdo.wire.last_sent)
+            assert cause == Cause(sdo.record.rule.id, OTHER_DATA)
+        assert sum(request[0] & 0xEF == 0x60 for request in server.requests) == segments
+        assert leave(sdo, failed=value != LONG).violation is None

@@ -4,9 +4,11 @@ from run_bench import RULE
 
 from conformance.dialogue.causes import NOTHING_SENT
 from conformance.dialogue.record import MOST_NOTED, CaseRecord
-from conformance.sdo.frames import UploadInitiate
+from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import in_words
+from conformance.sdo.frames import Abort, BlockEnd, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import RESERVED, Violation
+from conformance.sdo.rules import NOT_REFUSED, RESERVED, Violation
 
 ASKED = UploadInitiate(Multiplexer(0x1000))
 LATER = UploadInitiate(Multiplexer(0x1018))
@@ -41,3 +43,18 @@ def test_what_is_known_is_known_by_its_cause() -> None:
     cause = record.cause_of(breach(), NOTHING_SENT)
     record.causes.add(cause, "a.case", breach(), aside=False)
     assert record.is_known(breach(), ASKED)
+
+
+def test_a_refusal_is_known_by_whatever_rule_it_was_told() -> None:
+    """By the code, and by what was refused."""
+    mux = Multiplexer(0x2010)
+    record, told = CaseRecord(RULE), in_words(Abort(mux, AbortCode.CRC_ERROR))
+    refused = Violation(NOT_REFUSED, expected="a positive answer", actual=told)
+    refused.request = BlockEnd(0, 3)
+    cause = record.cause_of(refused, NOTHING_SENT)
+    record.causes.add(cause, "a.case", refused, aside=False)
+    own = record.breach("a download to be confirmed", told)
+    assert record.is_known(own, BlockEnd(0, 3))
+    assert not record.is_known(own, ASKED)
+    other = in_words(Abort(mux, AbortCode.GENERAL_ERROR))
+    assert not record.is_known(record.breach("the same", other), BlockEnd(0, 3))
