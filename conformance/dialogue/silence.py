@@ -251,6 +251,17 @@ class Silence:
             return breach.rule is ANSWERED
         return False
 
+    def outlast(self) -> None:
+        """Wait until the device sends nothing more by itself, such as segments of a block.
+
+        No fence shows them, as its answer may come between two of them.
+        """
+        channel = self._wire.channel
+        look = channel.pace.look(channel.response_timeout)
+        for _ in range(MOST_STRAY):
+            if channel.receive(look) is None:
+                break
+
     def drain(self) -> list[CanFrame]:
         """Return the responses that are there though nothing was asked."""
         found: list[CanFrame] = []

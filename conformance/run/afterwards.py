@@ -11,9 +11,12 @@ from conformance.dialogue.wire import PLAIN_READING
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.frames import Response
+from conformance.sdo.frames import BlockAck, BlockUploadStart, Response
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
+
+# A server may answer them with many segments, whether it had to or not.
+ASKS_FOR_SEGMENTS = (BlockUploadStart, BlockAck)
 
 
 @dataclass(slots=True)
@@ -48,6 +51,7 @@ def leave(sdo: Dialogue, *, failed: bool, proof: Proof = Proof.ANEW) -> Leaving:
     A server that failed the case may have a transfer running that it should not have: it is told
     to end that as well, so that the next case does not meet it.
     """
+    asked = sdo.wire.last_sent
     sdo.end_transfer()
     if failed:
         sdo.wire.seen.clear()  # who knows what such a server does yet
@@ -57,6 +61,8 @@ def leave(sdo: Dialogue, *, failed: bool, proof: Proof = Proof.ANEW) -> Leaving:
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
         take_the_rest(sdo)
+    if failed and isinstance(asked, ASKS_FOR_SEGMENTS):
+        sdo.silence.outlast()
     return leaving
 
 

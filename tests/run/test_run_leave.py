@@ -4,6 +4,7 @@ import pytest
 from run_bench import (
     BASELINE,
     HASTY,
+    NODE_ID,
     READ,
     TEXT,
     Recording,
@@ -13,11 +14,21 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.faults.own_clock import AnswersLater
+from conformance.reference.node import Node
 from conformance.run.afterwards import Proof, leave
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.frames import Abort, DownloadSegment, UploadInitiate
+from conformance.sdo.frames import (
+    Abort,
+    BlockAck,
+    BlockUploadStart,
+    DownloadSegment,
+    Request,
+    UploadInitiate,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, UNSOLICITED
 
@@ -101,6 +112,34 @@ def test_what_comes_behind_an_upload_is_told_of_the_case() -> None:
         leaving = leave(sdo, failed=False, proof=Proof.UPLOAD)
     assert leaving.violation is not None
     assert leaving.violation.rule is UNSOLICITED
+
+
+class _Streams(AnswersLater):
+    """Takes a start out of place for that of a block upload, and sends segments one by one."""
+
+    delay = 0.0
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        if frame.data[:1] == b"\xa3":
+            segments = [self.respond(bytes([number, *range(7)])) for number in range(1, 31)]
+            self.held.extend(
+                (self.now + 0.0015 * place, segment) for place, segment in enumerate(segments)
+            )
+            return []
+        return Node.receive(self, frame)
+
+
+@pytest.mark.parametrize("request_", [BlockUploadStart(), BlockAck(1, 127)])
+def test_segments_that_come_one_by_one_are_waited_for_behind_a_failure(request_: Request) -> None:
+    """Between two of them a fence is answered as by an idle server; the next case is not."""
+    with discovered(_Streams(NODE_ID, recording())) as bench:
+        sdo = bench.dialogue()
+        sdo.initiate_download(TEXT, 14)
+        sdo.send(BlockUploadStart())
+        sdo.receive()
+        sdo.wire.last_sent = request_
+        assert leave(sdo, failed=True).afterwards is Afterwards.IDLE
+        assert bench.channel.receive(0.1) is None
 
 
 def test_an_unsolicited_answer() -> None:
