@@ -24,6 +24,7 @@ class Pace:
     """The answers of one device within one run; times are in seconds.
 
     ``total`` is the time to all of them, ``silences`` the number of those that did not come.
+    ``beside`` are the answers on further channels.
     """
 
     def __init__(self) -> None:
@@ -31,6 +32,7 @@ class Pace:
         self.answers = 0
         self.total = 0.0
         self.silences = 0
+        self.beside = 0
         # By the power of two in milliseconds within which they came.
         self._within: Counter[int] = Counter()
         self._latest = 0.0

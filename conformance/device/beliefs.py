@@ -11,15 +11,17 @@ class Beliefs:
 
     ``unreadable`` says why an object could not be read; such an object is never written;
     ``misread`` are those of them that were not refused, ``too_long`` those that have so many bytes
-    that they were not read to the end. ``nowhere`` names entries that the device
-    was seen to lack, as their sub-indices 00h, and whose multiplexers are text. ``answers_twice``:
-    every read is answered twice, and alike, so that it may be two devices with one node-ID.
+    that they were not read to the end. ``passed_over`` are those that were not read because the
+    device has very many. ``nowhere`` names entries that the device was seen to lack, as their
+    sub-indices 00h, and whose multiplexers are text. ``answers_twice``: every read is answered
+    twice, and alike, so that it may be two devices with one node-ID.
     ``all_entries`` are indices of which it was seen to serve sub-indices that they cannot have.
     """
 
     unreadable: dict[Multiplexer, str] = field(default_factory=dict)
     misread: set[Multiplexer] = field(default_factory=set)
     too_long: set[Multiplexer] = field(default_factory=set)
+    passed_over: set[Multiplexer] = field(default_factory=set)
     nowhere: tuple[Multiplexer, ...] = ()
     answers_twice: bool = False
     all_entries: set[int] = field(default_factory=set)

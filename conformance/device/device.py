@@ -1,8 +1,9 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
 from collections import defaultdict
-from collections.abc import Collection
+from collections.abc import Collection, Container, Iterator
 from dataclasses import dataclass, field
+from math import ceil
 
 from conformance.device.beliefs import Beliefs
 from conformance.device.eds_listing import Listing
@@ -16,6 +17,7 @@ from conformance.device.safety import WritePolicy
 from conformance.device.services import Services
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import requests_of_upload
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.storage_commands import COMMANDS
 
@@ -31,6 +33,8 @@ THREE_SEGMENTS = 15
 VERY_LONG = 1000
 # So many objects stand for all of them where none of them is the point.
 FEW_OBJECTS = 100
+# What they are read with at most, in requests.
+FEW_REQUESTS = 1000
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
@@ -120,21 +124,30 @@ class Device:
     def briefly_read(self) -> list[Multiplexer]:
         """Return what of that takes few requests: what is very long is read where that counts.
 
-        Of very many objects it is some from all parts of the dictionary.
+        Of very many objects, or requests, it is some from all parts of the dictionary.
         """
         brief = [mux for mux in self.steady() if len(self.values[mux]) <= VERY_LONG]
-        return brief[:: -(-len(brief) // FEW_OBJECTS) or 1]
+        requests = sum(requests_of_upload(len(self.values[mux])) for mux in brief)
+        return brief[:: max(ceil(len(brief) / FEW_OBJECTS), ceil(requests / FEW_REQUESTS), 1)]
 
     def resettable(self) -> list[KnownObject]:
         """Return what was read, stays until it is written, and goes back in a reset."""
-        return [
-            known
-            for known in self.objects
-            if known.access is Access.RW
-            and known.is_steady
-            and known.mux in self.values
-            and known.mux.index not in (ERROR_LIST, *COMMANDS)
-        ]
+        return [known for known in self._parameters() if known.mux in self.values]
+
+    def lost_in_reset(self, indices: Container[int] | None = None) -> list[KnownObject]:
+        """Return what a reset changes, perhaps, and was not read: very many objects are not.
+
+        That is of all ``indices``, or of some.
+        """
+        over = self.beliefs.passed_over
+        lost = [known for known in self._parameters() if known.mux in over]
+        return [known for known in lost if indices is None or known.mux.index in indices]
+
+    def _parameters(self) -> Iterator[KnownObject]:
+        for known in self.objects:
+            keeps = known.access is Access.RW and known.is_steady
+            if keeps and known.mux.index not in (ERROR_LIST, *COMMANDS):
+                yield known
 
     def may_put_back(self, mux: Multiplexer) -> bool:
         """Say whether an entry may be written with the value that it had before the run."""
@@ -164,6 +177,13 @@ class Device:
         if mux in self.keeping.left or mux in self.keeping.astray:
             return self.keeping.seen.get(mux)
         return self.values.get(mux)
+
+    def requests_due(self) -> int:
+        """Return how many requests it takes to put back and to read what cases have left changed.
+
+        That is without block transfers.
+        """
+        return sum(2 * requests_of_upload(len(self.kept(mux) or b"")) for mux in self.keeping.left)
 
     def will_change(self, mux: Multiplexer) -> None:
         """Note, before it is done, that an entry may be changed."""

@@ -75,6 +75,7 @@ class Network:
         if state is NmtState.INITIALISING:
             if not self._channel.is_default:
                 raise NotTestable("a reset may end this channel: needs the default SDO channel")
+            self._require_kept(command)
             self.expected_boot_ups += 1
             self._booting = True
             self._period = 0.0
@@ -87,6 +88,16 @@ class Network:
         self._sdo.wire.seen.clear()
         self._sent_at = time.monotonic()
         self._channel.send_nmt(NmtMessage(command, self._device.node_id))
+
+    def _require_kept(self, command: NmtCommand) -> None:
+        """Raise NotTestable where a reset may change what could not be put back."""
+        everything = command is NmtCommand.RESET_NODE
+        lost = self._device.lost_in_reset(None if everything else COMMUNICATION_AREA)
+        if lost:
+            raise NotTestable(
+                f"a reset may change {len(lost)} objects of very many that were not read when the "
+                "run began, as that takes too many requests: --sdo-thorough reads them"
+            )
 
     def _expect_reset(self, command: NmtCommand) -> None:
         """Count as written what a reset may change: it is put back after the case."""

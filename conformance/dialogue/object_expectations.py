@@ -44,6 +44,11 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
         why = device.beliefs.unreadable.get(entry.mux, "")
         if entry.mux in device.beliefs.too_long:
             raise NotTestable(f"the object is too long for that: {why}")
+        if entry.mux in device.beliefs.passed_over:
+            raise NotTestable(
+                "the object is one of very many, and was not read when the run began: "
+                "--sdo-thorough reads all"
+            )
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
 

@@ -19,7 +19,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
+from conformance.sdo.limits import requests_of_upload
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
@@ -60,9 +60,8 @@ def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
 def _requests(sdo: Dialogue, known: KnownObject) -> int:
     """Return how many requests it takes to read a parameter: a long one comes in blocks."""
     length = len(sdo.device.values[known.mux])
-    if length <= EXPEDITED_LENGTH or (length > LONG and sdo.device.services.reads_alike):
-        return 1
-    return 1 + -(-length // SEGMENT_LENGTH)
+    in_blocks = length > LONG and sdo.device.services.reads_alike
+    return 1 if in_blocks else requests_of_upload(length)
 
 
 def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
@@ -200,7 +199,13 @@ class Storage:
                 yield known
 
     def _check_all_known(self) -> None:
-        """Raise NotTestable where the defaults would replace what was too long to be read."""
+        """Raise NotTestable where the defaults would replace what was too much to be read."""
+        lost = self._device.lost_in_reset()
+        if lost:
+            raise NotTestable(
+                f"what {lost[0]} and others hold could not be put back: they were not read when "
+                "the run began, as that takes too many requests: --sdo-thorough reads them"
+            )
         for known in self._device.objects:
             if known.mux in self._device.beliefs.too_long and known.access.writable:
                 why = self._device.beliefs.unreadable[known.mux]

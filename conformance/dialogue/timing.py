@@ -61,5 +61,6 @@ class Timing:
 
     def include(self, other: "Timing") -> None:
         """Count as well what was waited for on another channel of the same case."""
+        self._pace.beside += other.answers
         self.waited += other.waited
         self.latency = max(self.latency, other.latency)

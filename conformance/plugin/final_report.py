@@ -230,7 +230,7 @@ class FinalReport:
         ]
         ended = str(session.shouldfail or session.shouldstop or "")
         whys = {result.actual for result in self._state.results}
-        spent = [why for why in (budget.WHY, allowance.WHY) if why in whys]
+        spent = [why for why in (budget.WHY, *allowance.WHYS) if why in whys]
         return ended or (unreached[0].actual if unreached else spent[0] if spent else COMPLETE)
 
     def _about_end(self, session: pytest.Session) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import pytest
 from conformance.bus.errors import BenchError, DeviceLost, NotWritten
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
-from conformance.plugin import allowance
+from conformance.plugin.allowance import RequestsOfRun
 from conformance.plugin.attempts import begin, conclude_tries, is_told, perform
 from conformance.plugin.bench_opening import open_bench
 from conformance.plugin.budget import Budget
@@ -47,6 +47,7 @@ class Performing:
         self._state = state
         self._budget = budget
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
+        self._requests = RequestsOfRun(state.options)
 
     def open(self) -> str:
         """Open the bench; say why the run was stopped meanwhile, empty where it was not.
@@ -92,17 +93,18 @@ class Performing:
             item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, why)
         elif stopped := self._losses[case.node_id].why_not(case.case_id, case.risk):
             item.stash[RESULT] = left_out(case, Verdict.NOT_TESTABLE, stopped)
-        elif isinstance(item, CaseFunction) and self._is_beyond(item):
-            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, allowance.WHY)
+        elif isinstance(item, CaseFunction) and (too_much := self._too_much(item)):
+            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, too_much)
         else:
             return
         pytest.skip(f"{item.stash[RESULT].verdict.value}: {item.stash[RESULT].actual}")
 
-    def _is_beyond(self, item: CaseFunction) -> bool:
-        if not item.further:
-            return False
-        answers = self._state.session(item.node_id).channel.pace.answers
-        return allowance.is_beyond(item, self._state.options, answers)
+    def _too_much(self, item: CaseFunction) -> str:
+        """Say why a case would take too many requests, empty where it would not."""
+        session = self._state.session(item.node_id)
+        pace = session.channel.pace
+        due = session.device.requests_due()
+        return self._requests.why_not(item, pace.answers + pace.beside + due)
 
     def end_stopped(self, item: pytest.Item) -> NoReturn:
         """End a case that a request to stop has interrupted; the run ends with it."""
@@ -122,6 +124,8 @@ class Performing:
         session = state.session(case_of(item).node_id)
         again = partial(begin, session, case_of(item))
         run, error, result = conclude_tries(item, run, error, again)
+        if isinstance(item, CaseFunction):
+            self._requests.take(item, result.answers)
         self._look_after(item, session, result, run)
         account(result, state.options.deviations, strict=state.options.strict)
         result.notes += [

@@ -54,6 +54,11 @@ class CaseInfo:
             return self.risk if isinstance(self.risk, Risk) else None
         return self.risk(arguments[self.argument])
 
+    @property
+    def is_of_listed(self) -> bool:
+        """Whether there is one of it for each of some objects that are listed of a device."""
+        return callable(self.values)
+
     def chosen(self, listing: Listing | None = None) -> Mapping[str, object]:
         """Return the values of the argument by their labels; some depend on what is listed."""
         return self.values(listing or Listing()) if callable(self.values) else self.values
@@ -69,7 +74,7 @@ class CaseInfo:
 
     def further(self, listing: Listing) -> dict[str, int]:
         """Return the labels of what a run may leave out of very many objects: see ``further``."""
-        return further(self.chosen(listing)) if callable(self.values) else {}
+        return further(self.chosen(listing)) if self.is_of_listed else {}
 
 
 def must(

@@ -1,6 +1,7 @@
 """The beginning of a run: does the node answer, what is it, what do the named objects hold?"""
 
 from collections.abc import Callable
+from math import inf
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
@@ -15,6 +16,7 @@ from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.transfers import EXISTS
+from conformance.run.first_reading import FurtherReading, in_order
 from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.losses import ENOUGH
 from conformance.run.object_choices import is_error_place
@@ -130,6 +132,8 @@ def discover(
     causes: Causes | None = None,
     progress: Progress = unseen,
     brings_back: Callable[[], bool] | None = None,
+    *,
+    most_further: float = inf,
 ) -> None:
     """Fill in the device's baseline, identity, texts and the values of its objects.
 
@@ -137,20 +141,21 @@ def discover(
     no EDS lists what there is, the objects that devices commonly have are tried, and the device is
     asked whether it has block uploads: an EDS would not say that either, but its cases ask. What is
     met on the way is added to ``causes``; ``progress`` is told of each object that is read. One
-    that is lost is read on where something ``brings_back`` it. Raises SilentNode when nothing
+    that is lost is read on where something ``brings_back`` it. Of very many objects those are
+    passed over that would take more than ``most_further`` requests. Raises SilentNode when nothing
     answers, TwoDevices where two do, DeviceLost when nothing does any more.
     """
     record_baseline(channel, device)
     look_for_second(channel, device)
     record = CaseRecord(READING, Causes() if causes is None else causes)
     reading = Reading(Dialogue(channel, device, record, 0), brings_back)
-    listed = [one for one in device.objects if one.access.readable and not one.refuses_scan]
-    for number, entry in enumerate(listed):
-        progress(entry, number, len(listed))
-        _learn(reading, entry)
     named = set(device.known)
+    _read_listed(reading, progress, FurtherReading(most_further))
     for entry in _MANDATORY:
-        if entry.mux not in named and (_learn(reading, entry) or entry.mux == DEVICE_TYPE):
+        passed_over = entry.mux in device.beliefs.passed_over
+        if (entry.mux not in named or passed_over) and (
+            _learn(reading, entry) or entry.mux == DEVICE_TYPE
+        ):
             device.known.setdefault(entry.mux, entry)
     if not device.listing.is_complete:
         _try_common(reading, named)
@@ -164,6 +169,18 @@ def discover(
     if device.beliefs.answers_twice:
         record.causes.of_one = Cause(*ANSWERS_TWICE)
     keep_aside(reading.sdo)
+
+
+def _read_listed(reading: Reading, progress: Progress, further: FurtherReading) -> None:
+    device = reading.device
+    listed = in_order(device)
+    for number, entry in enumerate(listed):
+        if further.ends():
+            device.beliefs.passed_over |= {left.mux for left in listed[number:]}
+            return
+        progress(entry, number, len(listed))
+        _learn(reading, entry)
+        further.count(device.values.get(entry.mux, b""))
 
 
 def _seek_nowhere(reading: Reading) -> None:
@@ -242,6 +259,7 @@ def _exchange(channel: Channel, device: Device, request: Message) -> bool:
 
 def _learn(reading: Reading, known: KnownObject) -> bool:
     device = reading.device
+    device.beliefs.passed_over.discard(known.mux)
     for rest in reversed(range(MOST_TRIES)):
         try:
             value = read_whole(reading.sdo, known)

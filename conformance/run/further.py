@@ -24,16 +24,20 @@ def further(chosen: Mapping[str, object]) -> dict[str, int]:
     >>> further(chosen)
     {'100': 1}
     """
+    return {label: place for place, label in enumerate(in_turn(chosen)[ENOUGH:], start=1)}
+
+
+def in_turn(chosen: Mapping[str, object]) -> list[str]:
+    """Return the labels of objects, those of all kinds in turn if they are very many."""
     if len(chosen) <= ENOUGH:
-        return {}
+        return list(chosen)
     of_kind = Counter[object]()
     turns: dict[str, int] = {}
     for label, value in chosen.items():
         kind = _kind(value)
         turns[label] = of_kind[kind]
         of_kind[kind] += 1
-    in_turn = sorted(turns, key=lambda label: turns[label])
-    return {label: place for place, label in enumerate(in_turn[ENOUGH:], start=1)}
+    return sorted(turns, key=lambda label: turns[label])
 
 
 def _kind(value: object) -> object:

@@ -6,3 +6,12 @@ SEGMENT_LENGTH = 7
 """The bytes of a segment."""
 LARGEST_BLOCK = 127
 """The segments of a sub-block."""
+
+
+def requests_of_upload(length: int) -> int:
+    """Return how many requests it takes to read so many bytes, in segments if they are many.
+
+    >>> [requests_of_upload(length) for length in (0, 4, 5, 7, 8)]
+    [1, 1, 2, 2, 3]
+    """
+    return 1 if length <= EXPEDITED_LENGTH else 1 + -(-length // SEGMENT_LENGTH)

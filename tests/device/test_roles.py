@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from conformance.device.device import FEW_OBJECTS, Device
+from conformance.device.device import FEW_OBJECTS, FEW_REQUESTS, VERY_LONG, Device
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
@@ -17,6 +17,7 @@ from conformance.device.roles import (
 )
 from conformance.device.safety import WritePolicy
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import requests_of_upload
 from conformance.sdo.objects import DataType, Habits
 
 NUMBER = KnownObject(Multiplexer(0x2001), DataType.UNSIGNED16)
@@ -142,3 +143,13 @@ def test_some_of_very_many_stand_for_all() -> None:
     assert FEW_OBJECTS // 2 < len(brief) <= FEW_OBJECTS
     assert brief[0].index == indices[0]
     assert brief[-1].index >= indices[-3]
+
+
+def test_some_of_what_takes_very_many_requests_stand_for_all() -> None:
+    few = [KnownObject(Multiplexer(0x2000 + n), DataType.VISIBLE_STRING) for n in range(60)]
+    of = device(few)
+    of.values.update(dict.fromkeys(of.known, bytes(VERY_LONG)))
+    brief = of.briefly_read()
+    of_each = requests_of_upload(VERY_LONG)
+    assert FEW_REQUESTS // 2 < len(brief) * of_each < FEW_REQUESTS + of_each
+    assert brief[0] == few[0].mux

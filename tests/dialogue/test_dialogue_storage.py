@@ -149,6 +149,14 @@ def test_nothing_is_loaded_over_what_was_too_long_to_be_read() -> None:
         assert watched.commands == []
 
 
+def test_nothing_is_loaded_over_what_was_not_read() -> None:
+    with configured() as (bench, watched):
+        bench.device.beliefs.passed_over.add(NUMBER)
+        with pytest.raises(NotTestable, match=r"what 2004h:00 and others hold .* were not read"):
+            CaseTools.of(bench.dialogue()).storage.loaded_defaults()
+        assert watched.commands == []
+
+
 def test_nothing_is_loaded_without_an_eds() -> None:
     with configured() as (bench, watched):
         listing = replace(bench.device.listing, is_complete=False)

@@ -41,7 +41,8 @@ def test_the_first_answer_behind_a_silence_is_late(clock: list[float]) -> None:
 
 
 def test_another_channel_counts_for_the_case(clock: list[float]) -> None:
-    timing, other = Timing(Pace()), Timing(Pace())
+    pace = Pace()
+    timing, other = Timing(pace), Timing(Pace())
     timing.sent()
     timing.received(100.5)
     other.sent()
@@ -51,3 +52,4 @@ def test_another_channel_counts_for_the_case(clock: list[float]) -> None:
     timing.include(other)
     assert (timing.latency, timing.waited) == (0.75, 1.0)
     assert (timing.answers, timing.answering) == (1, 0.5)
+    assert (pace.answers, pace.beside) == (1, 1)

@@ -1,6 +1,8 @@
 """A run takes so many requests at most: of very many objects it leaves some out, and says so."""
 
 import json
+from collections import Counter
+from math import ceil
 from types import SimpleNamespace
 from typing import cast
 
@@ -11,14 +13,15 @@ from conformance.plugin import allowance
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.options import Options
 from conformance.plugin.worth import table
-from conformance.run import further
+from conformance.reporting.workload import work_of
+from conformance.run import first_reading, further
 
 pytest_plugins = ["pytester"]
 
 ENOUGH = 6
 CHOSEN = ("--sdo-simulated", "-k", "test_object_dictionary.py or specifier.unknown")
 # What the run needs of it before its first case, and behind what it may leave out.
-MOST, BEHIND = 1600, 300
+MOST, BEHIND = 1700, 400
 
 
 @pytest.fixture(autouse=True)
@@ -27,6 +30,7 @@ def _very_many(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(further, "ENOUGH", ENOUGH)
     monkeypatch.setattr(allowance, "MOST", MOST)
     monkeypatch.setattr(allowance, "BEHIND", BEHIND)
+    monkeypatch.setattr(allowance, "END", 0)
 
 
 def recorded(pytester: pytest.Pytester) -> list[dict[str, object]]:
@@ -95,13 +99,74 @@ def test_a_defect_among_the_first_is_found_all_the_same(pytester: pytest.Pyteste
     assert result.ret == pytest.ExitCode.TESTS_FAILED
 
 
+def case(name: str, further: int = 0) -> CaseFunction:
+    """Return a case on listed objects, one of ``further`` ones or not."""
+    info = SimpleNamespace(rule=SimpleNamespace(id=name), is_of_listed=True)
+    item = SimpleNamespace(further=further, node_id=5, case=info, nodeid=f"cases/test_x.py::{name}")
+    return cast("CaseFunction", item)
+
+
+def requests_of(parts: int = 1) -> allowance.RequestsOfRun:
+    options = SimpleNamespace(thorough=False, share=SimpleNamespace(parts=parts))
+    return allowance.RequestsOfRun(cast("Options", options))
+
+
 @pytest.mark.parametrize("parts", [1, 4])
 def test_workers_share_what_a_device_may_be_asked(parts: int) -> None:
-    options = SimpleNamespace(thorough=False, share=SimpleNamespace(parts=parts))
-    further_one = SimpleNamespace(further=1)
-    last = (MOST - BEHIND) // parts
-    for answers, beyond in ((last, False), (last + 1, True)):
-        of = cast("CaseFunction", further_one), cast("Options", options)
-        assert allowance.is_beyond(*of, answers) is beyond
-    further_one.further = 0
-    assert not allowance.is_beyond(*of, MOST)
+    requests, last = requests_of(parts), (MOST - BEHIND) // parts
+    assert not requests.why_not(case("od.read", further=1), last)
+    assert requests.why_not(case("od.read", further=1), last + 1) == allowance.WHY
+    assert not requests.why_not(case("od.read"), last + 1)
+
+
+def test_what_a_case_takes_on_all_objects_is_limited() -> None:
+    """Where they have long values: a case that takes some requests on each never comes so far."""
+    requests = requests_of()
+    requests.take(case("od.read"), allowance.MOST_OF_CASE)
+    assert not requests.why_not(case("od.read"), 0)
+    requests.take(case("od.read", further=1), 1)
+    assert not requests.why_not(case("od.read"), 0)
+    requests.take(case("od.read"), 1)
+    assert requests.why_not(case("od.read"), 0) == allowance.WHY_CASE
+    assert not requests.why_not(case("od.write-back"), 0)
+    assert not requests.why_not(case("od.read", further=1), 0)
+
+
+def test_what_would_be_too_much_in_the_end_is_left_out() -> None:
+    """Whatever it is: a case that looks at what the others saw takes none."""
+    requests, due = requests_of(), ceil(work_of("cases/test_x.py::od.read").answers)
+    assert due > 0
+    assert not requests.why_not(case("od.read"), MOST - due)
+    assert requests.why_not(case("od.read"), MOST - due + 1) == allowance.WHY
+
+
+def test_the_last_cases_are_left_out_of_a_run_that_takes_too_much(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(allowance, "MOST", 400)
+    self_test(pytester, *CHOSEN)
+    results = recorded(pytester)
+    run, left = split(results)
+    assert 100 < sum(int(str(each["answers"])) for each in results) <= 400
+    assert left[-1].startswith("specifier.unknown")
+    assert run
+
+
+def test_what_was_not_read_before_is_read_and_not_written(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor is the node reset, as that may change what could not be put back."""
+    monkeypatch.setattr(first_reading, "MOST_FURTHER", 10)
+    monkeypatch.setattr(allowance, "MOST", 60_000)
+    cases = "od.read or od.write-back or nmt.reset-boots"
+    result = self_test(pytester, "--sdo-simulated", "-k", cases)
+    assert result.ret == pytest.ExitCode.OK
+    verdicts: dict[str, Counter[str]] = {}
+    for each in recorded(pytester):
+        of_case = verdicts.setdefault(str(each["case_id"]).partition("[")[0], Counter())
+        of_case[str(each["verdict"])] += 1
+    assert verdicts["od.read"].keys() == {"pass"}
+    assert verdicts["od.read"].total() > 60
+    assert verdicts["od.write-back"].keys() == {"pass", "not testable"}
+    assert verdicts["nmt.reset-boots"] == {"not testable": 2}
+    result.stdout.no_fnmatch_line("*not restored*")

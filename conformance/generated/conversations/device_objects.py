@@ -7,6 +7,7 @@ names, where a download initiate has its multiplexer, an object that may be writ
 import random
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from itertools import islice
 
 from conformance.device.device import IDENTITY_COUNT, VERY_LONG, Device
 from conformance.device.known_objects import KnownObject
@@ -29,6 +30,8 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 
 # Room for much more than a conversation writes: frames may be repeated and inserted.
 ROOMS = (MOST_PLAIN, 64, 20)
+# Each conversation begins with a value in each string and domain that it may be about.
+MOST_TEXTS = 8
 
 
 @dataclass(slots=True)
@@ -127,7 +130,8 @@ def survey(sdo: Dialogue) -> DeviceObjects:
         if known.varies and known.access is Access.RW and known.mux in device.values
     ]
     quick = [known for known in varying if not roles.is_long(known)]
-    rooms = {known.mux: room for known in quick or varying if (room := _room(sdo, known))}
+    having_room = ((known.mux, room) for known in quick or varying if (room := _room(sdo, known)))
+    rooms = dict(islice(having_room, MOST_TEXTS))
     if not rooms:
         raise NotTestable(f"needs a string or domain of {ROOMS[-1]} bytes: name one")
     targets = Targets(

@@ -1,0 +1,183 @@
+"""What is read before the first case: of very many objects as many as a run has requests for."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import inf
+
+import pytest
+from run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
+
+from conformance.device.device import VERY_LONG, Device
+from conformance.device.known_objects import KnownObject, by_multiplexer
+from conformance.device.lacking import NotTestable
+from conformance.device.permits import Permits
+from conformance.device.protected_objects import NMT
+from conformance.dialogue.object_expectations import value_of
+from conformance.dialogue.tools import CaseTools
+from conformance.reference.built_in_device import reference_entries
+from conformance.run import further
+from conformance.run.discovery import discover
+from conformance.run.first_reading import (
+    MOST_FURTHER,
+    MOST_IN_HASTE,
+    FurtherReading,
+    in_order,
+    most_further,
+)
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.objects import Access, DataType, Entry
+
+ENOUGH = 4
+FIRST = 0x3000
+
+
+@pytest.fixture(autouse=True)
+def _very_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(further, "ENOUGH", ENOUGH)
+
+
+def numbers(count: int, access: Access = Access.RW, first: int = FIRST) -> list[KnownObject]:
+    """Return numbers of one kind, side by side."""
+    indices = range(first, first + count)
+    return [KnownObject(Multiplexer(index), DataType.UNSIGNED16, access) for index in indices]
+
+
+def indices(objects: list[KnownObject]) -> list[int]:
+    return [known.mux.index for known in objects]
+
+
+def ordered(objects: list[KnownObject], *named: KnownObject) -> list[int]:
+    device = Device(NODE_ID, by_multiplexer(objects), permits=Permits(named=named))
+    return indices(in_order(device))
+
+
+def test_few_objects_are_read_as_they_are_listed() -> None:
+    few = [*numbers(2, Access.RO), *numbers(2, first=0x2000)]
+    assert ordered(few) == indices(few)
+
+
+def test_what_the_user_has_named_comes_first_and_then_all_kinds() -> None:
+    named, other_kind = numbers(1, first=0x3040)[0], numbers(1, first=0x6000)[0]
+    order = ordered([*numbers(8), other_kind, named], named)
+    assert order[0] == named.mux.index
+    assert other_kind.mux.index in order[:ENOUGH]
+
+
+def test_behind_the_first_comes_what_a_reset_may_change() -> None:
+    behind = ordered([*numbers(20, Access.RO), *numbers(20, first=0x3020)])[ENOUGH:]
+    changing = [index >= 0x3020 for index in behind]
+    assert changing == sorted(changing, reverse=True)
+    assert len(set(changing)) == 2
+
+
+def test_what_is_not_to_be_read_is_not() -> None:
+    write_only, excluded = numbers(1, Access.WO)[0], replace(numbers(1)[0], flags=2)
+    for known in (write_only, excluded):
+        assert ordered([*numbers(8, first=0x2000), known]) == indices(numbers(8, first=0x2000))
+
+
+@pytest.mark.parametrize(
+    ("permits", "most"),
+    [
+        (Permits(), MOST_FURTHER),
+        (Permits(in_haste=True), MOST_IN_HASTE),
+        (Permits(at_length=True), inf),
+    ],
+)
+def test_how_many_requests_there_are(permits: Permits, most: float) -> None:
+    assert most_further(permits) == most
+
+
+def test_the_first_are_read_whatever_they_take() -> None:
+    reading = FurtherReading(3)
+    for _ in range(ENOUGH):
+        assert not reading.ends()
+        reading.count(bytes(VERY_LONG))
+    assert not reading.ends()
+    reading.count(bytes(8))
+    assert reading.ends()
+
+
+def test_nothing_more_than_the_first() -> None:
+    reading = FurtherReading(0)
+    for _ in range(ENOUGH):
+        assert not reading.ends()
+        reading.count(b"")
+    assert reading.ends()
+
+
+@contextmanager
+def of_many(count: int, most: float) -> Iterator[tuple[Workbench, Recording]]:
+    """Get to know a device of so many numbers, and of a text; further ones take ``most`` requests.
+
+    The standard's objects are not listed.
+    """
+    entries = reference_entries(NODE_ID)
+    added = numbers(count)
+    entries |= {known.mux: Entry(b"\1\2", DataType.UNSIGNED16) for known in added}
+    server = Recording(entries)
+    with undiscovered(server, objects=[*added, TEXT]) as bench:
+        bench.device = replace(bench.device, permits=Permits(permissions=frozenset({NMT})))
+        discover(bench.channel, bench.device, most_further=most)
+        yield bench, server
+
+
+def test_very_many_are_passed_over() -> None:
+    with of_many(20, 6) as (bench, _):
+        beliefs, values = bench.device.beliefs, bench.device.values
+        read = [known for known in numbers(20) if known.mux in values]
+        assert len(read) + (TEXT.mux in values) == ENOUGH + 6
+        assert beliefs.passed_over == {known.mux for known in numbers(20)} - values.keys()
+        assert beliefs.unreadable == {}
+        left = next(known for known in numbers(20) if known.mux in beliefs.passed_over)
+        with pytest.raises(NotTestable, match=r"one of very many, and was not read .*thorough"):
+            value_of(bench.device, left)
+        # What every device has is read all the same.
+        assert bench.device.identity["vendor-id"] == "0x5D0C0000"
+
+
+def test_a_list_of_which_all_is_read() -> None:
+    with of_many(20, inf) as (bench, _):
+        assert bench.device.beliefs.passed_over == set()
+        assert {known.mux for known in numbers(20)} <= bench.device.values.keys()
+
+
+def test_the_device_type_is_read_though_the_list_is_cut_short() -> None:
+    listed = [*numbers(20), KnownObject(Multiplexer(0x1018, 1), DataType.UNSIGNED32, Access.CONST)]
+    server = Recording(
+        reference_entries(NODE_ID)
+        | {known.mux: Entry(b"\1\2", DataType.UNSIGNED16) for known in numbers(20)}
+    )
+    # So many of a kind are in turn before it.
+    listed += numbers(ENOUGH, first=0x2F00)
+    with undiscovered(server, objects=listed) as bench:
+        discover(bench.channel, bench.device, most_further=0)
+        assert listed[20].mux in bench.device.values
+        assert bench.device.beliefs.passed_over.isdisjoint(bench.device.values)
+
+
+@pytest.mark.parametrize("command", [NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION])
+def test_no_reset_where_it_changes_what_was_not_read(command: NmtCommand) -> None:
+    """What is no communication parameter stays in a reset of the communication."""
+    with of_many(20, 6) as (bench, server):
+        network = CaseTools.of(bench.dialogue()).network
+        before = len(server.requests)
+        if command is NmtCommand.RESET_COMMUNICATION:
+            network.reset(command)
+            return
+        with pytest.raises(NotTestable, match=r"may change 11 objects of very many .*thorough"):
+            network.reset(command)
+        assert len(server.requests) == before
+        assert network.expected_boot_ups == 0
+
+
+def test_what_a_reset_does_not_change_need_not_be_read() -> None:
+    over = {known.mux for known in numbers(3, Access.RO)}
+    device = Device(NODE_ID, by_multiplexer([*numbers(3, Access.RO), NUMBER]))
+    device.beliefs.passed_over |= over
+    assert device.lost_in_reset() == []
+    device.beliefs.passed_over.add(NUMBER.mux)
+    assert device.lost_in_reset() == [NUMBER]
+    assert device.lost_in_reset(range(0x1000, 0x2000)) == []
