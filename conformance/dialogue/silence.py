@@ -251,16 +251,18 @@ class Silence:
             return breach.rule is ANSWERED
         return False
 
-    def outlast(self) -> None:
-        """Wait until the device sends nothing more by itself, such as segments of a block.
+    def outlast(self) -> list[Response]:
+        """Wait until the device sends nothing more by itself, and return what it has sent.
 
-        No fence shows them, as its answer may come between two of them.
+        No fence shows segments of a block that are sent one by one, as its answer may come between
+        two of them.
         """
-        channel = self._wire.channel
+        wire, channel = self._wire, self._wire.channel
         look = channel.pace.look(channel.response_timeout)
-        for _ in range(MOST_STRAY):
-            if channel.receive(look) is None:
-                break
+        found: list[Response] = []
+        while len(found) < MOST_STRAY and (frame := channel.receive(look)) is not None:
+            found.append(wire.tracker.response(frame.data))
+        return found
 
     def drain(self) -> list[CanFrame]:
         """Return the responses that are there though nothing was asked."""

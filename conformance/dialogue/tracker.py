@@ -41,6 +41,8 @@ CONTINUES: dict[type, tuple[type, ...]] = {
     Unknown: (),
 }
 OUT_OF_PLACE = "what is out of place"
+# A server may answer them with many segments, whether it has to or not.
+ASKS_FOR_SEGMENTS = (BlockUploadStart, BlockAck)
 
 
 class TransferTracker:
@@ -53,6 +55,7 @@ class TransferTracker:
     ``asks_for_segments``. One whose initiate was answered by something else is taken for open: the
     server may wait for segments, and would take whatever comes for one but an abort. ``asked`` has
     words for a request that continues no transfer and begins none; they are empty for any other.
+    ``misplaced`` are those of them that ask for segments, with whether a transfer was open.
     """
 
     def __init__(self) -> None:
@@ -63,6 +66,7 @@ class TransferTracker:
         self.abandoned = False
         self.asks_for_segments = False
         self.asked = ""
+        self.misplaced: set[tuple[type[Request], bool]] = set()
         self._request: Request | None = None
         self._response: Response | None = None
         self._decoder = Decoder()
@@ -75,6 +79,8 @@ class TransferTracker:
         request = self._decoder.request(frame, built)
         self._request = request
         self.asked = OUT_OF_PLACE if self._is_out_of_place(request, frame) else ""
+        if self.asked and isinstance(request, ASKS_FOR_SEGMENTS):
+            self.misplaced.add((type(request), self.open is not None))
         if isinstance(request, ENDING):
             self.abandoned |= self.asks_for_segments and isinstance(request, Abort)
             self.open = None

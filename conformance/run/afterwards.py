@@ -7,16 +7,17 @@ from enum import Enum, auto
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import unasked, unsolicited
+from conformance.dialogue.tracker import ASKS_FOR_SEGMENTS
 from conformance.dialogue.wire import PLAIN_READING
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.frames import BlockAck, BlockUploadStart, Response
+from conformance.sdo.frames import Abort, Response
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
+from conformance.sdo.rules.idle import OUT_OF_BLOCK
 
-# A server may answer them with many segments, whether it had to or not.
-ASKS_FOR_SEGMENTS = (BlockUploadStart, BlockAck)
+STREAMS = (OUT_OF_BLOCK.id, "segments are sent by and by")
 
 
 @dataclass(slots=True)
@@ -55,15 +56,43 @@ def leave(sdo: Dialogue, *, failed: bool, proof: Proof = Proof.ANEW) -> Leaving:
     sdo.end_transfer()
     if failed:
         sdo.wire.seen.clear()  # who knows what such a server does yet
+    elif stream := _stream(sdo):
+        return Leaving(Afterwards.IDLE, _streams(stream), stream)
     elif _is_idle(sdo, proof):
         return Leaving(Afterwards.IDLE)
     leaving = _look(sdo)
     if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
         sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
         take_the_rest(sdo)
-    if failed and isinstance(asked, ASKS_FOR_SEGMENTS):
+    if failed and (isinstance(asked, ASKS_FOR_SEGMENTS) or sdo.tracker.misplaced):
         sdo.silence.outlast()
     return leaving
+
+
+def _stream(sdo: Dialogue) -> list[Response]:
+    """Return what a server goes on to send behind what asks for segments out of place.
+
+    One that was seen to send nothing there is not waited for again.
+    """
+    misplaced, beliefs = sdo.tracker.misplaced, sdo.device.beliefs
+    if misplaced <= beliefs.says_all and not (misplaced and beliefs.streams):
+        return []
+    found = sdo.silence.outlast()
+    beliefs.streams |= _are_segments(found)
+    if not found:
+        beliefs.says_all |= misplaced
+    return found
+
+
+def _are_segments(found: Sequence[Response]) -> bool:
+    return any(not isinstance(response, Abort) for response in found)
+
+
+def _streams(stream: Sequence[Response]) -> Violation:
+    violation = unsolicited(stream, "no further answer")
+    if _are_segments(stream):
+        violation.habit = STREAMS
+    return violation
 
 
 def _is_idle(sdo: Dialogue, proof: Proof) -> bool:

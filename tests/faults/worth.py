@@ -29,7 +29,7 @@ from typing import Any
 import pytest
 from case_runs import AT_THE_END, FAILED, run_cases
 from counting import ByFile, count
-from cover import CATCHERS, Choice, Costs, by_worth
+from cover import CATCHERS, Choice, Costs, by_worth, family_of
 from detection import (
     EXAMPLES_OF_FAULTS,
     HUGE,
@@ -57,6 +57,8 @@ CHEAP = 40
 MOST_VARIATIONS = 3
 # So much more counts a case that fails by a rule that it tests itself.
 OWN = 1.25
+# A value that is written by one of these and read by another is written once.
+ONE_EXCHANGE = ("segmented-upload.size", "segmented-download.size")
 # How often a quick run is made and counted: then its cases cost what they were thought to.
 ROUNDS = 12
 # A device of which nothing may be written.
@@ -297,7 +299,7 @@ def count_early(usual: Catches) -> None:
     rows = kept["cases"]
     order = [case for case in rows if not case.startswith(AT_THE_END)]
     quick = [case for case in order if rows[case][2]]
-    costs = {case: run.requests.get(case) or rows[case][0] for case in order}
+    costs = as_the_first({case: run.requests.get(case) or rows[case][0] for case in order})
     early = early_cases(order, quick, usual, costs, run.total)
     for case, row in rows.items():
         row[3] = int(case in early)
@@ -318,9 +320,25 @@ def costs_of(
     costs = Costs.by(*counted, *quick_runs)
     for requests in quick_runs:
         costs.correct(requests)
-    # One of these writes for the others, whichever comes first.
     costs.each |= {case: max(costs.each.values()) for case in costs.each if HUGE in case}
+    costs.each = as_the_first(costs.each)
     return costs
+
+
+def as_the_first(costs: Mapping[str, int]) -> dict[str, int]:
+    """Let each case on a length cost what it does where it writes the value for the others.
+
+    In a run that is the first of them, whichever it is.
+    """
+    dearest: dict[str, int] = {}
+    for case, requests in costs.items():
+        if family_of(case) in ONE_EXCHANGE:
+            length = case.partition("[")[2]
+            dearest[length] = max(dearest.get(length, 0), requests)
+    return {
+        case: dearest[case.partition("[")[2]] if family_of(case) in ONE_EXCHANGE else requests
+        for case, requests in costs.items()
+    }
 
 
 def cheapest_of_missing(

@@ -14,9 +14,12 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.silence import Silence
+from conformance.faults.catalogue import build_node
 from conformance.faults.own_clock import AnswersLater
 from conformance.reference.node import Node
-from conformance.run.afterwards import Proof, leave
+from conformance.run.afterwards import STREAMS, Proof, leave
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -27,12 +30,14 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     DownloadSegment,
     Request,
+    Response,
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, UNSOLICITED
 
 ABORTED_1000H = Abort(Multiplexer(0x1000), AbortCode.GENERAL_ERROR).encode()
+STREAMING = "block-upload-start-streams-segments"
 OTHER_VALUE = BASELINE[:4] + b"\xff\xff\xff\xff"
 
 
@@ -114,25 +119,10 @@ def test_what_comes_behind_an_upload_is_told_of_the_case() -> None:
     assert leaving.violation.rule is UNSOLICITED
 
 
-class _Streams(AnswersLater):
-    """Takes a start out of place for that of a block upload, and sends segments one by one."""
-
-    delay = 0.0
-
-    def receive(self, frame: CanFrame) -> list[CanFrame]:
-        if frame.data[:1] == b"\xa3":
-            segments = [self.respond(bytes([number, *range(7)])) for number in range(1, 31)]
-            self.held.extend(
-                (self.now + 0.0015 * place, segment) for place, segment in enumerate(segments)
-            )
-            return []
-        return Node.receive(self, frame)
-
-
 @pytest.mark.parametrize("request_", [BlockUploadStart(), BlockAck(1, 127)])
 def test_segments_that_come_one_by_one_are_waited_for_behind_a_failure(request_: Request) -> None:
     """Between two of them a fence is answered as by an idle server; the next case is not."""
-    with discovered(_Streams(NODE_ID, recording())) as bench:
+    with discovered(build_node(STREAMING, NODE_ID)) as bench:
         sdo = bench.dialogue()
         sdo.initiate_download(TEXT, 14)
         sdo.send(BlockUploadStart())
@@ -140,6 +130,73 @@ def test_segments_that_come_one_by_one_are_waited_for_behind_a_failure(request_:
         sdo.wire.last_sent = request_
         assert leave(sdo, failed=True).afterwards is Afterwards.IDLE
         assert bench.channel.receive(0.1) is None
+
+
+def test_segments_that_come_one_by_one_are_told_of_a_case_that_has_not_waited_for_them() -> None:
+    """Each of its cases is told of, though its fence was answered before the first came."""
+    with discovered(build_node(STREAMING, NODE_ID)) as bench:
+        for _ in range(2):
+            sdo = bench.dialogue()
+            sdo.send(BlockUploadStart())
+            sdo.fence()
+            leaving = leave(sdo, failed=False, proof=Proof.FENCE)
+            assert leaving.violation is not None
+            assert leaving.violation.habit == STREAMS
+            assert len(leaving.stray) > 20
+            assert bench.channel.receive(0.1) is None
+
+
+def test_who_sends_no_segments_by_itself_is_waited_for_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """For each request that asks for segments, with a transfer open and without."""
+    waited: list[list[Response]] = []
+    outlast = Silence.outlast
+
+    def counted(silence: Silence) -> list[Response]:
+        waited.append(outlast(silence))
+        return waited[-1]
+
+    monkeypatch.setattr(Silence, "outlast", counted)
+    with discovered(recording()) as bench:
+        for opens in (False, False, True, True):
+            for request_ in (BlockUploadStart(), BlockAck(1, 127)):
+                sdo = bench.dialogue()
+                if opens:
+                    sdo.initiate_download(TEXT, 14)
+                sdo.send(request_)
+                sdo.receive()
+                assert leave(sdo, failed=False).violation is None
+    assert waited == [[]] * 4
+
+
+def test_no_wait_behind_a_block_upload() -> None:
+    with discovered(recording()) as bench:
+        sdo = bench.dialogue()
+        Blocks(sdo).upload(Multiplexer(0x1008))
+        assert not sdo.tracker.misplaced
+        leave(sdo, failed=False)
+        assert not bench.device.beliefs.says_all
+
+
+def test_an_abort_that_comes_late_is_no_stream() -> None:
+    class Late(AnswersLater):
+        delay = 0.0
+
+        def receive(self, frame: CanFrame) -> list[CanFrame]:
+            if frame.data[:1] != b"\xa3":
+                return Node.receive(self, frame)
+            self.held.append((self.now + 0.005, self.respond(ABORTED_1000H)))
+            return []
+
+    with discovered(Late(NODE_ID, recording())) as bench:
+        sdo = bench.dialogue()
+        sdo.send(BlockUploadStart())
+        sdo.fence()
+        leaving = leave(sdo, failed=False)
+        assert leaving.violation is not None
+        assert (leaving.violation.rule, leaving.violation.habit) == (UNSOLICITED, None)
+        assert not bench.device.beliefs.streams
 
 
 def test_an_unsolicited_answer() -> None:

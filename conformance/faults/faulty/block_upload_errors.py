@@ -3,14 +3,18 @@
 from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
+from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import Defect, fault
+from conformance.reference.node import Node
 from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
     BlockDownloadInitiate,
     BlockEndResponse,
+    BlockSegment,
     BlockUploadInitiate,
     BlockUploadStart,
     DownloadInitiate,
@@ -291,3 +295,29 @@ class AnyFrameContinues(Server):
         if isinstance(request, BlockAck):
             return request
         return BlockAck(transfer.sent, min(transfer.block_size, 127))
+
+
+@fault(
+    "block-upload-start-streams-segments",
+    Defect.STATE,
+    "segmented-upload.foreign[block-start-A3h]",
+)
+class StartStreams(AnswersLater):
+    """Sends segments one by one when it gets the start of a block upload that there is not.
+
+    Meanwhile it serves what it is asked.
+    """
+
+    apart = 0.0011
+    """Seconds from one segment to the next."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        is_start = (
+            frame.can_id == self.request_id and frame.data[:1] == BlockUploadStart().encode()[:1]
+        )
+        if not is_start or isinstance(self.server.transfer, BlockUpload):
+            return Node.receive(self, frame)
+        for sequence in range(1, 31):
+            segment = self.respond(BlockSegment(sequence, bytes(SEGMENT_LENGTH)).encode())
+            self.held.append((self.now + self.apart * sequence, segment))
+        return []
