@@ -154,17 +154,15 @@ def run_deviation(
         return run_unusual(deviation, quick=quick)
     run = Run(deviation.name)
     reason, *further = deviation.caught_by
-    if deviation.name in AGAINST_ALL:
-        some = (*scripts(), "-k", f"not {HUGE}") if quick else ()
-        run_fault(deviation, run, *some)
-    elif quick:
+    if quick and deviation.name not in AGAINST_ALL:
         run_named(deviation, run, reason)
     else:
-        run_fault(deviation, run, plugins=[Sieve(deviation, run, proven)])
+        some = (*scripts(), "-k", f"not {HUGE}") if quick else ()
+        sieve = () if deviation.name in AGAINST_ALL else (Sieve(deviation, run, proven),)
+        run_fault(deviation, run, *some, plugins=sieve)
         if not any(case.startswith(reason) for case in run.failed(strict=deviation.soft)):
-            run_named(
-                deviation, run, reason
-            )  # another case has told the cause, and it is told once
+            # Another case has told the cause, and it is told once.
+            run_named(deviation, run, reason)
     for begin in further:
         run_named(deviation, run, begin)
     return run

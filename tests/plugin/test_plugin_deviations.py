@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from plugin_runs import parsed, self_test, the_report
+from plugin_runs import NO_HYPOTHESIS, parsed, self_test, the_report
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation, read_deviations
 from conformance.plugin.exit_code import ExitCode
@@ -49,7 +49,7 @@ def test_what_is_listed_may_fail(pytester: pytest.Pytester) -> None:
 def test_also_in_a_worker(pytester: pytest.Pytester) -> None:
     nodes = ("--node-id=5,9", "-n", "2", "-p", "no:cacheprovider", "--sdo-report-dir=left behind")
     options = ("--self-test", *WRONG, *nodes, listing(pytester, LISTED))
-    result = pytester.runpytest_subprocess(*options)
+    result = pytester.runpytest_subprocess(*NO_HYPOTHESIS, *options)
     assert result.ret == pytest.ExitCode.OK
     assert result.parseoutcomes() == {"xfailed": 2}
 
@@ -97,7 +97,7 @@ def test_a_lost_device_is_not_excused(pytester: pytest.Pytester) -> None:
 def test_a_case_that_does_not_exist(pytester: pytest.Pytester, workers: tuple[str, ...]) -> None:
     listed = listing(pytester, KnownDeviation("upload.identiy", "ticket 5"))
     options = ("--self-test", "-p", "no:cacheprovider", "--sdo-report-dir=left behind", *workers)
-    result = pytester.runpytest_subprocess(*options, listed, "-k", "abort.frame")
+    result = pytester.runpytest_subprocess(*NO_HYPOTHESIS, *options, listed, "-k", "abort.frame")
     assert result.ret == pytest.ExitCode.USAGE_ERROR
     result.stderr.fnmatch_lines(["ERROR: *'upload.identiy'*Did you mean 'upload.identity'?*"])
     assert "passed" not in result.parseoutcomes()
@@ -160,7 +160,7 @@ def test_stale_in_workers(pytester: pytest.Pytester) -> None:
     listed = listing(pytester, KnownDeviation("upload.ident*", "ticket 6"))
     for selection, ret in (("upload.identity", 1), ("abort.frame", 0)):
         options = ("--self-test", *nodes, listed, "-k", selection)
-        assert pytester.runpytest_subprocess(*options).ret == ret
+        assert pytester.runpytest_subprocess(*NO_HYPOTHESIS, *options).ret == ret
 
 
 def test_a_cause_that_any_case_meets(pytester: pytest.Pytester) -> None:

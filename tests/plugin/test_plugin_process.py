@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fragile_server
 import pytest
-from plugin_runs import NODE_ID, hosted, run, the_report
+from plugin_runs import NO_HYPOTHESIS, NODE_ID, hosted, run, the_report
 from socketcand_bus import socketcand
 
 from conformance.faults.catalogue import build_node
@@ -171,7 +171,7 @@ def test_several_programs(pytester: pytest.Pytester) -> None:
     )
     with socketcand() as bus:
         options = ("--node-id=5,9", *bus, fragile(pytester, bus, "{node_id}"))
-        result = pytester.runpytest_subprocess(*options, *chosen)
+        result = pytester.runpytest_subprocess(*NO_HYPOTHESIS, *options, *chosen)
     assert result.ret == pytest.ExitCode.OK
     assert ended(device_log(pytester, 5) + device_log(pytester, 9)) == [True] * 2
 

@@ -1,7 +1,8 @@
 """A bus of another machine, through socketcand: here on the loopback."""
 
 import pytest
-from plugin_runs import NODE_ID, hosted_on, run
+from plugin_runs import NO_HYPOTHESIS, NODE_ID, hosted_on, run
+from selected_files import other_files
 from socketcand_bus import socketcand
 
 from conformance.bus.opening import SOCKETCAND_OPENINGS
@@ -32,9 +33,11 @@ def test_several_devices_on_one_bus(pytester: pytest.Pytester) -> None:
     chosen = ("-k", "abort. or frame.other or frame.one or upload.identity", "-n", "2")
     with socketcand() as bus, hosted_on(bus, build_node(None, 4), build_node(None, 5)):
         result = pytester.runpytest_subprocess(
+            *NO_HYPOTHESIS,
             *("-p", "no:cacheprovider", "--sdo-report-dir=left behind", "--node-id=4,5"),
             *bus,
             *chosen,
+            *other_files(chosen),
         )
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(

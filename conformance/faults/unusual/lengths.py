@@ -253,7 +253,7 @@ class _LongDomain(AlteredObjects):
 
     def alter(self, entry: Entry) -> None:
         if entry.data_type is DataType.DOMAIN:
-            entry.value = bytes(number % 251 for number in range(self.size))
+            entry.value = (bytes(range(251)) * (self.size // 251 + 1))[: self.size]
 
 
 @unusual("domain-of-65536-bytes")
