@@ -14,7 +14,7 @@ WAITING = $(shell expr $(WORKERS) + 1)
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
 
-# The virtual machine with SocketCAN keeps one processor busy, so it runs beside the other tests.
+# What runs with SocketCAN takes one processor at most, so it runs beside the other tests.
 test: $(VENV)/installed-for-tests
 	$(MAKE) --no-print-directory --jobs=2 --output-sync=line tests-on-virtual-buses socketcan
 

@@ -30,8 +30,9 @@ OBJECTS = named(REFERENCE_OBJECTS)
 DURAND_OBJECTS = named(
     known for known in REFERENCE_OBJECTS if known.data_type is not DataType.UNSIGNED24
 )
-# The kernel is emulated and slow, so of what each bus shows alike, the virtual ones too, few cases
-# are run: of frames all, of transfers a long one of each kind, and lost segments of a burst.
+# Asking the kernel for a frame may be slow, so of what each bus shows alike, the virtual ones too,
+# few cases are run: of frames all, of transfers a long one of each kind, and lost segments of a
+# burst.
 FILES = [
     str(path)
     for path in case_files()

@@ -50,7 +50,7 @@ ENDED = "(?:PASSED|FAILED|INFO|NON-STRICT)"
 TOLD = re.compile(rf"^(?:\S*::(?=\S+ {ENDED})|\[gw.* {ENDED} \S*::)(\S+)", re.MULTILINE)
 INTERRUPTED = 2
 MOST_SAID = 12
-# Also where the processor is emulated.
+# Also on a machine that is slow and busy.
 HANGS = 900.0
 GONE_WITHIN = 15.0
 # One run in STARTS is stopped while it is starting, which takes about STARTING seconds.
