@@ -78,6 +78,9 @@ class TransferTracker:
         """
         request = self._decoder.request(frame, built)
         self._request = request
+        if isinstance(request, BlockSegment):  # thousands, which end nothing, nor are they answered
+            self.asked = ""
+            return request
         self.asked = OUT_OF_PLACE if self._is_out_of_place(request, frame) else ""
         if self.asked and isinstance(request, ASKS_FOR_SEGMENTS):
             self.misplaced.add((type(request), self.open is not None))
