@@ -2,8 +2,8 @@
 
 from random import Random
 
+from catches import OWN
 from cover import Choice, Costs, by_worth
-from worth import OWN
 
 
 def chosen(caught: dict[str, set[str]], costs: Costs, budget: int) -> list[str]:

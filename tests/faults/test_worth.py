@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from catches import candidates
 from early import risks
-from worth import candidates
 
 from conformance.faults.catalogue import faults
 from conformance.faults.registry import About, Defect
