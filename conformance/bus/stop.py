@@ -34,19 +34,6 @@ class Stop:
         """Call ``listener`` at each request; it may come at any moment."""
         self._listeners.append(listener)
 
-    def for_thread(self) -> "Stop":
-        """Return one that is told of the same requests, for what another thread does."""
-        its = Stop()
-
-        def follow() -> None:
-            if self.requests > its.requests:
-                its.requests = self.requests - 1
-                its.request(self.by)
-
-        self.when_requested(follow)
-        follow()
-        return its
-
     @property
     def reason(self) -> str:
         """Why the run ends, as a part of a sentence."""

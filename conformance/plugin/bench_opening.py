@@ -11,7 +11,6 @@ from conformance.bus.link import Captured
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.hosting import simulated_bus, virtual_host
 from conformance.plugin.about import about_device
-from conformance.plugin.one_processor import one_processor
 from conformance.plugin.options import Options
 from conformance.plugin.state import RunState
 from conformance.plugin.time_left import DiscoveryProgress
@@ -103,4 +102,4 @@ def _built_in(
         )
         for node_id in run.node_ids
     ]
-    return [one_processor(), *hosts], open_bus
+    return [*hosts], open_bus

@@ -10,7 +10,7 @@ from collections.abc import Generator, Sequence
 import pytest
 
 from conformance.plugin.items import judges_run
-from conformance.plugin.state import RESULT, case_of, is_ahead, left_out, uses_device
+from conformance.plugin.state import RESULT, case_of, left_out, uses_device
 from conformance.reporting.estimate import Estimate, Taken
 from conformance.run.verdict import Verdict
 
@@ -58,7 +58,7 @@ class Budget:
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Leave out a case that would take too long."""
-        if uses_device(item) and not is_ahead(item):
+        if uses_device(item):
             self.check(item)
 
     @pytest.hookimpl(wrapper=True)
@@ -66,6 +66,6 @@ class Budget:
         """Take how long a case has taken."""
         begin = time.monotonic()
         outcome = yield
-        if uses_device(item) and not is_ahead(item):
+        if uses_device(item):
             self.take(item, time.monotonic() - begin)
         return outcome

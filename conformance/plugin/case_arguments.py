@@ -20,7 +20,7 @@ from conformance.generated.conversations.search import Search
 from conformance.generated.conversations.store import FailingStore
 from conformance.plugin.attempts import begin
 from conformance.plugin.items import CaseFunction
-from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of, is_ahead
+from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
 from conformance.run.case_run import CaseRun
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
@@ -49,13 +49,13 @@ class CaseArguments:
     @pytest.hookimpl(trylast=True)
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
         """Give a case of the suite what it asks for, behind the fixtures of everybody else."""
-        if isinstance(item, CaseFunction) and item.is_own and not is_ahead(item):
+        if isinstance(item, CaseFunction) and item.is_own:
             give_arguments(item)
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item: pytest.Item) -> None:
         """End a case that has begun and was not performed: what was written is put back."""
-        if isinstance(item, CaseFunction) and item.is_own and not is_ahead(item):
+        if isinstance(item, CaseFunction) and item.is_own:
             take_arguments(item)
 
 
@@ -92,8 +92,7 @@ def session_of(item: pytest.Item) -> DeviceSession:
         raise pytest.UsageError(
             "This test needs a device: name it with --node-id=N, or use --self-test."
         )
-    node_id = case_of(item).node_id
-    return state.of(node_id).session(node_id)
+    return state.session(case_of(item).node_id)
 
 
 def or_skip(find: Callable[[], Found]) -> Found:
@@ -115,7 +114,7 @@ def end_unperformed(item: pytest.Item) -> None:
 def search(item: pytest.Item, run: CaseRun) -> Search:
     """Return random conversations with the device, as many as --sdo-examples says."""
     case = case_of(item)
-    state = item.config.stash[STATE].of(case.node_id)
+    state = item.config.stash[STATE]
     options, left = state.options, max(state.seconds_left(case.node_id), 0.0)
     folder = options.report_dir / "failing"
     store = FailingStore.of(folder, case.node_id, case.case_id)

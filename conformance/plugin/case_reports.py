@@ -5,7 +5,6 @@ from collections.abc import Generator
 import pytest
 
 from conformance.bus.errors import BenchError, SuiteError
-from conformance.plugin.ahead import PERFORMED
 from conformance.plugin.failure import CaseFailed, as_pytest_shows
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.outcome import attach, attach_not_run
@@ -54,17 +53,13 @@ class CaseReports:
         if isinstance(error, BenchError):
             self._state.findings.bench_errors.append(error)
             report.longrepr = str(error)
-        performed = item.stash.get(PERFORMED, None)
-        told = performed is None or call.when == performed.phase
-        if performed is None and (call.when == "call" or isinstance(error, BenchError)):
+        if call.when == "call" or isinstance(error, BenchError):
             self._state.heed(error)
-        if performed is not None and told:
-            report.duration = performed.seconds  # not for how long it was waited for
         result = item.stash.get(RESULT, None)
-        if result is None or call.when == "teardown" or not told:
+        if result is None or call.when == "teardown":
             return report
         report.conformance = result.as_dict()  # type: ignore[attr-defined]
-        place = performed.place if performed is not None else self._place()
+        place = self._place()
         if place is not None:
             report.conformance_frames = as_values(place)  # type: ignore[attr-defined]
         if report.skipped and isinstance(item, CaseFunction):

@@ -17,7 +17,6 @@ from conformance.plugin.items import (
 from conformance.plugin.marks import check_expression, mark
 from conformance.plugin.quick import beyond_quick, quick_properties
 from conformance.plugin.selection import NAMED, is_beside
-from conformance.plugin.side_by_side import spread
 from conformance.plugin.state import STATE, RunState, is_left_to
 from conformance.plugin.time_left import say
 from conformance.run.case import case_info
@@ -88,10 +87,9 @@ class Collecting:
             _deselect(config, items, left_out)
         items[:] = ordered(items, as_files=config.option.collectonly)
         if state is not None and state.options.share.worker:
-            mine = [
+            items[:] = [
                 item for place, item in enumerate(items) if is_left_to(state.options, item, place)
             ]
-            items[:] = spread(mine, state.options.node_ids)
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Where -k chooses nothing, say so of cases that a thorough run would have."""

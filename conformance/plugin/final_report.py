@@ -269,8 +269,8 @@ class FinalReport:
 
     def _logs_of_workers(self, controller: Controller) -> list[Path]:
         # One that has not ended is writing still.
-        parts = map(self._state.bus_logs_of, sorted(controller.finished))
-        return [log for logs in parts for log in logs]
+        logs = map(self._state.bus_log_of, sorted(controller.finished))
+        return [log for log in logs if log.is_file()]
 
     def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""

@@ -3,13 +3,11 @@
 What is collected is in ``collecting``, what happens in a run in ``running``.
 """
 
-import os
 from collections.abc import Generator
 
 import pytest
 
 from conformance import __version__
-from conformance.plugin.ahead import nobody_between
 from conformance.plugin.arguments import add_options, check_names
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import CaseArguments
@@ -18,11 +16,8 @@ from conformance.plugin.collecting import Collecting
 from conformance.plugin.deviation_scope import DeviationScope
 from conformance.plugin.final_report import FinalReport
 from conformance.plugin.fixtures import Fixtures
-from conformance.plugin.garbage import Garbage
-from conformance.plugin.joined_reports import Parting
 from conformance.plugin.marks import MARKS
 from conformance.plugin.options import read_options
-from conformance.plugin.packed_reports import Packing, Unpacking
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, read_arguments
@@ -64,7 +59,6 @@ def pytest_configure(config: pytest.Config) -> None:
     options = read_options(config)
     if options is None:
         return
-    config.pluginmanager.register(Garbage(), "conformance-garbage")
     state = RunState(options)
     config.stash[STATE] = state
     controller = None
@@ -78,10 +72,6 @@ def pytest_configure(config: pytest.Config) -> None:
             divisible=options.self_test,
         )
         config.pluginmanager.register(controller, "conformance-controller")
-        config.pluginmanager.register(Unpacking(), "conformance-unpacking")
-        config.pluginmanager.register(Parting(config), "conformance-parting")
-    if options.share.worker:
-        config.pluginmanager.register(Packing(), "conformance-packing")
     if not options.share.worker:
         failures = PrintedFailures(state)
         config.pluginmanager.register(failures, "conformance-printed-failures")
@@ -92,13 +82,12 @@ def pytest_configure(config: pytest.Config) -> None:
         time_left = TimeLeft(config, estimate_for(options), options.budget)
         config.pluginmanager.register(time_left, "conformance-time-left")
     if controller is None:
-        budget = None
         if options.budget is not None:
             budget = Budget(options.budget, options.run.node_ids, estimate_for(options))
             state.seconds_left = budget.left
             config.pluginmanager.register(budget, "conformance-budget")
         config.pluginmanager.register(DeviationScope(state), "conformance-deviation-scope")
-        config.pluginmanager.register(Running(config, state, budget), "conformance-running")
+        config.pluginmanager.register(Running(config, state), "conformance-running")
         config.pluginmanager.register(CaseReports(state), "conformance-case-reports")
     # The last one is the innermost: what it raises is met by those before.
     config.pluginmanager.register(Stopping(state.stop, options.share), "conformance-stopping")
@@ -146,13 +135,6 @@ def _objects(run: RunSettings) -> str:
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Let ``-n auto`` mean a worker for each device: devices are waited for most of the time.
-
-    Where a worker tests all of its own at once, more of them than processors only cost time.
-    """
+    """Let ``-n auto`` mean a worker for each device: devices are waited for most of the time."""
     node_ids = config.getoption("node_id")
-    if not node_ids:
-        return None
-    suite_alone = config.args_source is not pytest.Config.ArgsSource.ARGS and config.stash[ASKED]
-    at_once = suite_alone and nobody_between(config)
-    return min(len(node_ids), os.cpu_count() or 1) if at_once else len(node_ids)
+    return len(node_ids) if node_ids else None

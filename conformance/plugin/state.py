@@ -38,8 +38,7 @@ class RunState:
     others may come while the next device is tested. What was ``discovered`` of the devices goes
     with the first report. ``stop`` is told of the signals that end a run. ``seconds_left`` says for
     how long a device, by its node-ID, may be tested yet. The cases that are ``reserved`` for a
-    thorough run are no part of this one. Devices that are tested at once within this process have
-    ``parts`` of their own, by node-ID.
+    thorough run are no part of this one.
     """
 
     options: Options
@@ -54,7 +53,6 @@ class RunState:
     judged_late_answers: Counter[int] = field(default_factory=Counter)
     full_in_a_row: int = 0
     reserved: list[CaseInfo] = field(default_factory=list)
-    parts: dict[int, "RunState"] = field(default_factory=dict)
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     @property
@@ -75,12 +73,6 @@ class RunState:
         """Where a worker writes its frames; without a name, the one log of a run."""
         return self.report_dir / (f"bus-{worker}.log" if worker else "bus.log")
 
-    def bus_logs_of(self, worker: str) -> list[Path]:
-        """Return the logs that a worker has written: one, or one for each of its devices."""
-        whole = self.bus_log_of(worker)
-        parts = sorted(self.report_dir.glob(whole.with_stem(f"{whole.stem}-*").name))
-        return [whole, *parts] if whole.is_file() else parts
-
     @property
     def journal(self) -> Path:
         """Where this process writes what it changes."""
@@ -100,10 +92,6 @@ class RunState:
         self.full_in_a_row = self.full_in_a_row + 1 if full else 0
         if self.full_in_a_row >= MOST_FULL:
             self.leave_out_all("no frame leaves the interface: its transmit buffer stays full")
-
-    def of(self, node_id: int) -> "RunState":
-        """Return what is kept of a device."""
-        return self.parts.get(node_id, self)
 
     def session(self, node_id: int) -> DeviceSession:
         """Return the session of a device; the bench is open by then."""
@@ -156,12 +144,6 @@ class ItemCase:
 
 
 CASE = pytest.StashKey[ItemCase]()
-
-
-def is_ahead(item: pytest.Item) -> bool:
-    """Say whether a test is performed ahead of pytest, beside those of other devices."""
-    state = item.config.stash.get(STATE, None)
-    return state is not None and uses_device(item) and case_of(item).node_id in state.parts
 
 
 def uses_device(item: pytest.Item) -> bool:

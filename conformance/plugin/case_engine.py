@@ -10,12 +10,8 @@ import pytest
 from conformance.bus.errors import BenchError, DeviceLost, NotWritten
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
-from conformance.plugin.allowance import RequestsOfRun
-from conformance.plugin.attempts import begin, conclude_tries, is_told, perform
+from conformance.plugin.attempts import begin, conclude_tries, is_told
 from conformance.plugin.bench_opening import open_bench
-from conformance.plugin.budget import Budget
-from conformance.plugin.case_arguments import give_arguments
-from conformance.plugin.items import CaseFunction
 from conformance.plugin.outcome import attach, end_with
 from conformance.plugin.state import (
     CASE_RUN,
@@ -36,18 +32,14 @@ from conformance.run.verdict import Afterwards, CaseResult, Verdict
 LATE_ANSWERS = "run.no-late-response"
 
 
-class Performing:
+class CaseEngine:
     """The cases of a bench, from its opening to its end."""
 
-    def __init__(
-        self, config: pytest.Config, state: RunState, budget: Budget | None = None
-    ) -> None:
-        """Take the ``state``, and the time that the cases may take; nothing is opened yet."""
+    def __init__(self, config: pytest.Config, state: RunState) -> None:
+        """Take the ``state``; nothing is opened yet."""
         self._config = config
         self._state = state
-        self._budget = budget
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
-        self._requests = RequestsOfRun(state.options)
 
     def open(self) -> str:
         """Open the bench; say why the run was stopped meanwhile, empty where it was not.
@@ -67,21 +59,6 @@ class Performing:
 
     # A case
 
-    def set_up(self, item: CaseFunction) -> None:
-        """Give a case of the suite what it asks for, or skip it; raises RunStopped."""
-        self.admit(item)
-        if self._budget is not None:
-            self._budget.check(item)
-        give_arguments(item)
-
-    def call(self, item: CaseFunction) -> None:
-        """Call the function of a case of the suite, and judge it; raises RunStopped."""
-        run = item.stash.get(CASE_RUN, None)
-        if run is None:
-            item.obj()
-        else:
-            self.judge(item, run, perform(item, run))
-
     def admit(self, item: pytest.Item) -> None:
         """Skip the cases of a device that is out of the run, and those that would stop it again.
 
@@ -93,18 +70,9 @@ class Performing:
             item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, why)
         elif stopped := self._losses[case.node_id].why_not(case.case_id, case.risk):
             item.stash[RESULT] = left_out(case, Verdict.NOT_TESTABLE, stopped)
-        elif isinstance(item, CaseFunction) and (too_much := self._too_much(item)):
-            item.stash[RESULT] = left_out(case, Verdict.NOT_RUN, too_much)
         else:
             return
         pytest.skip(f"{item.stash[RESULT].verdict.value}: {item.stash[RESULT].actual}")
-
-    def _too_much(self, item: CaseFunction) -> str:
-        """Say why a case would take too many requests, empty where it would not."""
-        session = self._state.session(item.node_id)
-        pace = session.channel.pace
-        due = session.device.requests_due()
-        return self._requests.why_not(item, pace.answers + pace.beside + due)
 
     def end_stopped(self, item: pytest.Item) -> NoReturn:
         """End a case that a request to stop has interrupted; the run ends with it."""
@@ -124,8 +92,6 @@ class Performing:
         session = state.session(case_of(item).node_id)
         again = partial(begin, session, case_of(item))
         run, error, result = conclude_tries(item, run, error, again)
-        if isinstance(item, CaseFunction):
-            self._requests.take(item, result.answers)
         self._look_after(item, session, result, run)
         account(result, state.options.deviations, strict=state.options.strict)
         result.notes += [

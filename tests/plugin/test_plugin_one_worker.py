@@ -1,4 +1,4 @@
-"""Several devices of one worker: tested at once, each by a thread, and reported as in turn."""
+"""Several devices of one worker: tested in turn, and reported as in a run without workers."""
 
 import json
 import os
@@ -22,7 +22,6 @@ from conformance.plugin.exit_code import ExitCode
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
 from conformance.reference.server import Server
-from conformance.run.case_files import CASES
 from conformance.run.verdict import Verdict
 from conformance.sdo.can_frame import CanFrame
 
@@ -61,42 +60,29 @@ def verdicts(folder: Path) -> dict[int, list[tuple[str, str, str]]]:
     }
 
 
-def asked_at(folder: Path) -> dict[str, list[float]]:
-    """Return when each device was asked, by the CAN-ID of its channel."""
-    times = defaultdict(list)
-    for line in (folder / "bus.log").read_text(encoding="utf-8").splitlines():
-        if match := re.match(r"\((\d+\.\d+)\) \S+ (6\w\w)#.* T$", line):
-            times[match[2]].append(float(match[1]))
-    return dict(times)
+def nodes_in_order(folder: Path) -> list[int]:
+    """Return the node-IDs of the cases, in the order in which they were run."""
+    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
+    records = [json.loads(line) for line in lines]
+    return [each["result"]["node_id"] for each in records if each["record"] == "case"]
 
 
-def test_all_are_tested_at_once_with_the_same_results(pytester: pytest.Pytester) -> None:
-    slow = ("--self-test", "--node-id=5,9,12", WRONG, "--sdo-answer-delay=0.005", *CHOSEN)
-    result = one_worker(pytester, *slow, "-v")
+def test_a_worker_tests_its_devices_in_turn(pytester: pytest.Pytester) -> None:
+    chosen = ("--self-test", "--node-id=5,9,12", WRONG, *CHOSEN)
+    result = one_worker(pytester, *chosen, "-v")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     folder = the_report(pytester)
     assert not list(folder.glob("not-restored*"))
     assert [log.name for log in folder.glob("bus*")] == ["bus.log"]
-    times = asked_at(folder)
-    assert set(times) >= {"605", "609", "60C"}
-    assert max(min(times[each]) for each in times) < min(max(times[each]) for each in times)
-    at_once, sent = verdicts(folder), {each: len(times[each]) for each in times}
-    folder.rename(pytester.path / "at once")
-    in_turn = self_test(pytester, *slow)
-    assert at_once == verdicts(the_report(pytester))
-    assert sent == {each: len(found) for each, found in asked_at(the_report(pytester)).items()}
+    nodes = nodes_in_order(folder)
+    assert nodes == sorted(nodes)
+    by_worker = verdicts(folder)
+    folder.rename(pytester.path / "one worker")
+    in_turn = self_test(pytester, *chosen)
+    assert by_worker == verdicts(the_report(pytester))
     expected = in_turn.parseoutcomes()
     expected.pop("deselected")
     assert result.parseoutcomes() == expected
-
-
-def test_a_case_says_how_long_it_took(pytester: pytest.Pytester) -> None:
-    """Not how long it was waited for: it had ended by then, or others were waited for."""
-    slow = ("--self-test", TWO, "--sdo-answer-delay=0.05", "-k", "upload.identity", "--durations=0")
-    result = one_worker(pytester, *slow, "-vv")
-    taken = [float(each) for each in re.findall(r"([\d.]+)s call", result.stdout.str())]
-    assert len(taken) == 2
-    assert min(taken) >= 0.05
 
 
 KEPT_AWAY = {
@@ -151,38 +137,6 @@ def test_what_a_project_keeps_from_being_run_is_not_run(
     assert not re.search(r" 60\d#FF\S* T$", log, re.MULTILINE)
 
 
-def nodes_in_order(folder: Path) -> list[int]:
-    """Return the node-IDs of the cases, in the order in which they were run."""
-    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
-    records = [json.loads(line) for line in lines]
-    return [each["result"]["node_id"] for each in records if each["record"] == "case"]
-
-
-ABORTS = ("--self-test", "--sdo-simulated", TWO, "-k", "abort")
-IN_TURN = {
-    "maxfail": ("-x",),
-    "own-tests": (str(CASES / "test_abort.py"), "test_mine.py"),
-    "log": ("--log-level=DEBUG",),
-}
-
-
-def test_devices_come_as_they_go_on(pytester: pytest.Pytester) -> None:
-    assert one_worker(pytester, *ABORTS).ret == pytest.ExitCode.OK
-    mixed = nodes_in_order(the_report(pytester))
-    assert mixed != sorted(mixed)
-
-
-@pytest.mark.parametrize("way", IN_TURN)
-def test_devices_come_in_turn_where_one_could_stand_between(
-    pytester: pytest.Pytester, way: str
-) -> None:
-    pytester.makepyfile(test_mine="def test_abort(): pass")
-    assert one_worker(pytester, *ABORTS, *IN_TURN[way]).ret == pytest.ExitCode.OK
-    in_turn = nodes_in_order(the_report(pytester))
-    assert len(set(in_turn)) == 2
-    assert in_turn == sorted(in_turn)
-
-
 def test_the_first_failure_ends_a_worker(pytester: pytest.Pytester) -> None:
     """Nothing more is sent to any of its devices."""
     chosen = ("--self-test", TWO, WRONG, "-x", "-k", "abort or upload.identity")
@@ -234,31 +188,21 @@ def test_a_silent_device_leaves_the_others_alone(pytester: pytest.Pytester) -> N
 
 
 class Remembering(Node):
-    """Tells when an object holds another value than before, and when it was asked ``many`` times.
+    """Says when an object holds another value than before."""
 
-    At the first such value it may be kept from answering.
-    """
-
-    def __init__(self, node_id: int, many: int = 600) -> None:
+    def __init__(self, node_id: int) -> None:
         self.objects = reference_device(node_id)
         super().__init__(node_id, Server(self.objects))
         self.before = self.values()
-        self.written, self.asked_much = threading.Event(), threading.Event()
-        self.goes_on = threading.Event()
-        self.goes_on.set()
-        self._left = many
+        self.written = threading.Event()
 
     def values(self) -> dict[str, bytes]:
         return {str(mux): entry.value for mux, entry in self.objects.items()}
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         answers = super().receive(frame)
-        if not self.written.is_set() and self.values() != self.before:
+        if self.values() != self.before:
             self.written.set()
-            self.goes_on.wait(HANGS)
-        self._left -= frame.can_id == 0x600 + self.node_id
-        if not self._left:
-            self.asked_much.set()
         return answers
 
 
@@ -311,21 +255,6 @@ def test_a_run_that_is_stopped_puts_back_what_each_has_changed(
 ) -> None:
     nodes = [Remembering(node_id) for node_id in NODES]
     with stopped(pytester, nodes) as (process, said):
-        for node in nodes:
-            assert node.written.wait(HANGS)
+        assert nodes[0].written.wait(HANGS)
         os.killpg(process.pid, by)
     assert told(said) <= passed(the_report(pytester))
-
-
-def test_what_was_found_is_recorded_though_pytest_has_not_come_to_it(
-    pytester: pytest.Pytester,
-) -> None:
-    """One device keeps pytest waiting; the others go on meanwhile."""
-    slow, fast = nodes = [Remembering(node_id) for node_id in (5, 9)]
-    slow.goes_on.clear()
-    with stopped(pytester, nodes) as (process, said):
-        assert fast.asked_much.wait(HANGS)
-        assert slow.written.wait(HANGS)
-        os.killpg(process.pid, signal.SIGTERM)
-        slow.goes_on.set()
-    assert told(said) < passed(the_report(pytester))
