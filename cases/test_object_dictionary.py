@@ -41,8 +41,15 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
+from conformance.sdo.rules import Violation
 from conformance.sdo.rules.download_initiates import TOO_LONG, TOO_SHORT
-from conformance.sdo.rules.idle import NO_DATA, READ_ONLY, SUB_INDEX_MISSING, WRITE_ONLY
+from conformance.sdo.rules.idle import (
+    EMPTY_PLACE,
+    NO_DATA,
+    READ_ONLY,
+    SUB_INDEX_MISSING,
+    WRITE_ONLY,
+)
 from conformance.sdo.rules.object_dictionary import STRUCTURE_ENTRY
 
 BLOCK_UPLOAD = "7.2.4.3.13"
@@ -89,7 +96,7 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
         raise sdo.breach(f"{entry.title} between {entry.low} and {entry.high}", shown(data))
 
 
-@must("od.default", "dictionary.default", entry=choose.fixed)
+@must("od.default", "dictionary.default", "dictionary.stated-text", entry=choose.fixed)
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     """What never changes has the value that the EDS states."""
     sdo.expect_stated(entry, entry.default or b"")
@@ -143,20 +150,37 @@ def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
         )
 
 
-@must("od.error-list", "object.no-data", clause="7.5.2.4", entry=choose.error_places)
+@must(
+    "od.error-list",
+    "object.no-data",
+    "object.empty-place",
+    clause="7.5.2.4",
+    entry=choose.error_places,
+)
 def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
-    """A place of the error list (1003h) reads as 4 bytes if it holds an error, else not at all."""
+    """A place of the error list (1003h) reads as 4 bytes if it holds an error, else not at all.
+
+    To read an empty place as 0 breaks a SHOULD.
+    """
     count = int.from_bytes(sdo.upload(Multiplexer(ERROR_LIST)), "little")
     sdo.send(UploadInitiate(entry.mux))
-    if entry.mux.sub_index > count:
+    answer = sdo.receive()
+    is_empty = entry.mux.sub_index > count
+    if is_empty and isinstance(answer, Abort):
         # Which code says so is a NOTE; devices after earlier editions have no such sub-index.
         earlier = (AbortCode.SUB_INDEX_MISSING,)
-        sdo.expect_abort(*NO_DATA.codes, of=entry, tolerated=earlier)
+        sdo.take_abort(answer, NO_DATA.codes, entry, earlier)
         return
-    response = sdo.checks.upload_initiate(sdo.receive(), entry.mux)
+    response = sdo.checks.upload_initiate(answer, entry.mux)
     data = sdo.finish_upload(entry, response)
     if len(data) != 4:
         raise sdo.breach("4 bytes", shown(data))
+    if not is_empty:
+        return
+    due = f"{entry} to be refused while 1003h:00 reads {count}"
+    if any(data):
+        raise sdo.breach(due, shown(data))
+    sdo.note(Violation(EMPTY_PLACE, expected=due, actual=shown(data)))
 
 
 # Writing

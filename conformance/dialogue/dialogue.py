@@ -47,6 +47,7 @@ from conformance.sdo.rules import (
     Violation,
     accepted,
 )
+from conformance.sdo.rules.object_dictionary import STATED_TEXT
 from conformance.sdo.rules.timing import SERVER_TIME_OUT
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
@@ -289,9 +290,18 @@ class Dialogue(Transfers):
         return response is None
 
     def expect_stated(self, known: KnownObject, stated: bytes) -> None:
-        """Expect an object to read as an EDS or DCF states."""
+        """Expect an object to read as an EDS or DCF states.
+
+        00h is a VISIBLE_CHAR (7.1.6.3), which such a file cannot state: a text with some behind it
+        breaks a SHOULD.
+        """
         found = self.upload(known)
         self._expect_found(known, with_spaces(known, stated, found), found)
+        is_text = known.data_type is DataType.VISIBLE_STRING
+        if is_text and found.endswith(b"\0") and not stated.endswith(b"\0"):
+            actual = f"{known} reads {shown(found)}"
+            due = f"{known} reads {shown(stated)}"
+            self.note(Violation(STATED_TEXT, expected=due, actual=actual))
 
     def held(self, known: KnownObject) -> bytes:
         """Read an object where its value is the point, and not the way in which it comes.

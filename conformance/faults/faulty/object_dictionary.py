@@ -124,13 +124,31 @@ class OtherRevision(_Reads):
         return (int.from_bytes(entry.value, "little") + 1).to_bytes(4, "little")
 
 
-@fault("empty-errors-read-as-0", Defect.ACCESS_OR_SIZE, "od.error-list")
+@fault("empty-errors-read-as-0", Defect.ACCESS_OR_SIZE, "od.error-list", soft=True)
 class EmptyErrorsRead(_Reads):
-    """Serves the places of the error list that hold no error."""
+    """Serves the places of the error list that hold no error, as 0."""
 
     def check_readable(self, mux: Multiplexer) -> None:
         if mux.index == ERROR_LIST:
             self.objects.find(mux).has_data = True
+
+
+@fault("cleared-errors-read", Defect.LEAK, "od.error-list")
+class ClearedErrorsRead(EmptyErrorsRead):
+    """Serves the places of the error list that hold no error, with errors that are over."""
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        is_place = self.reading.index == ERROR_LIST and self.reading.sub_index
+        return b"\x10\x81\0\0" if is_place and not any(entry.value) else entry.value
+
+
+@fault("constant-text-ends-in-00h", Defect.FIELD_WIDTH, "od.default[1008h:00]", soft=True)
+class TextEndsInZero(Server):
+    """Sends a text that its EDS states with a 00h behind it."""
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        is_text = entry.data_type is DataType.VISIBLE_STRING and entry.access is Access.CONST
+        return entry.value + b"\0" if is_text else entry.value
 
 
 @fault("block-read-of-other-bytes", Defect.LEAK, "od.block-read")

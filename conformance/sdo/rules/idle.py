@@ -2,7 +2,7 @@
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MAY, MUST, Rule
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 PROTOCOLS = "7.2.4.3"
 DOWNLOAD_SEGMENT = "7.2.4.3.4"
@@ -133,7 +133,13 @@ NO_DATA = Rule(
     "An entry that holds nothing yet is not read as if it did.",
     reaction="abort",
     codes=(AbortCode.NO_DATA, AbortCode.GENERAL_ERROR),
-    open="06090011h is tolerated where a place of 1003h holds no error",
+    open="06090011h, or 0, is tolerated where a place of 1003h holds no error",
+)
+EMPTY_PLACE = Rule(
+    "object.empty-place",
+    ERROR_LIST,
+    SHOULD,
+    "A place of 1003h that holds no error is refused, and does not read as 0.",
 )
 
 BUSY = Rule(
@@ -165,5 +171,6 @@ IDLE_RULES = (
     SUB_COMMAND,
     BLOCK_UNSUPPORTED,
     NO_DATA,
+    EMPTY_PLACE,
     BUSY,
 )

@@ -19,6 +19,12 @@ STRUCTURE_ENTRY = Rule(
     codes=(AbortCode.SUB_INDEX_MISSING,),
     open="whether there is a sub-index FFh",
 )
+STATED_TEXT = Rule(
+    "dictionary.stated-text",
+    EDS,
+    SHOULD,
+    "A text has no 00h behind it that its description does not state.",
+)
 SIGNATURE = Rule(
     "storage.signature",
     STORE,
@@ -49,6 +55,7 @@ OBJECT_DICTIONARY_RULES = (
         MUST,
         "A constant has the value that the description states.",
     ),
+    STATED_TEXT,
     Rule(
         "dictionary.limits",
         EDS,
