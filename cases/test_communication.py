@@ -15,10 +15,12 @@ from conformance.dialogue.parameters import (
 from conformance.dialogue.values import shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE, RESTRICTED
 from conformance.sdo.describe import in_words
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import ERROR_CONTROL_BASE
 from conformance.sdo.rules import Rule, Violation, communication
 
 COUNT = Multiplexer(ERROR_LIST)
@@ -27,8 +29,9 @@ SECTIONS = (b"[deviceinfo]", b"[mandatoryobjects]")
 # The capabilities of 1010h: on command, and by itself; of 1011h: on command.
 CAPABILITIES = {"1010h": (0x1010, 0b11), "1011h": (0x1011, 0b01)}
 PDOS = {label: COB_ID_ENTRIES[label] for label in ("1400h", "1800h")}
-# Of the CAN-IDs that are kept for other services, some that carry no commands.
-KEPT_FOR_OTHERS = (0x101, 0x6E0, 0x7FF)
+# Both ends of each range that is kept for other services, NMT last: a device that takes any of them
+# has failed before.
+KEPT_FOR_OTHERS = sorted({can_id for ends in RESTRICTED for can_id in ends}, reverse=True)
 FREE_ID = 0x6A1
 STRAY_BIT = 1 << 11
 RESERVED_TYPE = 0xF1
@@ -133,12 +136,18 @@ def test_error_list_count(sdo: Dialogue, parameters: Parameters, value: int) -> 
 
 @must("communication.restricted-identifier", entry=COB_ID_ENTRIES)
 def test_restricted_identifier(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
-    """SYNC, TIME, EMCY and PDOs refuse CAN-IDs that are kept for other services."""
+    """SYNC, TIME, EMCY and PDOs refuse CAN-IDs that are kept for other services.
+
+    Of each range both ends are tried, but not those on which the device itself is served.
+    """
+    node_id = sdo.device.node_id
+    own = {base + node_id for base in (RESPONSE_BASE, REQUEST_BASE, ERROR_CONTROL_BASE)}
     with parameters.out_of_use(entry) as before:
         for can_id in KEPT_FOR_OTHERS:
-            refuse_cob_id(
-                sdo, entry, entry.using(before, can_id), communication.RESTRICTED_IDENTIFIER
-            )
+            if can_id in own:
+                continue
+            for value in entry.ways_of_using(before, can_id):
+                refuse_cob_id(sdo, entry, value, communication.RESTRICTED_IDENTIFIER)
 
 
 @must("communication.identifier-bits", entry=COB_ID_ENTRIES)

@@ -29,12 +29,14 @@ class CobIdEntry:
     """An entry that holds a COB-ID: how it is taken out of use, and how put into use.
 
     ``in_use`` are the bits that say so when they are set, or when they are not (``valid_is_0``).
+    What is ``always_consumed`` has no bit that says that it is not.
     """
 
     mux: Multiplexer
     in_use: int
     valid_is_0: bool = False
     consumes: int = 0
+    always_consumed: bool = False
 
     def is_used(self, number: int) -> bool:
         """Say whether a value may not be moved."""
@@ -49,9 +51,14 @@ class CobIdEntry:
         flags = self.unused(number) & ~(LARGEST_EXTENDED_ID | EXTENDED)
         return (flags & ~self.in_use if self.valid_is_0 else flags | self.consumes) | can_id
 
+    def ways_of_using(self, number: int, can_id: int) -> list[int]:
+        """Return all values that put an 11-bit CAN-ID into use."""
+        using = self.using(number, can_id)
+        return [self.unused(using), using] if self.always_consumed else [using]
+
 
 COB_ID_ENTRIES = {
-    "1005h": CobIdEntry(Multiplexer(0x1005), PRODUCES),
+    "1005h": CobIdEntry(Multiplexer(0x1005), PRODUCES, always_consumed=True),
     "1012h": CobIdEntry(Multiplexer(0x1012), PRODUCES | CONSUMES, consumes=CONSUMES),
     "1014h": CobIdEntry(Multiplexer(0x1014), NOT_VALID, valid_is_0=True),
     "1400h": CobIdEntry(Multiplexer(0x1400, 1), NOT_VALID, valid_is_0=True),

@@ -28,14 +28,20 @@ ENTRIES = 3
 InUse = Callable[[int], bool]
 
 
-def cob_id_check(in_use: InUse) -> Check:
-    """Return what refuses a COB-ID: ``in_use`` says of a value whether it may not be moved."""
+def cob_id_check(in_use: InUse, is_used: InUse | None = None) -> Check:
+    """Return what refuses a COB-ID: ``in_use`` says of a value whether it may not be moved.
+
+    ``is_used`` says whether it means an object at all, if that is another question: without one,
+    000h may stand there.
+    """
+    exists = is_used or in_use
 
     def check(old: bytes, new: bytes) -> None:
         before, wanted = CobId.from_bytes(old), CobId.from_bytes(new)
         same = (before.can_id, before.extended) == (wanted.can_id, wanted.extended)
         moved = in_use(_number(old)) and not same
-        if wanted.has_stray_bits or moved or (wanted.is_restricted and wanted.can_id):
+        restricted = wanted.is_restricted and (wanted.can_id or exists(_number(new)))
+        if wanted.has_stray_bits or moved or restricted:
             raise Refusal(AbortCode.VALUE_INVALID)
 
     return check
@@ -44,6 +50,11 @@ def cob_id_check(in_use: InUse) -> Check:
 def sync_in_use(number: int) -> bool:
     """Say whether SYNC is produced."""
     return bool(number & PRODUCES)
+
+
+def always(number: int) -> bool:
+    """Say of SYNC that it is consumed: no bit says that it is not."""
+    return True
 
 
 def time_in_use(number: int) -> bool:
@@ -68,7 +79,7 @@ def communication_entries(node_id: int, mapped: Multiplexer, bits: int) -> dict[
     The PDOs map ``mapped``, an object of ``bits`` bits.
     """
     return {
-        SYNC: _cob_id(SYNC_ID, sync_in_use),
+        SYNC: _cob_id(SYNC_ID, sync_in_use, always),
         TIME: _cob_id(CONSUMES | TIME_ID, time_in_use),
         EMERGENCY: _cob_id(EMERGENCY_BASE + node_id, is_valid),
         **_pdo(RECEIVED, RECEIVED_BASE + node_id, mapped, bits),
@@ -76,9 +87,9 @@ def communication_entries(node_id: int, mapped: Multiplexer, bits: int) -> dict[
     }
 
 
-def _cob_id(number: int, in_use: InUse) -> Entry:
+def _cob_id(number: int, in_use: InUse, is_used: InUse | None = None) -> Entry:
     value = number.to_bytes(4, "little")
-    return CheckedEntry(value, DataType.UNSIGNED32, check=cob_id_check(in_use))
+    return CheckedEntry(value, DataType.UNSIGNED32, check=cob_id_check(in_use, is_used))
 
 
 def _pdo(index: int, cob_id: int, mapped: Multiplexer, bits: int) -> dict[Multiplexer, Entry]:

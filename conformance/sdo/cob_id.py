@@ -23,12 +23,14 @@ SHORT_DIGITS = 3
 
 # CAN-IDs that no object may be configured to use, first and last (CiA 301, 7.3.5).
 RESTRICTED = (
-    (0x000, 0x07F),
+    (0x000, 0x000),  # NMT
+    (0x001, 0x07F),
     (0x101, 0x180),
-    (0x581, 0x5FF),
-    (0x601, 0x67F),
+    (0x581, 0x5FF),  # responses of the default SDO channels
+    (0x601, 0x67F),  # requests on them
     (0x6E0, 0x6FF),
-    (0x701, 0x7FF),
+    (0x701, 0x77F),  # error control
+    (0x780, 0x7FF),
 )
 
 

@@ -15,10 +15,9 @@ from conformance.reference.communication import (
     SYNC,
     TIME,
     Mapping,
-    cob_id_check,
 )
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.channel_parameters import CheckedEntry
+from conformance.sdo.channel_parameters import Check, CheckedEntry
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
@@ -42,6 +41,20 @@ class _Checks(AlteredNode):
 
     def check(self, old: bytes, new: bytes) -> None:
         """Take anything."""
+
+
+class _Passes(AlteredNode):
+    """Checks COB-IDs as it should, all but some."""
+
+    def alter(self) -> None:
+        for mux in COB_IDS:
+            entry = self.objects.get(mux)
+            if isinstance(entry, CheckedEntry):
+                entry.check = partial(self.check, entry.check)
+
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        """Refuse what a ``right`` server refuses."""
+        right(old, new)
 
 
 @fault("vendor-id-0", Defect.ACCESS_OR_SIZE, "communication.vendor-id")
@@ -120,25 +133,51 @@ class Restricted(_Checks):
             raise Refusal(AbortCode.VALUE_INVALID)
 
 
+class _TakesRange(_Passes):
+    """Takes some CAN-IDs that are kept for another service."""
+
+    first, last = 0, 0
+
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        if not self.first <= CobId.from_bytes(new).can_id <= self.last:
+            right(old, new)
+
+
+@fault(
+    "communication-nmt-identifier",
+    Defect.ACCESS_OR_SIZE,
+    "communication.restricted-identifier",
+)
+class NmtIdentifier(_TakesRange):
+    """Takes 000h, on which NMT commands come, for SYNC, TIME, EMCY and PDOs."""
+
+
+@fault(
+    "communication-sdo-identifiers",
+    Defect.ACCESS_OR_SIZE,
+    "communication.restricted-identifier",
+)
+class SdoIdentifiers(_TakesRange):
+    """Takes 601h to 67Fh, on which requests to other nodes come, for SYNC, TIME, EMCY and PDOs."""
+
+    first, last = 0x601, 0x67F
+
+
 @fault("communication-identifier-bits", Defect.ACCESS_OR_SIZE, "communication.identifier-bits")
-class StrayBits(_Checks):
+class StrayBits(_Passes):
     """Ignores bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs."""
 
-    entries = COB_IDS
-
-    def check(self, old: bytes, new: bytes) -> None:
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
         low = int.from_bytes(new, "little") & ~(0x1FFF_FFFF & ~0x7FF)
-        cob_id_check(lambda _: False)(old, low.to_bytes(4, "little"))
+        right(old, low.to_bytes(4, "little"))
 
 
 @fault("communication-valid-moved", Defect.ACCESS_OR_SIZE, "communication.valid-keeps-identifier")
-class ValidMoved(_Checks):
+class ValidMoved(_Passes):
     """Lets the COB-IDs of SYNC, TIME, EMCY and PDOs move while they are in use."""
 
-    entries = COB_IDS
-
-    def check(self, old: bytes, new: bytes) -> None:
-        cob_id_check(lambda _: False)(old, new)
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        right(new, new)
 
 
 @fault("pdo-reserved-entry-served", Defect.ACCESS_OR_SIZE, "communication.reserved-entry")

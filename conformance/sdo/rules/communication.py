@@ -28,7 +28,8 @@ RESTRICTED_IDENTIFIER = Rule(
     MUST,
     "SYNC, TIME, EMCY and PDOs take none of the CAN-IDs that are kept for other services.",
     reaction="abort",
-    codes=accepted.WRONG_VALUE,
+    codes=accepted.OUT_OF_LIMITS,
+    open="the code",
 )
 IDENTIFIER_BITS = Rule(
     "communication.identifier-bits",
