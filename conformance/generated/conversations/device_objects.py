@@ -12,6 +12,7 @@ from itertools import islice
 from conformance.device.device import IDENTITY_COUNT, VERY_LONG, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
+from conformance.device.protected_objects import group_of
 from conformance.device.roles import Roles
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
@@ -24,7 +25,6 @@ from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer, whole_frame
-from conformance.sdo.objects import Access
 from conformance.sdo.oracle import Knowledge
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
@@ -50,13 +50,10 @@ class DeviceObjects:
 
     @property
     def numbers(self) -> list[Multiplexer]:
-        """The writable objects whose values have one length."""
+        """The objects that may be written and whose values have one length."""
         return [
             known.mux
-            for known in self.device.objects
-            if known.access is Access.RW
-            and known.length is not None
-            and known.mux in self.device.values
+            for known in Roles(self.device).all_writable(lambda known: known.length is not None)
         ]
 
     @property
@@ -112,9 +109,14 @@ class DeviceObjects:
 
 
 def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
-    """Put ``own`` where a download initiate would name an object that must not be written."""
+    """Put ``own`` where a download initiate would name an object that must not be written.
+
+    Nor does chance write to an object that takes a permission: it does more than to keep a value.
+    """
     target = written_by(decode_request(whole_frame(data)))
-    if target is None or device.lacks(target) or device.policy.permits(target):
+    if target is None or device.lacks(target):
+        return data
+    if device.policy.permits(target) and group_of(target.index) is None:
         return data
     return data[:1] + mux_bytes(own) + data[4:]
 
@@ -124,11 +126,7 @@ def survey(sdo: Dialogue) -> DeviceObjects:
     device = sdo.device
     roles = Roles(device)
     roles.variable()
-    varying = [
-        known
-        for known in device.objects
-        if known.varies and known.access is Access.RW and known.mux in device.values
-    ]
+    varying = roles.all_writable(lambda known: known.varies)
     quick = [known for known in varying if not roles.is_long(known)]
     having_room = ((known.mux, room) for known in quick or varying if (room := _room(sdo, known)))
     rooms = dict(islice(having_room, MOST_TEXTS))
