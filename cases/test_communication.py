@@ -1,6 +1,6 @@
 """Objects of the communication beside SDO: identity, errors, SYNC, TIME, EMCY and PDOs (7.5.2)."""
 
-from conformance.device.device import VENDOR_ID
+from conformance.device.device import VENDOR_ID, Device
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
@@ -18,7 +18,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE, RESTRICTED
 from conformance.sdo.describe import in_words
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
-from conformance.sdo.frames import DownloadInitiate, UploadInitiate
+from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE
 from conformance.sdo.rules import Rule, Violation, communication
@@ -94,13 +94,24 @@ def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> No
         raise sdo.breach(f"{shown(text)} in blocks as in segments", shown(found))
 
 
-@must("communication.reserved-entry")
-def test_reserved_entry(sdo: Dialogue, parameters: Parameters) -> None:
-    """Sub-index 04h of 1800h is reserved: it does not exist."""
+@must("communication.reserved-entry", "communication.compatibility-entry")
+def test_reserved_entry(sdo: Dialogue, device: Device, parameters: Parameters) -> None:
+    """Sub-index 04h of 1800h is reserved, or the compatibility entry that the EDS lists.
+
+    Without an EDS nobody knows which: that the entry is there breaks a SHOULD then.
+    """
     parameters.present(Multiplexer(0x1800))
     mux = Multiplexer(0x1800, 4)
+    if device.listing.find(mux) is not None:
+        raise NotTestable(f"the EDS lists {mux}, the compatibility entry of DS-301 4.02")
     sdo.send(UploadInitiate(mux))
-    sdo.expect_abort(*communication.RESERVED_ENTRY.codes, of=mux)
+    response = sdo.receive()
+    if device.listing.is_complete or isinstance(response, Abort):
+        sdo.take_abort(response, communication.RESERVED_ENTRY.codes, mux)
+        return
+    sdo.finish_upload(mux, sdo.checks.upload_initiate(response, mux))
+    rule = communication.COMPATIBILITY_ENTRY
+    sdo.note(Violation(rule, expected=f"{mux} to be missing", actual=in_words(response)))
 
 
 # The list of errors

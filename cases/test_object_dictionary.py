@@ -41,6 +41,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
+from conformance.sdo.pdos import is_mapping, is_multiplexed
 from conformance.sdo.rules import Violation
 from conformance.sdo.rules.download_initiates import TOO_LONG, TOO_SHORT
 from conformance.sdo.rules.idle import (
@@ -268,13 +269,15 @@ def test_write_only(sdo: Dialogue, entry: KnownObject) -> None:
 def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
     """Sub-index 0 of an array or record holds the highest sub-index, as the EDS lists them.
 
-    Where it can be written (1003h, 1600h) it says how many are in use, and may be lower.
+    Where it can be written (1003h), and in a mapping, it counts those in use, and may be lower.
     """
     count = of.entries[0]
     data = sdo.upload(count)
-    fixed = count.access is not Access.RW and of.index != ERROR_LIST
-    if len(data) != 1 or data[0] > of.highest or (fixed and data[0] != of.highest):
-        least = "" if fixed else "at most "
+    if is_multiplexed(count.mux, data):
+        return
+    in_use = count.access is Access.RW or of.index == ERROR_LIST or is_mapping(of.index)
+    if len(data) != 1 or data[0] > of.highest or (not in_use and data[0] != of.highest):
+        least = "at most " if in_use else ""
         raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", shown(data))
 
 

@@ -15,10 +15,10 @@ from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.pdos import MAPPING_OF, is_multiplexed
 from conformance.sdo.rules import Violation
 
 NOT_VALID, PRODUCES, CONSUMES = 1 << 31, 1 << 30, 1 << 31
-MAPPING_OF = 0x200
 MISSING = (AbortCode.OBJECT_MISSING, AbortCode.SUB_INDEX_MISSING)
 # How a device says that an entry cannot be configured at all.
 CONSTANT = (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS)
@@ -156,6 +156,8 @@ class Parameters:
         count = Multiplexer(entry.mux.index + MAPPING_OF)
         with self.out_of_use(entry):
             before = self.present(count)
+            if is_multiplexed(count, before):
+                raise NotTestable(f"{count} reads {before.hex().upper()}h: the PDO is multiplexed")
             mapped = [_entry_of(count, sub) for sub in range(1, before[0] + 1)]
             values = [self._sdo.upload(mux) for mux in mapped]
             self.learn(count)

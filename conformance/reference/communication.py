@@ -12,17 +12,16 @@ from conformance.sdo.cob_id import DYNAMIC, NOT_VALID, CobId
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
+from conformance.sdo.pdos import MAPPING_OF, MOST_BITS
 
 SYNC, TIME, EMERGENCY = Multiplexer(0x1005), Multiplexer(0x1012), Multiplexer(0x1014)
 RECEIVED, SENT = 0x1400, 0x1800
-MAPPING_OF = 0x200
 SYNC_ID, TIME_ID = 0x080, 0x100
 RECEIVED_BASE, SENT_BASE = 0x200, 0x180
 PRODUCES, CONSUMES = DYNAMIC, NOT_VALID
 # Transmission types between the last cyclic one and the event-driven ones.
 RESERVED_TYPES = range(0xF1, 0xFC)
 EVENT_DRIVEN = b"\xff"
-MOST_BITS = 64
 ENTRIES = 3
 
 InUse = Callable[[int], bool]

@@ -4,7 +4,7 @@ Without I/O and without a clock: ``advance`` is told what time it is, in seconds
 ``wake_at`` says when that has to happen next although no frame came.
 """
 
-from conformance.reference.communication import MAPPING_OF, RECEIVED, SENT, Mapping
+from conformance.reference.communication import RECEIVED, SENT, Mapping
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -24,6 +24,7 @@ from conformance.sdo.nmt import (
     error_control,
 )
 from conformance.sdo.objects import DataType, Entry, Refusal
+from conformance.sdo.pdos import MAPPING_OF
 from conformance.sdo.storage_commands import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
 
 HEARTBEAT_TIME = Multiplexer(0x1017)

@@ -7,26 +7,17 @@ entries changes; how many there are goes back behind the entries, and the COB-ID
 from collections.abc import Iterable, Mapping
 
 from conformance.sdo.layout import Multiplexer
-
-MAPPINGS = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
-PDOS = (range(0x1400, 0x1600), range(0x1800, 0x1A00))
-MAPPING_OF = 0x200
-COB_ID = 1
-
-
-def is_mapping(mux: Multiplexer) -> bool:
-    """Say whether an entry is a part of what a PDO maps."""
-    return any(mux.index in indices for indices in MAPPINGS)
+from conformance.sdo.pdos import COB_ID, MAPPING_OF, is_communication, is_mapping
 
 
 def is_count(mux: Multiplexer) -> bool:
     """Say whether an entry holds how many objects a PDO maps."""
-    return is_mapping(mux) and not mux.sub_index
+    return is_mapping(mux.index) and not mux.sub_index
 
 
 def needed_for(written: Iterable[Multiplexer]) -> set[Multiplexer]:
     """Return what has to change for a while before these get their values."""
-    indices = {mux.index for mux in written if is_mapping(mux)}
+    indices = {mux.index for mux in written if is_mapping(mux.index)}
     counts = {Multiplexer(index) for index in indices}
     return counts | {Multiplexer(index - MAPPING_OF, COB_ID) for index in indices}
 
@@ -37,6 +28,6 @@ def in_order(due: Mapping[Multiplexer, bytes]) -> list[tuple[Multiplexer, bytes]
 
 
 def _rank(mux: Multiplexer) -> int:
-    if any(mux.index in indices for indices in PDOS):
+    if is_communication(mux.index):
         return 3 if mux.sub_index == COB_ID else 0
-    return (2 if is_count(mux) else 1) if is_mapping(mux) else 0
+    return (2 if is_count(mux) else 1) if is_mapping(mux.index) else 0

@@ -13,7 +13,7 @@ from conformance.sdo.rules import CHAPTERS, RULES, Level, Rule, UnknownRule, rul
 @pytest.mark.parametrize("rule", RULES, ids=lambda rule: rule.id)
 def test_a_rule_says_what_reports_need(rule: Rule) -> None:
     assert re.fullmatch(r"[a-z-]+\.[a-z0-9-]+", rule.id)
-    assert re.fullmatch(r"7(\.\d+)+( and 7(\.\d+)+)?|CiA 306-1", rule.clause)
+    assert re.fullmatch(r"7(\.\d+)+((, 7(\.\d+)+)* and 7(\.\d+)+)?|CiA 306-1", rule.clause)
     assert re.fullmatch(r"([A-Z0-9]|n |pst |ackseq ).{10,98}\.", rule.sentence)
     assert not rule.untestable or rule.untestable.endswith(".")
     assert "abort" in rule.reaction or not rule.codes
@@ -41,6 +41,12 @@ def test_what_must_be_refused_has_its_codes(rule: Rule) -> None:
         ("channel.request-identifier", "7.3.3"),
         ("channel.restricted-identifier", "7.3.5"),
         ("block-upload.no-switch", "7.2.4.3.5 and 7.2.4.3.13"),
+        ("data.type-length", "7.1.4"),
+        ("block.size", "7.2.4.3.9, 7.2.4.3.10, 7.2.4.3.13 and 7.2.4.3.14"),
+        ("upload.ends", "7.2.4.3.7 and 7.2.4.3.14"),
+        ("communication.mapped-object", "7.5.2.36 and 7.5.2.38"),
+        ("communication.transmission-type", "7.5.2.35 and 7.5.2.37"),
+        ("communication.storage-capability", "7.5.2.13 and 7.5.2.14"),
     ],
 )
 def test_the_clause_is_the_one_that_asks_for_it(name: str, clause: str) -> None:

@@ -9,7 +9,6 @@ from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import About, Defect
 from conformance.reference.communication import (
     EMERGENCY,
-    MAPPING_OF,
     RECEIVED,
     SENT,
     SYNC,
@@ -22,6 +21,7 @@ from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
+from conformance.sdo.pdos import MAPPING_OF
 from conformance.sdo.storage_commands import COMMANDS
 
 fault = partial(registry.fault, about=About.OBJECTS)

@@ -2,17 +2,18 @@
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MUST, Rule
+from conformance.sdo.rules.model import MUST, SHOULD, Rule
 
 IDENTITY = "7.5.2.21"
 ERROR_REGISTER = "7.5.2.2"
 ERROR_LIST = "7.5.2.4"
-STORE = "7.5.2.13"
+COMMANDS = "7.5.2.13 and 7.5.2.14"
 STORED_EDS = "7.5.2.24"
-OBJECTS = "7.5.2"
+COB_IDS = "7.5.2.5, 7.5.2.15, 7.5.2.17, 7.5.2.35 and 7.5.2.37"
 RESTRICTED = "7.3.5"
-PDO = "7.5.2.37"
-MAPPING = "7.5.2.38"
+SENT_PDO = "7.5.2.37"
+PDOS = "7.5.2.35 and 7.5.2.37"
+MAPPINGS = "7.5.2.36 and 7.5.2.38"
 
 ERROR_LIST_COUNT = Rule(
     "communication.error-list-count",
@@ -33,7 +34,7 @@ RESTRICTED_IDENTIFIER = Rule(
 )
 IDENTIFIER_BITS = Rule(
     "communication.identifier-bits",
-    OBJECTS,
+    COB_IDS,
     MUST,
     "Bits 28 to 11 of the COB-IDs of SYNC, TIME, EMCY and PDOs are 0 without bit 29.",
     reaction="abort",
@@ -41,7 +42,7 @@ IDENTIFIER_BITS = Rule(
 )
 VALID_KEEPS_IDENTIFIER = Rule(
     "communication.valid-keeps-identifier",
-    OBJECTS,
+    COB_IDS,
     MUST,
     "The COB-ID of SYNC, TIME, EMCY or a PDO does not change while it is in use.",
     reaction="abort",
@@ -50,15 +51,22 @@ VALID_KEEPS_IDENTIFIER = Rule(
 )
 RESERVED_ENTRY = Rule(
     "communication.reserved-entry",
-    PDO,
+    SENT_PDO,
     MUST,
     "Sub-index 04h of 1800h to 19FFh is reserved and does not exist.",
-    reaction="abort",
+    reaction="abort; served where the EDS lists it",
     codes=(AbortCode.SUB_INDEX_MISSING,),
+    open="whether there is the compatibility entry of DS-301 4.02",
+)
+COMPATIBILITY_ENTRY = Rule(
+    "communication.compatibility-entry",
+    SENT_PDO,
+    SHOULD,
+    "A device after DS-301 4.02, with a sub-index 04h of 1800h, lists it in its EDS.",
 )
 TRANSMISSION_TYPE = Rule(
     "communication.transmission-type",
-    PDO,
+    PDOS,
     MUST,
     "A PDO refuses a transmission type that it does not support, as reserved ones.",
     reaction="abort",
@@ -66,7 +74,7 @@ TRANSMISSION_TYPE = Rule(
 )
 MAPPED_OBJECT = Rule(
     "communication.mapped-object",
-    MAPPING,
+    MAPPINGS,
     MUST,
     "What cannot be mapped is not: an object that does not exist.",
     reaction="abort",
@@ -99,7 +107,7 @@ COMMUNICATION_RULES = (
     ERROR_LIST_COUNT,
     Rule(
         "communication.storage-capability",
-        STORE,
+        COMMANDS,
         MUST,
         "1010h and 1011h read as what they can do, with the reserved bits 0.",
         open="whether there are 1010h and 1011h",
@@ -115,11 +123,12 @@ COMMUNICATION_RULES = (
     IDENTIFIER_BITS,
     VALID_KEEPS_IDENTIFIER,
     RESERVED_ENTRY,
+    COMPATIBILITY_ENTRY,
     TRANSMISSION_TYPE,
     MAPPED_OBJECT,
     Rule(
         "communication.mapped-length",
-        MAPPING,
+        MAPPINGS,
         MUST,
         "A PDO maps 8 bytes at most.",
         reaction="abort",

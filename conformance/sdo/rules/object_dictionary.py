@@ -9,6 +9,7 @@ STRUCTURE = "7.4.2"
 IDENTITY = "7.5.2.21"
 STORE = "7.5.2.13"
 RESTORE = "7.5.2.14"
+COMMANDS = f"{STORE} and {RESTORE}"
 
 STRUCTURE_ENTRY = Rule(
     "dictionary.structure",
@@ -27,7 +28,7 @@ STATED_TEXT = Rule(
 )
 SIGNATURE = Rule(
     "storage.signature",
-    STORE,
+    COMMANDS,
     MUST,
     "What is no signature is refused: nothing is stored, and no defaults are loaded.",
     reaction="abort",
@@ -94,7 +95,7 @@ OBJECT_DICTIONARY_RULES = (
         STRUCTURE,
         MUST,
         "Sub-index 0 of an array or record holds the highest sub-index of it.",
-        open="where it can be written it says how many entries are in use",
+        open="where it can be written, and in a mapping of a PDO, it counts what is in use",
     ),
     STRUCTURE_ENTRY,
     Rule(

@@ -70,7 +70,7 @@ SIZE = Rule(
 )
 BLOCK_SIZE = Rule(
     "block.size",
-    "7.2.4.3.9",
+    "7.2.4.3.9, 7.2.4.3.10, 7.2.4.3.13 and 7.2.4.3.14",
     MUST,
     "A sub-block has 1 to 127 segments, and not more than asked for.",
 )
@@ -82,7 +82,7 @@ BLOCK_SEQUENCE = Rule(
 )
 UPLOAD_ENDS = Rule(
     "upload.ends",
-    "7.2.4.3.7",
+    "7.2.4.3.7 and 7.2.4.3.14",
     MUST,
     "An upload ends: its last segment, and only that one, is marked.",
 )

@@ -9,7 +9,7 @@ UPLOAD = "7.2.4.3.6"
 ABORT = "7.2.4.3.17"
 BOOLEAN = "7.1.4.3"
 STRINGS = "7.1.6"
-TYPES = "7.4.7"
+TYPES = "7.1.4"
 
 VARIABLE_LENGTH = Rule(
     "data.variable-length",
