@@ -6,6 +6,7 @@ from collections.abc import Container
 from conformance.device.numbers import encode_number
 from conformance.reference.built_in_device import UNSIGNED, reference_entries
 from conformance.reference.communication import communication_entries
+from conformance.reference.communication_values import value_entries
 from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
@@ -37,7 +38,7 @@ def all_entries(node_id: int, lacking: Container[Multiplexer] = ()) -> dict[Mult
     """Return the entries of the built-in device, all but those that it is to lack."""
     entries = reference_entries(node_id) | _limited() | _gappy() | _types() | _measured()
     entries |= _errors() | _commands() | _client()
-    entries |= communication_entries(node_id, Multiplexer(MEASURED), bits=32)
+    entries |= communication_entries(node_id, Multiplexer(MEASURED), bits=32) | value_entries()
     entries[STORED_EDS] = Entry(EDS, DataType.DOMAIN, Access.RO)
     left = {mux: entry for mux, entry in entries.items() if mux not in lacking}
     identity = [mux.sub_index for mux in left if mux.index == IDENTITY]

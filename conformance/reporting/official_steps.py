@@ -1,7 +1,8 @@
 """Where the steps of the official conformance test are found among the cases of this suite.
 
 The official tool numbers its steps SDO 01 to 30 and OD 01 to 09. Who knows it, or has a report of
-it, looks up here what stands for a step. A stem is the beginning of the ids of cases.
+it, looks up here what stands for a step. Its numbers for the steps on other objects are not known
+here: names like COM 01 are of this suite. A stem is the beginning of the ids of cases.
 """
 
 from dataclasses import dataclass
@@ -103,6 +104,32 @@ OFFICIAL_STEPS = (
     _step("OD 07", "reads and writes back all from 2000h on", "od.read[", "od.write-back["),
     _step("OD 08", "compares their values with the defaults", "od.default-of-parameter["),
     _step("OD 09", "reads and writes back, heeding ObjFlags", "od.read[", "od.write-back["),
+    _step(
+        "COM 01",
+        "writes restricted CAN-IDs of each range to 1005h, 1012h, 1014h, 1201h, 1400h and 1800h",
+        "communication.restricted-identifier[",
+        "channel.restricted[",
+    ),
+    _step("COM 02", "awaits one node by two entries of 1016h", "communication.consumed-twice"),
+    _step("COM 03", "writes 1 to 1019h", "communication.sync-counter[1]"),
+    _step(
+        "COM 04",
+        "writes 241 to 255 to 1019h",
+        "communication.sync-counter[241]",
+        "communication.sync-counter[255]",
+    ),
+    _step("COM 05", "changes 1019h while 1006h is not 0", "communication.sync-counter-in-use"),
+    _step("COM 06", "writes 03h to 7Fh to 1029h:01", "communication.error-behaviour["),
+    _step(
+        "COM 07",
+        "compares 1005h with its CAN-ID by default",
+        "communication.default-identifier[1005h]",
+    ),
+    _step(
+        "COM 08",
+        "compares 1014h with its CAN-ID by default",
+        "communication.default-identifier[1014h]",
+    ),
 )
 
 

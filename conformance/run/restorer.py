@@ -14,7 +14,7 @@ from conformance.dialogue.storage import write_signature
 from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.values import restored_value, shown
 from conformance.run.afterwards import take_the_rest
-from conformance.run.mappings import in_order, is_count, needed_for
+from conformance.run.mappings import in_order, is_0_meanwhile, needed_for
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
@@ -242,8 +242,8 @@ class Restorer:
         for mux, found in in_use.items():
             self._disable(sdo, mux, found)  # it may only be moved while it is not in use
         for mux in pending.keys() & needed_for(pending):
-            if is_count(mux):
-                self._map_nothing(sdo, mux)
+            if is_0_meanwhile(mux):
+                self._write_0(sdo, mux, len(pending[mux]))
         for mux, value in in_order(pending):
             if not self.gone:
                 self._restore(sdo, self._known(mux), value)
@@ -258,11 +258,11 @@ class Restorer:
             sdo.end_transfer()
             return None
 
-    def _map_nothing(self, sdo: Dialogue, count: Multiplexer) -> None:
+    def _write_0(self, sdo: Dialogue, mux: Multiplexer, length: int) -> None:
         try:
-            sdo.try_download(count, b"\0")
+            sdo.try_download(mux, bytes(length))
         except Violation:
-            sdo.end_transfer()  # its entries will be refused, and listed
+            sdo.end_transfer()  # what depends on it will be refused, and listed
 
     def _disable(self, sdo: Dialogue, mux: Multiplexer, found: bytes | None) -> None:
         try:

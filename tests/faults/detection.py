@@ -78,6 +78,7 @@ BEYOND_TRANSFERS = (
     "test_channels",
     "test_channels_stored",
     "test_communication",
+    "test_communication_values",
     "test_channel_independence",
     "test_nmt",
 )

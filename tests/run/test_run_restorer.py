@@ -22,6 +22,11 @@ from conformance.faults.unusual.frame_shape import ShortFramesServed
 from conformance.generated.lockstep import knowledge_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.communication import communication_entries
+from conformance.reference.communication_values import (
+    COUNTER_OVERFLOW,
+    CYCLE_PERIOD,
+    value_entries,
+)
 from conformance.run.case_run import begin_case
 from conformance.run.restorer import Restorer
 from conformance.sdo.abort_codes import AbortCode
@@ -317,3 +322,25 @@ def test_a_short_frame_counts_as_written() -> None:
         assert server.values() != begin
         Restorer(bench.device).restore(sdo)
     assert server.values() == begin
+
+
+def test_the_sync_counter_is_put_back_while_there_is_no_period() -> None:
+    entries = reference_entries(NODE_ID) | value_entries()
+    entries[CYCLE_PERIOD].value = b"\x10\x27\0\0"
+    server = recording(entries=entries)
+    begin = server.values()
+    with discovered(server) as bench:
+        bench.device = replace(bench.device, policy=WritePolicy([], frozenset({"sync-parameters"})))
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        for mux in (CYCLE_PERIOD, COUNTER_OVERFLOW):
+            Parameters(sdo).learn(mux)
+        sdo.download(CYCLE_PERIOD, bytes(4))
+        sdo.download(COUNTER_OVERFLOW, b"\x0a")
+        sdo.download(CYCLE_PERIOD, begin[CYCLE_PERIOD])
+        sdo.record.written = {COUNTER_OVERFLOW}
+        server.writes.clear()
+        restorer.restore(sdo)
+    assert restorer.unrestored == {}
+    assert server.values() == begin
+    assert [mux for mux, _ in server.writes] == [CYCLE_PERIOD, COUNTER_OVERFLOW, CYCLE_PERIOD]

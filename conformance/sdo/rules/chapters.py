@@ -9,6 +9,7 @@ from conformance.sdo.rules.block_download import BLOCK_DOWNLOAD_RULES
 from conformance.sdo.rules.block_upload import BLOCK_UPLOAD_RULES
 from conformance.sdo.rules.channels import CHANNEL_RULES
 from conformance.sdo.rules.communication import COMMUNICATION_RULES
+from conformance.sdo.rules.communication_values import COMMUNICATION_VALUE_RULES
 from conformance.sdo.rules.download_initiates import DOWNLOAD_INITIATE_RULES
 from conformance.sdo.rules.freedoms import FREEDOM_RULES
 from conformance.sdo.rules.idle import IDLE_RULES
@@ -53,6 +54,7 @@ CHAPTERS = (
     Chapter("time-outs", TIMING_RULES),
     Chapter("object dictionary", OBJECT_DICTIONARY_RULES),
     Chapter("objects of the communication", COMMUNICATION_RULES),
+    Chapter("values of the communication", COMMUNICATION_VALUE_RULES),
     Chapter("freedoms", FREEDOM_RULES),
 )
 RULES = tuple(rule for chapter in CHAPTERS for rule in chapter.rules)

@@ -1,0 +1,151 @@
+"""Objects of the communication: their types and defaults, and values that they refuse (7.5.2)."""
+
+from conformance.device.device import Device
+from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.parameters import COB_ID_ENTRIES, PRODUCES, Parameters, number_of
+from conformance.dialogue.storage import Storage
+from conformance.dialogue.values import of_another_length, shown
+from conformance.run.case import must
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
+from conformance.sdo.fixed_objects import FIXED_OBJECTS, FixedObject
+from conformance.sdo.frames import DownloadInitiate
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import EMERGENCY_BASE
+from conformance.sdo.rules import Rule
+from conformance.sdo.rules.communication_values import (
+    CONSUMED_TWICE,
+    ERROR_BEHAVIOUR,
+    SYNC_COUNTER,
+    SYNC_COUNTER_IN_USE,
+)
+
+SYNC_ID = 0x080
+CONSUMED = Multiplexer(0x1016)
+SYNC, PERIOD, OVERFLOW = Multiplexer(0x1005), Multiplexer(0x1006), Multiplexer(0x1019)
+BEHAVIOUR = Multiplexer(0x1029, 1)
+IDENTIFIER = LARGEST_EXTENDED_ID | EXTENDED
+# In microseconds: nothing is sent while 1005h does not say that SYNC is produced.
+A_PERIOD = (1_000_000).to_bytes(4, "little")
+# In milliseconds: the longest that an entry of 1016h has room for, and the one before.
+LONG_TIMES = (0xFFFF, 0xFFFE)
+# Of rows of objects that are alike the first stands for all.
+FIXED = {
+    f"{fixed.indices[0]:04X}h": fixed
+    for fixed in FIXED_OBJECTS
+    if any(entry.data_type is not None and entry.data_type.length for _, entry in fixed)
+}
+
+
+@must("communication.type", "data.type-length", clause="7.5.2", of=FIXED)
+def test_type(sdo: Dialogue, parameters: Parameters, of: FixedObject) -> None:
+    """An object that CiA 301 defines has as many bytes as the type there has."""
+    index = of.indices[0]
+    first = parameters.present(Multiplexer(index))
+    for sub_index, entry in of:
+        if sub_index > (first[0] if len(first) == 1 else 0):
+            break
+        mux = Multiplexer(index, sub_index)
+        if entry.data_type is None or entry.data_type.length is None:
+            continue
+        try:
+            data = first if sub_index == 0 else sdo.read(mux)
+        except ServerAborted:
+            continue  # whether it has to be there is not the question
+        if len(data) != entry.data_type.length:
+            raise of_another_length(KnownObject(mux, entry.data_type), data)
+
+
+@must("communication.default-identifier", entry=["1005h", "1014h"])
+def test_default_identifier(
+    sdo: Dialogue, device: Device, parameters: Parameters, storage: Storage, entry: str
+) -> None:
+    """With the defaults loaded, SYNC has the CAN-ID 080h, and EMCY has 080h plus node-ID."""
+    mux = COB_ID_ENTRIES[entry].mux
+    value = parameters.present(mux)
+    known = device.known.get(mux)
+    keeps = known is not None and not known.access.writable
+    if not keeps and not device.permits.at_defaults:
+        found = storage.loaded_defaults().get(mux)
+        if found is None:
+            raise NotTestable(f"{mux} was not served when the defaults had been loaded")
+        value = found
+    due = SYNC_ID if mux == SYNC else EMERGENCY_BASE + device.node_id
+    if number_of(value) & IDENTIFIER != due:
+        raise sdo.breach(
+            f"{mux} has the CAN-ID {due:03X}h by default",
+            f"it reads {shown(value)} with the defaults loaded",
+        )
+
+
+@must("communication.consumed-twice")
+def test_consumed_twice(sdo: Dialogue, device: Device, parameters: Parameters) -> None:
+    """A second entry of 1016h for one node is refused with 06040043h, and stays 0."""
+    device.permits.require_write(CONSUMED.index)
+    count = parameters.present(CONSUMED)
+    if not count or count[0] < 2:
+        raise Unimplemented(f"1016h:00 reads {shown(count)}: there are no two entries")
+    used = {device.node_id, *device.neighbours}
+    for sub_index in range(1, count[0] + 1):
+        used |= set(sdo.upload(Multiplexer(CONSUMED.index, sub_index))[2:3])
+    node_id = next((free for free in range(127, 0, -1) if free not in used), None)
+    if node_id is None:
+        raise NotTestable("1016h has an entry for each node-ID")
+    first, second = (Multiplexer(CONSUMED.index, sub_index) for sub_index in (1, 2))
+    value, again = ((node_id << 16 | time).to_bytes(4, "little") for time in LONG_TIMES)
+    parameters.write_if_configurable(second, bytes(4))
+    parameters.write_if_configurable(first, value)
+    expect_refused(sdo, second, again, CONSUMED_TWICE)
+
+
+@must("communication.sync-counter", value=[1, 241, 255])
+def test_sync_counter(sdo: Dialogue, parameters: Parameters, value: int) -> None:
+    """1019h refuses 1 and 241 to 255 with 06090030h, and stays."""
+    sdo.device.permits.require_write(OVERFLOW.index)
+    before = parameters.present(OVERFLOW)
+    stop_period(sdo, parameters)
+    parameters.write_if_configurable(OVERFLOW, before)
+    expect_refused(sdo, OVERFLOW, bytes([value]), SYNC_COUNTER)
+
+
+@must("communication.sync-counter-in-use")
+def test_sync_counter_in_use(sdo: Dialogue, parameters: Parameters) -> None:
+    """1019h does not change while 1006h is not 0: that is refused with 08000022h or 08000000h."""
+    sdo.device.permits.require_write(OVERFLOW.index)
+    before, period = parameters.present(OVERFLOW), parameters.present(PERIOD)
+    stop_period(sdo, parameters)
+    parameters.write_if_configurable(OVERFLOW, before)
+    if not any(period):
+        if number_of(parameters.present(SYNC)) & PRODUCES:
+            raise NotTestable("1005h says that SYNC is produced: a period would start that")
+        period = A_PERIOD
+    parameters.write_if_configurable(PERIOD, period)
+    other = b"\x0a" if before != b"\x0a" else b"\x14"
+    expect_refused(sdo, OVERFLOW, other, SYNC_COUNTER_IN_USE)
+
+
+@must("communication.error-behaviour", value={"03h": 0x03, "7Fh": 0x7F})
+def test_error_behaviour(sdo: Dialogue, parameters: Parameters, value: int) -> None:
+    """1029h:01 refuses a reserved behaviour with 06090030h, and stays."""
+    sdo.device.permits.require_write(BEHAVIOUR.index)
+    before = parameters.present(BEHAVIOUR)
+    parameters.write_if_configurable(BEHAVIOUR, before)
+    expect_refused(sdo, BEHAVIOUR, bytes([value]), ERROR_BEHAVIOUR)
+
+
+def stop_period(sdo: Dialogue, parameters: Parameters) -> None:
+    """Let 1006h be 0, so that 1019h may be written; it is put back after the case."""
+    period = sdo.read_if_there(PERIOD)
+    if period is not None and any(period):
+        parameters.write_if_configurable(PERIOD, bytes(len(period)))
+
+
+def expect_refused(sdo: Dialogue, mux: Multiplexer, data: bytes, rule: Rule) -> None:
+    """Write a value that has to be refused by a rule, and see that the entry keeps its own."""
+    before = sdo.upload(mux)
+    sdo.send(DownloadInitiate.with_data(mux, data))
+    sdo.expect_abort(*rule.codes, of=mux, tolerated=rule.tolerated)
+    if (found := sdo.upload(mux)) != before:
+        raise sdo.breach(f"{mux} reads {before.hex(' ')} as before", found.hex(" "))

@@ -1,0 +1,125 @@
+"""Nodes that are wrong in types, defaults and values of the communication."""
+
+from functools import partial
+
+from conformance.faults import registry
+from conformance.faults.altered_nodes import AlteredNode
+from conformance.faults.registry import About, Defect
+from conformance.reference.communication import EMERGENCY, SYNC
+from conformance.reference.communication_values import (
+    CONSUMED,
+    CONSUMED_NODES,
+    COUNTER_OVERFLOW,
+    ERROR_BEHAVIOUR,
+    RESERVED_OVERFLOWS,
+)
+from conformance.reference.node import HEARTBEAT_TIME
+from conformance.sdo.channel_parameters import Check, CheckedEntry
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import EMERGENCY_BASE
+from conformance.sdo.objects import DataType, Entry
+
+fault = partial(registry.fault, about=About.OBJECTS)
+
+
+class _Checks(AlteredNode):
+    """Checks some entries otherwise."""
+
+    entries: tuple[Multiplexer, ...] = ()
+
+    def alter(self) -> None:
+        for mux in self.entries:
+            entry = self.objects.get(mux)
+            if isinstance(entry, CheckedEntry):
+                entry.check = partial(self.check, entry.check)
+
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        """Take anything; ``right`` is how it ought to be checked."""
+
+
+@fault("heartbeat-time-of-one-byte", Defect.ACCESS_OR_SIZE, "communication.type[1017h]")
+class HeartbeatTimeOfOneByte(AlteredNode):
+    """Has a heartbeat time (1017h) of 8 bits."""
+
+    def alter(self) -> None:
+        self.heartbeat_time = Entry(bytes(1), DataType.UNSIGNED8)
+        self.objects.add({HEARTBEAT_TIME: self.heartbeat_time})
+
+
+@fault("consumed-twice-taken", Defect.ACCESS_OR_SIZE, "communication.consumed-twice")
+class ConsumedTwice(_Checks):
+    """Awaits the heartbeat of one node by two entries of 1016h."""
+
+    entries = tuple(Multiplexer(CONSUMED, sub) for sub in range(1, CONSUMED_NODES + 1))
+
+
+@fault("sync-counter-reserved-taken", Defect.ACCESS_OR_SIZE, "communication.sync-counter[255]")
+class CounterReserved(_Checks):
+    """Takes reserved values for the SYNC counter (1019h)."""
+
+    entries = (COUNTER_OVERFLOW,)
+
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        if new[0] not in RESERVED_OVERFLOWS:
+            right(old, new)
+
+
+@fault("sync-counter-1-taken", Defect.ACCESS_OR_SIZE, "communication.sync-counter[1]")
+class CounterOfOne(_Checks):
+    """Takes a SYNC counter (1019h) that goes up to 1."""
+
+    entries = (COUNTER_OVERFLOW,)
+
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        if new != b"\x01":
+            right(old, new)
+
+
+@fault("sync-counter-moved", Defect.ACCESS_OR_SIZE, "communication.sync-counter-in-use")
+class CounterMoved(_Checks):
+    """Takes another SYNC counter (1019h) while there is a period (1006h)."""
+
+    entries = (COUNTER_OVERFLOW,)
+
+    def check(self, right: Check, old: bytes, new: bytes) -> None:
+        if new[0] in RESERVED_OVERFLOWS:
+            right(old, new)
+
+
+@fault("error-behaviour-any", Defect.ACCESS_OR_SIZE, "communication.error-behaviour")
+class AnyBehaviour(_Checks):
+    """Takes reserved behaviours on an error (1029h:01)."""
+
+    entries = (Multiplexer(ERROR_BEHAVIOUR, 1),)
+
+
+class _Defaults(AlteredNode):
+    """Has another default, and the right value stored when a run begins."""
+
+    entry = SYNC
+
+    def alter(self) -> None:
+        altered, default = self.objects.find(self.entry), self.default().to_bytes(4, "little")
+        self.defaults = [
+            (entry, in_area, default if entry is altered else value)
+            for entry, in_area, value in self.defaults
+        ]
+
+    def default(self) -> int:
+        """Return the COB-ID."""
+        return EMERGENCY_BASE + self.node_id
+
+
+@fault("sync-default-of-emcy", Defect.ACCESS_OR_SIZE, "communication.default-identifier[1005h]")
+class SyncDefault(_Defaults):
+    """Has 080h plus node-ID as the default of SYNC (1005h)."""
+
+
+@fault("emcy-default-of-sync", Defect.ACCESS_OR_SIZE, "communication.default-identifier[1014h]")
+class EmergencyDefault(_Defaults):
+    """Has 080h, without the node-ID, as the default of EMCY (1014h)."""
+
+    entry = EMERGENCY
+
+    def default(self) -> int:
+        return EMERGENCY_BASE
