@@ -25,11 +25,21 @@ def shortest_look(bus: can.BusABC) -> float:
     return 0.0 if exact else SHORTEST_LOOK
 
 
-def arrivals(bus: can.BusABC) -> Callable[[can.Message], float]:
-    """Return what says when a frame that was just taken arrived, in seconds, monotonic clock.
+def own_clock(bus: can.BusABC) -> Callable[[], float] | None:
+    """Return the clock of a bus that has its own, as a simulated one has; None if it has none."""
+    clock: Callable[[], float] | None = getattr(bus, "now", None)
+    return clock
 
-    Where the bus does not tell, that is the time at which the frame was taken.
+
+def arrivals(bus: can.BusABC) -> Callable[[can.Message], float]:
+    """Return what says when a frame that was just taken arrived, in seconds, by the bus's clock.
+
+    Where the bus has none, that is the monotonic one; where it does not tell, the frame arrived
+    when it was taken.
     """
+    own = own_clock(bus)
+    if own is not None:
+        return lambda message: own()
     return _stamped if isinstance(bus, STAMPED) else _taken
 
 

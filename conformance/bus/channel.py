@@ -39,12 +39,16 @@ class Channel:
         node_id: int,
         response_timeout: float,
         ids: ChannelIds | None = None,
+        pace: Pace | None = None,
     ) -> None:
-        """``response_timeout`` is the time in seconds within which a response has to come."""
+        """``response_timeout`` is the time in seconds within which a response has to come.
+
+        ``pace`` is that of another channel of the device.
+        """
         self.link = link
         self.node_id = node_id
         self.response_timeout = response_timeout
-        self.pace = Pace()
+        self.pace = Pace(pace)
         self.at_rest = self.is_calm = False
         self.ids = ids or ChannelIds.default(node_id)
         self.request_id = self.ids.request.can_id
@@ -52,7 +56,7 @@ class Channel:
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.boot_ups = 0
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
-        # When the response that was received last arrived, by the monotonic clock, in seconds.
+        # When the response that was received last arrived, by the clock of the link, in seconds.
         self.arrived = 0.0
         self.waited_since = 0.0
         # Of the last wait: the seconds of it that this process was not running, whether the silence
@@ -108,7 +112,7 @@ class Channel:
 
     def pause(self, seconds: float) -> CanFrame | None:
         """Send nothing for a time, by the clock; return a response that ends the pause."""
-        return self._next_within(self._responses, Patience(seconds, plain=True))
+        return self._next_within(self._responses, self.link.patience(seconds, plain=True))
 
     def waiting(self) -> list[CanFrame]:
         """Look, without waiting, for a frame more; return the responses not yet taken.
@@ -149,14 +153,14 @@ class Channel:
 
     def _next(self, queue: Waiting, timeout: float | None) -> CanFrame | None:
         seconds = self.response_timeout if timeout is None else timeout
-        frame = self._next_within(queue, Patience(seconds))
+        frame = self._next_within(queue, self.link.patience(seconds))
         waits, missed = 1, self.missed
         while frame is None:
             if seconds >= self.response_timeout:
                 self.link.check()
             if not (self.in_doubt and seconds > 0 and waits < MOST_WAITS):
                 break
-            frame = self._next_within(queue, Patience(seconds))
+            frame = self._next_within(queue, self.link.patience(seconds))
             waits, missed = waits + 1, missed + self.missed
         self.missed, self.waited_again = missed, waits > 1
         return frame

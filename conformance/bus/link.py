@@ -11,7 +11,8 @@ from can.interfaces.socketcand import SocketCanDaemonBus
 from can.interfaces.udp_multicast import UdpMulticastBus
 from can.interfaces.virtual import VirtualBus
 
-from conformance.bus.arrivals import arrivals, shortest_look
+from conformance.bus.arrivals import arrivals, own_clock, shortest_look
+from conformance.bus.deadline import Deadline
 from conformance.bus.echoes import UnmarkedEchoes
 from conformance.bus.errors import (
     SecondClient,
@@ -56,9 +57,10 @@ class Link:
         # Looks, in a silence, whether the bus is still reached; raises InterfaceLost.
         self.check: Callable[[], None] = lambda: None
         self._bus = bus
+        self._own_clock = own_clock(bus)
         self._listeners: list[Callable[[Captured], None]] = []
         self._receivers: list[Callable[[CanFrame], None]] = []
-        # When the frame that was received last arrived, by the monotonic clock, in seconds.
+        # When the frame that was received last arrived, by the clock ``now``, in seconds.
         self.arrived = 0.0
         self._arrival = arrivals(bus)
         self._shortest_look = shortest_look(bus)
@@ -70,6 +72,18 @@ class Link:
         self.may_lose = not (isinstance(bus, VirtualBus) or getattr(bus, "loses_nothing", False))
         self._marks_echoes = not isinstance(bus, SocketcanBus)
         self._unmarked = UnmarkedEchoes() if isinstance(bus, UdpMulticastBus) else None
+
+    def now(self) -> float:
+        """Tell the time in seconds: that of the bus, or the monotonic one of the machine."""
+        return time.monotonic() if self._own_clock is None else self._own_clock()
+
+    def patience(self, seconds: float, *, plain: bool = False) -> Patience:
+        """Begin a wait for frames."""
+        return Patience(seconds, plain=plain, now=self._own_clock)
+
+    def deadline(self, seconds: float) -> Deadline:
+        """Return an end some seconds from now, which no frame moves."""
+        return Deadline(seconds, self.now)
 
     def listen(self, listener: Callable[[Captured], None]) -> None:
         """Hand every frame from now on to ``listener``."""
@@ -126,7 +140,7 @@ class Link:
 
         Raises InterfaceLost, BusOff or FramesDropped, or RunStopped instead.
         """
-        return self.receive_with(Patience(timeout))
+        return self.receive_with(self.patience(timeout))
 
     def receive_with(self, patience: Patience) -> CanFrame | None:
         """Return the next frame of another node while a wait lasts, or None.

@@ -1,7 +1,12 @@
-"""How fast a device answers, and how often it does not: what one may expect of it from then on."""
+"""How fast a device answers, and how often it does not: what one may expect of it from then on.
 
-from collections import Counter, deque
+Each kind of request has a pace of its own, and so has each object that is written: a device may
+read at once, and take its time for what goes into an EEPROM.
+"""
 
+from collections import Counter, defaultdict, deque
+
+from conformance.bus.kinds import Kind, Task, Tasks
 from conformance.sdo.nmt import NmtState
 
 # Requests that were left unanswered for the whole time-out, before it is cut short.
@@ -13,8 +18,22 @@ MARGIN = 10.0
 SHORTEST, SHORTEST_OF_OPEN, SHORTEST_OF_LOOK = 0.25, 0.1, 0.02
 # How much longer than the longest time so far it may take a device to enter the same NMT state.
 SLOWER = 2.0
+# How much longer a request may take than nearly all of its kind, where others wait behind it.
+SLOWEST = 2.0
+# The seconds that each segment of a burst may take as long as no burst was acknowledged.
+SEGMENT_TIME = 0.02
 # Of this number of answers, the machine may have delayed one.
 NEARLY_ALL = 100
+# What is likely to have taken the time where several tasks were done, the most likely last.
+BY_SLOWNESS = (
+    Kind.READ,
+    Kind.SEGMENT,
+    Kind.ENDING,
+    Kind.WRITE,
+    Kind.BURST,
+    Kind.BLOCK_END,
+    Kind.STORE,
+)
 # Plain reads that are looked at, each behind an answer, and how many unanswered ones are too many:
 # a sound device leaves none unanswered.
 LOOKED_AT, TOO_MANY = 60, 12
@@ -27,24 +46,32 @@ class Pace:
     ``beside`` are the answers on further channels.
     """
 
-    def __init__(self) -> None:
-        """Nothing was asked yet."""
+    def __init__(self, like: "Pace | None" = None) -> None:
+        """Nothing was asked yet; a further channel of a device is as fast ``like`` the others."""
+        self._like = like
         self.answers = 0
         self.total = 0.0
         self.silences = 0
         self.beside = 0
         # By the power of two in milliseconds within which they came.
         self._within: Counter[int] = Counter()
+        self._of: defaultdict[Task, Counter[int]] = defaultdict(Counter)
         self._latest = 0.0
         # The longest time that it took to enter each NMT state.
         self._entering: dict[NmtState | None, float] = {}
         self._reads: deque[bool] = deque(maxlen=LOOKED_AT)
 
-    def answered(self, seconds: float) -> None:
-        """Take an answer that came after some time."""
+    def answered(self, seconds: float, tasks: Tasks | None = None) -> None:
+        """Take an answer that came after some time, in which the ``tasks`` were done."""
         self.answers += 1
         self.total += seconds
-        self._within[int(seconds * 1000).bit_length()] += 1
+        self._within[_power(seconds)] += 1
+        if tasks:
+            task = max(tasks, key=_slowness)
+            each = _power(seconds / tasks[task])
+            self._of[Task(task.kind)][each] += 1
+            if task.about:
+                self._of[task][each] += 1
 
     def unanswered(self) -> None:
         """Take that a request, which had to be answered, was not, within the time for it."""
@@ -68,34 +95,61 @@ class Pace:
             return limit
         return min(limit, max(self._entering[state] * SLOWER, SHORTEST_OF_LOOK))
 
-    def patience(self, timeout: float) -> float:
+    def patience(self, timeout: float, tasks: Tasks | None = None) -> float:
         """Return how long to wait for an answer that has to come within ``timeout``.
 
+        That is the time for one request: where more ``tasks`` are not done yet it grows with them.
         A device that was seen again and again to leave a request unanswered is waited for only
         as long as makes sure: far longer than nearly all of its answers took, and any late one.
         """
-        return timeout if self.silences < PROVEN else self._sure(timeout, SHORTEST)
+        limit = self._limit(timeout, tasks)
+        return limit if self.silences < PROVEN else self._sure(limit, SHORTEST, tasks)
 
-    def soon(self, timeout: float) -> float:
+    def soon(self, timeout: float, tasks: Tasks | None = None) -> float:
         """Return how long to wait for what comes as soon as this device answers, if it does."""
-        return self._sure(timeout, SHORTEST_OF_OPEN)
+        return self._sure(self._limit(timeout, tasks), SHORTEST_OF_OPEN, tasks)
 
-    def look(self, timeout: float) -> float:
+    def look(self, timeout: float, tasks: Tasks | None = None) -> float:
         """Return how long to look for what comes so soon, where it may come later as well."""
-        return self._sure(timeout, SHORTEST_OF_LOOK)
+        return self._sure(self._limit(timeout, tasks), SHORTEST_OF_LOOK, tasks)
 
-    def _sure(self, timeout: float, shortest: float) -> float:
-        return min(timeout, max(self.nearly_all * MARGIN, self._latest * MARGIN, shortest))
+    def _limit(self, timeout: float, tasks: Tasks | None) -> float:
+        """Return how long the tasks may take at the most, where one of them has ``timeout``."""
+        if not tasks or tasks.total() == 1:
+            return timeout
+        return max(timeout, sum(self._slowest(task) * tasks[task] for task in tasks))
+
+    def _slowest(self, task: Task) -> float:
+        known = self._known(task)
+        unknown = SEGMENT_TIME if task.kind is Kind.BURST else self.nearly_all
+        return unknown if known is None else known * SLOWEST
+
+    def _sure(self, limit: float, shortest: float, tasks: Tasks | None) -> float:
+        if not tasks:
+            usual = self.nearly_all
+        elif any(task.kind is Kind.STORE and self._known(task) is None for task in tasks):
+            return limit  # which may take seconds
+        else:
+            usual = sum(self._usual(task) * tasks[task] for task in tasks)
+        return min(limit, max(usual * MARGIN, self._latest * MARGIN, shortest))
+
+    def _usual(self, task: Task) -> float:
+        known = self._known(task)
+        return self.nearly_all if known is None else known
+
+    def _known(self, task: Task) -> float | None:
+        """Return within which time nearly all of a kind were done, or nearly all of its object."""
+        found = [self._of[each] for each in {task, Task(task.kind)} if each in self._of]
+        if found:
+            return max(map(_nearly_all, found))
+        return None if self._like is None else self._like._known(task)
 
     @property
     def nearly_all(self) -> float:
         """Within which time nearly all answers have come."""
-        late = self.answers // NEARLY_ALL
-        for power in sorted(self._within, reverse=True):
-            late -= self._within[power]
-            if late < 0:
-                return float(1 << power) / 1000
-        return 0.0
+        if not self._within and self._like is not None:
+            return self._like.nearly_all
+        return _nearly_all(self._within)
 
     @property
     def typical(self) -> float:
@@ -113,3 +167,21 @@ class Pace:
             "were sent right after an answer, but answered them when repeated: it drops requests "
             "of every kind, or the bus loses frames"
         )
+
+
+def _power(seconds: float) -> int:
+    return int(seconds * 1000).bit_length()
+
+
+def _nearly_all(within: Counter[int]) -> float:
+    late = within.total() // NEARLY_ALL
+    for power in sorted(within, reverse=True):
+        late -= within[power]
+        if late < 0:
+            return float(1 << power) / 1000
+    return 0.0
+
+
+def _slowness(task: Task) -> int:
+    """Order tasks by what is more likely to have taken the time of them all."""
+    return BY_SLOWNESS.index(task.kind)

@@ -6,6 +6,7 @@ does not count, and what has arrived meanwhile is looked at before the wait is o
 """
 
 import time
+from collections.abc import Callable
 
 # Seconds of one look: shorter than any response time-out that is in use.
 LOOK = 0.05
@@ -26,10 +27,22 @@ class Patience:
     them: it ends by the clock, even if the suite was not listening.
     """
 
-    __slots__ = ("_asked", "_late", "_over", "_plain", "_seconds", "_since", "left", "missed")
+    __slots__ = (
+        "_asked",
+        "_late",
+        "_now",
+        "_over",
+        "_plain",
+        "_seconds",
+        "_since",
+        "left",
+        "missed",
+    )
 
-    def __init__(self, seconds: float, *, plain: bool = False) -> None:
-        """Begin a wait; ``seconds`` is its length."""
+    def __init__(
+        self, seconds: float, *, plain: bool = False, now: Callable[[], float] | None = None
+    ) -> None:
+        """Begin a wait; ``seconds`` is its length by the clock ``now``: if none, the machine's."""
         self.left = seconds
         self.missed = 0.0
         self._seconds = seconds
@@ -37,7 +50,8 @@ class Patience:
         self._over = False
         self._late = 0
         self._asked = 0.0
-        self._since = time.monotonic()
+        self._now = now or time.monotonic
+        self._since = self._now()
 
     @property
     def over(self) -> bool:
@@ -57,7 +71,7 @@ class Patience:
 
     def looked(self, *, silent: bool) -> None:
         """End a look: nothing came, or something that was not awaited."""
-        now = time.monotonic()
+        now = self._now()
         took, self._since = now - self._since, now
         late = took - self._asked
         if self._plain:

@@ -213,9 +213,8 @@ class Channels:
     @contextmanager
     def listen_on(self, ids: ChannelIds) -> Iterator[Dialogue]:
         """Talk on a channel that need not be there; what is found counts for this case."""
-        channel = Channel(
-            self._channel.link, self._device.node_id, self._channel.response_timeout, ids
-        )
+        own = self._channel
+        channel = Channel(own.link, self._device.node_id, own.response_timeout, ids, own.pace)
         other = self._sdo.beside(channel)
         other.silence.calms_down = False
         try:

@@ -4,7 +4,6 @@ Transfers (see ``transfers``) perform what leads to the point of a case. The exp
 the point, and fail by the case's rule.
 """
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -264,16 +263,15 @@ class Dialogue(Transfers):
 
         A server that waits for segments of a block may acknowledge what it has before.
         """
-        begin = (
-            time.monotonic() if self.wire.pauses.active_at is None else self.wire.pauses.active_at
-        )
+        now = self.channel.link.now
+        begin = now() if self.wire.pauses.active_at is None else self.wire.pauses.active_at
         for _ in range(MOST_ACKNOWLEDGEMENTS):
             response = self.wait(seconds + self.channel.response_timeout)
             if not isinstance(response, BlockAck):
                 break
         due = f"abort with {named(SERVER_TIME_OUT.codes)} after {seconds:g} s of silence"
         if response is None:
-            raise self.breach(due, f"nothing within {time.monotonic() - begin:.3g} s")
+            raise self.breach(due, f"nothing within {now() - begin:.3g} s")
         self.take_abort(response, SERVER_TIME_OUT.codes, target, SERVER_TIME_OUT.tolerated)
         elapsed = self.channel.arrived - begin
         if elapsed < seconds * PROMPT:

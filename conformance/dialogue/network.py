@@ -3,9 +3,9 @@
 All of it needs a permission of the user. The device ends Pre-operational.
 """
 
-import time
 from math import ceil
 
+from conformance.bus.deadline import Deadline
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
@@ -86,7 +86,7 @@ class Network:
         self._sdo.silence.calms_down = state.serves_sdo
         self.state = state
         self._sdo.wire.seen.clear()
-        self._sent_at = time.monotonic()
+        self._sent_at = self._channel.link.now()
         self._channel.send_nmt(NmtMessage(command, self._device.node_id))
 
     def _require_kept(self, command: NmtCommand) -> None:
@@ -119,7 +119,8 @@ class Network:
         """Expect the boot-up message that follows a reset; a wrong one is noted, if it is all."""
         self._booting = False
         odd: CanFrame | None = None
-        while (frame := self._channel.receive_error_control(BOOT_TIME)) is not None:
+        deadline = self._channel.link.deadline(BOOT_TIME)
+        while (frame := self._error_control_until(deadline)) is not None:
             if frame.data[0] == NmtState.INITIALISING:
                 self.state = NmtState.PRE_OPERATIONAL
                 return
@@ -184,11 +185,10 @@ class Network:
 
         That takes as long as an answer elsewhere.
         """
-        pace = self._channel.pace
         if self._period:
-            self._expect_told(self._beats(pace.look(self._channel.response_timeout)))
+            self._expect_told(self._beats(self._sdo.wire.look))
         else:
-            self._pause(pace.soon(self._channel.response_timeout))
+            self._pause(self._sdo.wire.soon)
 
     def _beats(self, seconds: float) -> int:
         """Return the number of heartbeats that take so long at least, whenever the first comes."""
@@ -214,18 +214,25 @@ class Network:
         due = NmtState.INITIALISING if self.state is None else self.state
         raise self._sdo.breach(f"heartbeats with {due:02X}h", f"{frame}")
 
+    def _error_control_until(self, deadline: Deadline) -> CanFrame | None:
+        """Return the next boot-up or heartbeat message before an end, or None."""
+        if deadline.has_passed:
+            return None
+        return self._channel.receive_error_control(deadline.left)
+
     def _pause(self, seconds: float) -> None:
         """Let a time pass; a heartbeat now and then does not end it."""
-        deadline = time.monotonic() + seconds
-        while (left := deadline - time.monotonic()) > 0:
-            if self._channel.receive_error_control(left) is None:
+        deadline = self._channel.link.deadline(seconds)
+        while not deadline.has_passed:
+            if self._channel.receive_error_control(deadline.left) is None:
                 return
 
     def end_heartbeats(self) -> None:
         """Write 0 to 1017h, and expect no heartbeat beyond those that had been queued before."""
         self._sdo.download(HEARTBEAT_TIME, bytes(2))
         # A device that takes its time to confirm that has told its state meanwhile.
-        while self._channel.receive_error_control(0.0) is not None:
+        deadline = self._channel.link.deadline(self._channel.response_timeout)
+        while not deadline.has_passed and self._channel.receive_error_control(0.0) is not None:
             pass
         for _ in range(MOST_QUEUED):
             if self._channel.receive_error_control(self._period / 2) is None:

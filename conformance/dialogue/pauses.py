@@ -5,6 +5,7 @@ a busy machine may keep it waiting: then the server is right, and the case says 
 """
 
 import time
+from collections.abc import Callable
 
 from conformance.device.lacking import NotTestable
 from conformance.sdo.abort_codes import AbortCode
@@ -29,8 +30,11 @@ class Pauses:
     ``notes`` say what was met.
     """
 
-    def __init__(self, server_timeout: float | None) -> None:
+    def __init__(
+        self, server_timeout: float | None, now: Callable[[], float] | None = None
+    ) -> None:
         """``server_timeout`` is when the device gives up a silent client, None if not declared."""
+        self._now = now or time.monotonic
         self.active_at: float | None = None
         self.longest = 0.0
         self.notes: list[str] = []
@@ -42,20 +46,20 @@ class Pauses:
 
     def sent(self, *, within: bool) -> None:
         """Take that a frame has just been sent, ``within`` a transfer or not, after a silence."""
-        now = time.monotonic()
+        now = self._now()
         if within and self.active_at is not None:
             silent = now - self.active_at
             self.longest = silent if silent > self.longest else self.longest
         self.active_at = now
 
     def waited(self) -> None:
-        """Take that the silence up to now was meant: the server had to give up, or to go on."""
-        self.active_at = time.monotonic()
+        """Take that the silence up to now was meant: the server had to give up, go on or answer."""
+        self.active_at = self._now()
 
     def received(self, data: bytes, arrived: float, *, within: bool) -> None:
         """Take a response, and when it arrived: since then it may have waited for the bench."""
         if within:
-            waited = time.monotonic() - arrived
+            waited = self._now() - arrived
             self.longest = waited if waited > self.longest else self.longest
         if self.longest >= self._limit and is_timeout(decode_response(data)):
             self._given_up = True

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from conformance.dialogue.causes import BEHIND_LAST, NOT_STORED, Cause, Causes
 from conformance.dialogue.early import EarlyAborts
+from conformance.dialogue.pauses import Pauses
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Request
 from conformance.sdo.layout import Multiplexer
@@ -23,7 +24,8 @@ class CaseRecord:
     nothing; ``own`` has breaches that are what the case is about, whatever their rules. ``notes``
     are for the reader of the result. ``written`` are the objects that may have changed, and
     ``reset`` those that a reset has changed last, by its command. ``early`` are the aborts by which
-    the server left a transfer, ``channels`` those on which the case has talked.
+    the server left a transfer, ``channels`` those on which the case has talked, and ``pauses`` the
+    silences of the bench on each of them.
     """
 
     rule: Rule
@@ -35,6 +37,7 @@ class CaseRecord:
     reset: dict[Multiplexer, NmtCommand] = field(default_factory=dict)
     early: EarlyAborts = field(default_factory=EarlyAborts)
     channels: list[ChannelIds] = field(default_factory=list)
+    pauses: list[Pauses] = field(default_factory=list)
     _noted: Counter[str] = field(default_factory=Counter)
 
     def note(self, violation: Violation, asked: Request) -> None:
@@ -46,6 +49,14 @@ class CaseRecord:
         if self._noted[violation.rule.id] <= MOST_NOTED:
             violation.request = violation.request or asked
             self.minor.append(violation)
+
+    def waited(self) -> None:
+        """Take that the case has waited up to now for an answer that has not come, on any channel.
+
+        No channel may excuse with that what its server does.
+        """
+        for each in self.pauses:
+            each.waited()
 
     def breach(self, expected: str, actual: str) -> Violation:
         """Build a breach of the case's rule."""

@@ -4,11 +4,11 @@ Every response is held to the shape that any response must have, and every frame
 follows the conversation. What is sent has to pass the write policy first.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from conformance.bus.channel import Channel
+from conformance.bus.kinds import task_of
 from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
@@ -44,6 +44,8 @@ from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
 
 SEGMENTS_PER_LOOK = 4
+# How many seconds longer an answer is awaited where segments beyond their sub-block come first.
+MOST_SURPLUS = 5.0
 ABORTS = b"\x80"
 UPLOADS = UploadInitiate, BlockUploadInitiate
 PLAIN_READING = UploadInitiate, UploadSegment
@@ -73,8 +75,9 @@ class Wire:
         self.tracker = TransferTracker()
         self.delivered = Delivered()
         self.effects = Effects(device, record)
-        self.pauses = Pauses(device.server_timeout)
-        self.timing = Timing(channel.pace)
+        self.pauses = Pauses(device.server_timeout, channel.link.now)
+        record.pauses.append(self.pauses)
+        self.timing = Timing(channel.pace, channel.link.now)
         self.seen = device.keeping.seen
         self.is_proven = False
         self.last_sent: Request = NOTHING_SENT
@@ -159,6 +162,7 @@ class Wire:
         self.delivered.request(self.tracker.request(abort.encode()))
         self.channel.send(abort)
         self.pauses.sent(within=True)
+        self.timing.ended()
         return abort
 
     def _about_to_send(self, request: Request) -> None:
@@ -172,7 +176,7 @@ class Wire:
         if not self.fencing:
             self.record.early.sent(request)
         self.segments = int(isinstance(request, BlockSegment))
-        self.timing.sent()
+        self.timing.sent(task_of(request, self.tracker.open))
         self._read = b""
         self.is_proven = self.is_proven and isinstance(request, PLAIN_READING)
         if not reads:
@@ -182,7 +186,7 @@ class Wire:
         """Take note of a segment behind another one: nothing is new but what it brings."""
         self.sent_before, self.last_sent = self.last_sent, segment
         self.segments += 1
-        self.timing.sent()
+        self.timing.sent(task_of(segment, None))
         self.device.extents.request(segment)
 
     @property
@@ -197,12 +201,13 @@ class Wire:
 
         Raises Violation when none comes in time, or one that has not the shape of a response.
         """
+        patience = self.patience
         frame = self.next_frame()
         if frame is None and self._read and self.channel.waited_again:
             frame = self._read_again()
         if frame is None:
             self.timing.gave_up()
-            actual = f"nothing within {self.patience * 1000:.4g} ms{self.heard_elsewhere()}"
+            actual = f"nothing within {patience * 1000:.4g} ms{self.heard_elsewhere()}"
             self.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
             found = Violation(ANSWERED, expected=expected, actual=actual)
@@ -238,7 +243,17 @@ class Wire:
     @property
     def patience(self) -> float:
         """How many seconds to wait for an answer that has to come."""
-        return self.channel.pace.patience(self.channel.response_timeout)
+        return self.channel.pace.patience(self.channel.response_timeout, self.timing.due)
+
+    @property
+    def soon(self) -> float:
+        """How many seconds to wait for what comes as soon as this device answers, if it does."""
+        return self.channel.pace.soon(self.channel.response_timeout, self.timing.due)
+
+    @property
+    def look(self) -> float:
+        """How many seconds to look for what comes so soon, where it may come later as well."""
+        return self.channel.pace.look(self.channel.response_timeout, self.timing.due)
 
     def unanswered(self) -> None:
         """Take that an answer which had to come did not."""
@@ -248,7 +263,7 @@ class Wire:
     def _read_again(self) -> CanFrame | None:
         """Repeat a read, once, of which the answer may have been missed; no other request is."""
         self.pauses.repeated(self.channel.missed)
-        again = time.monotonic()
+        again = self.channel.link.now()
         self.transmit(self._read)
         frame = self.next_frame()
         if frame is not None and self.channel.arrived < again:
@@ -276,15 +291,23 @@ class Wire:
         return self.take(frame)
 
     def next_frame(self, timeout: float | None = None) -> CanFrame | None:
-        """Return the next response as it came, or None."""
-        begin = time.monotonic()
+        """Return the next response as it came, or None; where it has to come, without a time-out.
+
+        That the device gives up a transfer while it owes an answer is no doing of the bench.
+        """
+        begin, has_to_come = self.channel.link.now(), timeout is None
         timeout = self.patience if timeout is None else timeout
+        deadline = self.channel.link.deadline(timeout + MOST_SURPLUS)
         frame = self.channel.receive(timeout)
         while frame is not None and self._is_surplus(frame):
-            frame = self.channel.receive(timeout)
+            frame = self.channel.receive(min(timeout, deadline.left))
+            if deadline.has_passed:
+                break
         if frame is None:
             self.timing.waited_since(begin)
             self._note_missed()
+            if has_to_come and self.owed and not self.channel.in_doubt:
+                self.record.waited()
         else:
             self.timing.received(self.channel.arrived)
             self._note_received(frame)

@@ -260,8 +260,7 @@ class Lockstep:
         """
         if self.oracle.awaited is not Awaited.MAYBE:
             return []
-        channel = self._sdo.channel
-        return self._taken(self._sdo.wire.next_frame(channel.pace.look(channel.response_timeout)))
+        return self._taken(self._sdo.wire.next_frame(self._sdo.wire.look))
 
     def _taken(self, answer: CanFrame | None) -> list[Response]:
         self.check()
