@@ -17,6 +17,8 @@ MOST_OVERHEARD = 1000
 ABORTS = b"\x80"
 # Frames with the times at which they arrived.
 Waiting = deque[tuple[CanFrame, float]]
+# Seconds for which a device may go on to talk before it is no longer waited for that it ends.
+MOST_TALK = 2.0
 # How many times at most a silence in doubt is waited out again.
 MOST_WAITS = 5
 
@@ -113,6 +115,14 @@ class Channel:
     def pause(self, seconds: float) -> CanFrame | None:
         """Send nothing for a time, by the clock; return a response that ends the pause."""
         return self._next_within(self._responses, self.link.patience(seconds, plain=True))
+
+    def until_quiet(self, rest: float) -> bool:
+        """Take responses until none has come for ``rest`` seconds; say whether that was reached."""
+        deadline = self.link.deadline(MOST_TALK)
+        while not deadline.has_passed:
+            if self.receive(rest) is None:
+                return True
+        return False
 
     def waiting(self) -> list[CanFrame]:
         """Look, without waiting, for a frame more; return the responses not yet taken.

@@ -90,6 +90,7 @@ class Silence:
         crossed, wire.crossed = wire.crossed, 0
         at_rest = wire.channel.at_rest and wire.tracker.open is None
         self._send_baseline()
+        deadline = wire.deadline(most)
         retried = False
         while True:
             frame = wire.next_frame()
@@ -100,6 +101,7 @@ class Silence:
                     raise self._no_answer(stray)
                 retried = True
                 wire.unanswered()
+                self._note_silence()
                 self._send_baseline()
                 continue
             response = wire.take(frame)
@@ -115,13 +117,20 @@ class Silence:
                 continue
             stray.append(response)
             wire.timing.came_late()
-            if len(stray) > most:
+            if len(stray) > most or deadline.has_passed:
                 raise unsolicited(stray)
         if retried:
             self._take_second_answer()
         self._read_the_rest()
         wire.is_proven = wire.channel.is_calm = not stray
         return stray
+
+    def _note_silence(self) -> None:
+        """Say in the result that a read of 1000h is sent again."""
+        waited = self._wire.patience * 1000
+        self._wire.record.notes.append(
+            f"a read of 1000h was not answered within {waited:.4g} ms, and was sent again"
+        )
 
     def _no_answer(self, stray: list[Response]) -> Violation:
         heard = self._wire.heard_elsewhere()
@@ -151,8 +160,10 @@ class Silence:
         wire = self._wire
         baseline = self._device.baseline[0][1]
         wire.transmit(UploadInitiate(ERROR_REGISTER).encode())
+        deadline = wire.deadline(1)
         while (frame := wire.next_frame()) is not None and wire.take(frame).encode() == baseline:
-            pass
+            if deadline.has_passed:
+                break
         if len(self._device.baseline) > 1:
             self._send_baseline()
             wire.receive()
@@ -258,9 +269,11 @@ class Silence:
         two of them.
         """
         wire, channel = self._wire, self._wire.channel
-        look = channel.pace.look(channel.response_timeout)
+        look, deadline = wire.look, wire.deadline(MOST_STRAY)
         found: list[Response] = []
         while len(found) < MOST_STRAY and (frame := channel.receive(look)) is not None:
+            if deadline.has_passed:
+                break
             found.append(wire.tracker.response(frame.data))
         return found
 

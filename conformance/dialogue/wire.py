@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from conformance.bus.channel import Channel
+from conformance.bus.deadline import Deadline
 from conformance.bus.kinds import task_of
 from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
@@ -44,7 +45,9 @@ from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
 
 SEGMENTS_PER_LOOK = 4
-# How many seconds longer an answer is awaited where segments beyond their sub-block come first.
+# In seconds, how long a frame takes at least where many come that nobody has asked for.
+FRAME_TIME = 0.002
+# How many seconds longer an answer is awaited at the most where other frames come first.
 MOST_SURPLUS = 5.0
 ABORTS = b"\x80"
 UPLOADS = UploadInitiate, BlockUploadInitiate
@@ -254,6 +257,11 @@ class Wire:
     def look(self) -> float:
         """How many seconds to look for what comes so soon, where it may come later as well."""
         return self.channel.pace.look(self.channel.response_timeout, self.timing.due)
+
+    def deadline(self, frames: int) -> Deadline:
+        """Return when an answer has to be there, though so many other ``frames`` came before it."""
+        each = max(self.channel.pace.nearly_all, FRAME_TIME)
+        return self.channel.link.deadline(self.patience + min(frames * each, MOST_SURPLUS))
 
     def unanswered(self) -> None:
         """Take that an answer which had to come did not."""

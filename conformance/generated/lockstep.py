@@ -216,7 +216,8 @@ class Lockstep:
         else:
             self._sdo.send_frame(frame)
         self._point = self._sdo.wire.last_sent if point else None
-        while self.oracle.awaited is Awaited.ANSWER:
+        deadline = self._sdo.wire.deadline(MOST_STRAY)
+        while self.oracle.awaited is Awaited.ANSWER and not deadline.has_passed:
             answers += self._answer()
         latest = answers[-1] if answers else None
         if isinstance(latest, Abort) and not self._refuses_point(latest):
@@ -231,16 +232,20 @@ class Lockstep:
 
     def _behind_abort(self) -> list[Response]:
         """Take the answer that comes behind an abort where that is of a superseded transfer."""
-        answers: list[Response] = []
+        answers, deadline = list[Response](), self._sdo.wire.deadline(MOST_STRAY)
         while not self.oracle.lost and (more := self._what_may_come()):
             answers += more
+            if deadline.has_passed:
+                break
         return answers
 
     def behind_gap(self) -> list[Response]:
         """Take the acknowledgements of a sub-block that may come behind a gap."""
-        answers: list[Response] = []
+        answers, deadline = list[Response](), self._sdo.wire.deadline(MOST_STRAY)
         while SubBlock.name in self.oracle.states and (more := self._what_may_come()):
             answers += more
+            if deadline.has_passed:
+                break
         return answers
 
     def _answer(self) -> list[Response]:

@@ -1,6 +1,5 @@
 """Sends the requests of a log to a device again, each once the one before is answered."""
 
-import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
@@ -10,7 +9,6 @@ from typing import Self
 
 from conformance.bus.errors import BenchError
 from conformance.bus.link import Link
-from conformance.bus.patience import Patience
 from conformance.device.safety import written_by
 from conformance.logs.reading import Seen
 from conformance.logs.replay_plan import Plan, Step, is_answer, is_boot_up, node_of, read_request
@@ -25,6 +23,8 @@ from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 BOOT_TIME = 10.0
 # Seconds for which the channel has to be quiet behind an abort, and how long that is awaited.
 QUIET, MOST_QUIET = 0.05, 2.0
+# What comes faster than it is taken has no end.
+MOST_EARLY = 1000
 DEVICE_TYPE = Multiplexer(0x1000, 0)
 
 
@@ -61,7 +61,7 @@ class Replay:
         self._response_timeout = response_timeout
         self._decoders: dict[int, Decoder] = {}
         self._number = 0
-        self._begin = time.monotonic()
+        self._begin = self._link.now()
         self.stopped = ""
 
     def __enter__(self) -> Self:
@@ -90,11 +90,11 @@ class Replay:
     @property
     def now(self) -> float:
         """The time since the beginning, in seconds."""
-        return time.monotonic() - self._begin
+        return self._link.now() - self._begin
 
     def exchanges(self) -> Iterator[Exchange]:
         """Send frame by frame; raises BenchError."""
-        self._begin = time.monotonic()
+        self._begin = self._link.now()
         for step in self._plan.steps:
             if self._would_write_elsewhere(step):
                 return
@@ -104,7 +104,10 @@ class Replay:
             yield Exchange(step, early, sent, list(self._answers(step)))
 
     def _early(self) -> Iterator[Seen]:
-        while frames := self._link.look():
+        for _ in range(MOST_EARLY):
+            frames = self._link.look()
+            if not frames:
+                return
             for frame in frames:
                 if self._is_shown(frame):
                     yield self._received(frame)
@@ -134,17 +137,17 @@ class Replay:
             seconds = max(seconds, BOOT_TIME) if any(map(is_boot_up, then)) else seconds
         elif step.waited is not None:
             seconds = min(seconds, step.waited)
-        patience = Patience(seconds)
+        patience = self._link.patience(seconds)
         while (frame := self._link.receive_with(patience)) is not None:
             patience.looked(silent=False)
             if not self._is_shown(frame):
                 continue
             yield self._received(frame)
-            if due:
+            if due[frame.can_id]:
                 due -= Counter((frame.can_id,))
                 if not due:
                     return
-                patience = Patience(seconds)
+                patience = self._link.patience(seconds)
 
     def _is_shown(self, frame: CanFrame) -> bool:
         """Choose the answers, and the requests of another client, of the nodes that are asked."""
@@ -169,12 +172,12 @@ class Replay:
         for node_id in self._plan.node_ids:
             abort = Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR).encode()
             self._link.send(ChannelIds.default(node_id).request.frame(abort))
-        until = time.monotonic() + MOST_QUIET
-        patience = Patience(QUIET)
-        while time.monotonic() < until:
+        deadline = self._link.deadline(MOST_QUIET)
+        patience = self._link.patience(QUIET)
+        while not deadline.has_passed:
             frame = self._link.receive_with(patience)
             if frame is None:
                 return
             patience.looked(silent=False)
             if self._is_shown(frame):
-                patience = Patience(QUIET)
+                patience = self._link.patience(QUIET)

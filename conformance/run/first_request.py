@@ -31,8 +31,7 @@ def ask_first(channel: Channel) -> Violation | None:
         if serves and getattr(response, "mux", None) == DEVICE_TYPE:
             return None
         wrong = in_words(response)
-    while channel.receive(REST) is not None:
-        pass
+    channel.until_quiet(REST)
     channel.send(request)
     if channel.receive() is None:
         return None

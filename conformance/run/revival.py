@@ -1,7 +1,5 @@
 """A device that has a program or a command to recover it: awaited at the start, brought back."""
 
-import time
-
 from conformance.bus.channel import Channel
 from conformance.bus.errors import ProcessFailed
 from conformance.device.device import DEVICE_TYPE
@@ -65,13 +63,13 @@ class Revival:
         channel = self._channel
         channel.overheard.clear()
         self.has_booted = False
-        begin = time.monotonic()
-        ask_at, asked = begin + channel.response_timeout, False
-        while (now := time.monotonic()) < begin + self._start_limit:
+        limit = channel.link.deadline(self._start_limit)
+        ask_at, asked = channel.link.deadline(channel.response_timeout), False
+        while not limit.has_passed:
             self.process.check()
-            if now >= ask_at:
+            if ask_at.has_passed:
                 channel.send(UploadInitiate(DEVICE_TYPE))
-                ask_at, asked = now + channel.response_timeout, True
+                ask_at, asked = channel.link.deadline(channel.response_timeout), True
             if channel.receive(LOOK) is not None:
                 return
             if self._booted():

@@ -30,6 +30,8 @@ from conformance.sdo.rules import (
 
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back outside the cases.")
 MOST_INCIDENTS = 200
+# What comes faster than it is taken has no end.
+MOST_LATE = 1000
 CAME_LATE = f"{UNSOLICITED.id}: an answer behind the case"
 
 
@@ -156,7 +158,10 @@ class DeviceSession:
         A case on another device may have asked this one: what came then is no late answer.
         """
         asked, self._asked_by_others = self._asked_by_others, False
-        while (frame := self.channel.receive(0)) is not None:
+        for _ in range(MOST_LATE):
+            frame = self.channel.receive(0)
+            if frame is None:
+                break
             if asked or self._may_be_lost(CAME_LATE):
                 continue
             actual = f"{in_words(decode_response(frame.data))} ({frame})"

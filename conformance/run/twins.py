@@ -5,7 +5,7 @@ A device that sends every answer twice looks alike, unless what comes differs.
 
 from collections.abc import Iterator
 
-from conformance.bus.channel import Channel
+from conformance.bus.channel import MOST_TALK, Channel
 from conformance.bus.errors import TwoDevices
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
 from conformance.sdo.abort_codes import AbortCode
@@ -36,17 +36,17 @@ def look_for_second(channel: Channel, device: Device) -> None:
         return
     if _is_about(frame, DEVICE_TYPE):
         examine(channel, device)
-    elif getattr(decode_response(frame.data), "mux", None) != IDENTITY_COUNT:
-        _take_the_rest(channel)
+    elif not _names(frame, IDENTITY_COUNT):
+        channel.until_quiet(SECOND)
 
 
 def examine(channel: Channel, device: Device) -> None:
     """Read what tells devices apart, and take all answers; raises TwoDevices."""
-    _take_the_rest(channel)
+    channel.until_quiet(SECOND)
     counts = []
     for mux in ASKED:
         frames = list(_answers(channel, mux))
-        counts.append(len(frames))
+        counts.append(sum(_names(frame, mux) for frame in frames))
         if not frames:
             break  # other reads will show that
         others = [frame for frame in frames if frame.data != frames[0].data]
@@ -59,20 +59,21 @@ def examine(channel: Channel, device: Device) -> None:
     device.beliefs.answers_twice = min(counts) > 1
 
 
-def _take_the_rest(channel: Channel) -> None:
-    while channel.receive(SECOND) is not None:
-        pass
-
-
 def _answers(channel: Channel, mux: Multiplexer) -> Iterator[CanFrame]:
     channel.send(UploadInitiate(mux))
     wait = channel.response_timeout
-    while (frame := channel.receive(wait)) is not None:
+    deadline = channel.link.deadline(wait + MOST_TALK)
+    while not deadline.has_passed and (frame := channel.receive(wait)) is not None:
         wait = SECOND
         yield frame
         response = decode_response(frame.data)
         if isinstance(response, UploadInitiateResponse) and not response.expedited:
             channel.abort(mux, AbortCode.GENERAL_ERROR)
+
+
+def _names(frame: CanFrame, mux: Multiplexer) -> bool:
+    """Say whether a frame serves or refuses the read of an object."""
+    return getattr(decode_response(frame.data), "mux", None) == mux
 
 
 def _is_about(frame: CanFrame, mux: Multiplexer) -> bool:

@@ -27,6 +27,7 @@ class Watch:
         self._revival = revival
         self._boot_up = error_control(channel.node_id, NmtState.INITIALISING)
         self._last: deque[Captured] = deque(maxlen=MOST_SHOWN)
+        self._asked: Captured | None = None
         self._answered = False
         self._booted: list[Violation] = []
         channel.link.listen(self._take)
@@ -41,14 +42,16 @@ class Watch:
         if frame.can_id not in own:
             return
         self._last.append(captured)
+        if captured.direction is Direction.SENT:
+            self._asked = captured
         brought_back = self._revival is not None and self._revival.is_active
-        if frame == self._boot_up and self._answered and not brought_back:
-            self._booted.append(self._boot())
+        booted = frame == self._boot_up and self._answered and not brought_back
+        if booted and self._asked is not None and len(self._booted) < MOST_SHOWN:
+            self._booted.append(self._boot(self._asked))
         self._answered |= frame.can_id == self._channel.response_id
 
-    def _boot(self) -> Violation:
-        sent = [each.frame for each in self._last if each.direction is Direction.SENT]
-        request = decode_request(whole_frame(sent[-1].data))
+    def _boot(self, asked: Captured) -> Violation:
+        request = decode_request(whole_frame(asked.frame.data))
         last = ", ".join(str(each.frame) for each in self._last)
         booted = Violation(
             NO_REBOOT,

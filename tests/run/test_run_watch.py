@@ -88,3 +88,19 @@ def test_a_device_that_does_neither(tmp_path: Path, name: str | None) -> None:
     causes = bench.sessions[NODE_ID].causes.aside()
     assert [cause for cause, _ in causes if cause.rule_id == "server.no-reboot"] == []
     bench.close()
+
+
+class BootsAgainAndAgain(Node):
+    """Sends more boot-up messages than are shown, behind one read of a name."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        answers = super().receive(frame)
+        return [*[BOOT_UP] * 20, *answers] if frame.data[1:3] == b"\x09\x10" else answers
+
+
+def test_a_device_that_boots_again_and_again_before_the_first_case(tmp_path: Path) -> None:
+    bench = bench_with(BootsAgainAndAgain, tmp_path)
+    bench.open()
+    ((cause, _),) = bench.sessions[NODE_ID].causes.aside()
+    assert str(cause) == "server.no-reboot: the device booted behind upload initiate"
+    bench.close()
