@@ -22,15 +22,18 @@ tests-on-virtual-buses: $(VENV)/installed-for-tests
 	$(BIN)/pytest -n $(WAITING) --dist worksteal tests
 	$(BIN)/python tests/faults/detection.py --quick --workers $(WORKERS)
 	$(BIN)/python tests/faults/pairs.py --quick --workers $(WORKERS)
+	$(BIN)/python tests/faults/unusual_pairs.py --quick --workers $(WORKERS)
 
 socketcan: $(VENV)/installed-for-tests
 	PATH="$(abspath $(BIN)):$$PATH" tests/socketcan/run
 
 # Every case against every faulty and every unusual server, as a table; an hour on two cores. Then
-# servers with two faults, one of which hides others; half an hour more.
+# servers with two faults, one of which hides others, half an hour more; and servers that are unusual
+# in two ways.
 detection: $(VENV)/installed-for-tests
 	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
 	$(BIN)/python tests/faults/pairs.py --workers $(WORKERS)
+	$(BIN)/python tests/faults/unusual_pairs.py --workers $(WORKERS)
 
 # The suite against servers that others wrote. Those that need cargo or npm are left out without it;
 # FLEET="node -- -k upload" names servers and options of pytest.

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import TypeVar
 
 from conformance.reference.node import Node
@@ -95,23 +95,80 @@ class Deviation:
 def combine(first: Deviation, second: Deviation) -> Deviation:
     """Return what deviates in both ways.
 
-    Where both change one reaction the first comes first, and may leave it to the second.
+    Where both change one reaction the first comes first, and may leave it to the second. Two
+    unusual servers miss a SHOULD together where either does; a fault beside another misses no more
+    than that only where both do.
     """
     pair = (first, second)
     name = "+".join(each.name for each in pair)
     nodes = [each.kind for each in pair if issubclass(each.kind, Node)]
-    servers = [each.kind for each in pair if issubclass(each.kind, SegmentedServer)]
+    servers = _servers(pair)
+    soft = [each.soft for each in pair]
     return replace(
         first,
         name=name,
         kind=_joined(name, nodes) if nodes else _joined(name, servers),
         sentence=f"{first.sentence} {second.sentence}",
-        soft=first.soft and second.soft,
+        soft=all(soft) if first.is_fault or second.is_fault else any(soft),
         timed=first.timed or second.timed,
         thorough=first.thorough and second.thorough,
         lacking=first.lacking | second.lacking,
         server=_joined(name, servers) if nodes and servers else Server,
     )
+
+
+def acts_beside(first: Deviation, second: Deviation) -> bool:
+    """Say whether each does all that it is named for where both are one server.
+
+    Not where both have another value of one attribute, where both change one reaction and the first
+    does not go on to the second, where the one is a kind of the other, or where the one adds block
+    transfers that the other lacks.
+    """
+    pair = (first, second)
+    nodes = [each.kind for each in pair if issubclass(each.kind, Node)]
+    servers = _servers(pair)
+    lacks_blocks = any(not issubclass(kind, Server) for kind in servers)
+    if lacks_blocks and len(servers) > 1:
+        return False
+    return all(_act_together(*kinds) for kinds in (nodes, servers) if len(kinds) > 1)
+
+
+def _servers(pair: Iterable[Deviation]) -> list[type[SegmentedServer]]:
+    """Return what serves the channels of two deviations, where it is not the reference server."""
+    kinds = [each.kind if issubclass(each.kind, SegmentedServer) else each.server for each in pair]
+    return [kind for kind in kinds if kind is not Server]
+
+
+def _act_together(first: type, second: type) -> bool:
+    if issubclass(first, second) or issubclass(second, first):
+        return False
+    changes, others = _changes(first), _changes(second)
+    return all(
+        changes[name] is others[name] or _goes_on(changes[name])
+        for name in changes.keys() & others.keys()
+    )
+
+
+def _changes(kind: type) -> dict[str, object]:
+    """Return what a class has that the reference server has not, by name."""
+    own = [each for each in kind.__mro__ if not _is_reference(each)]
+    return {
+        name: value
+        for each in reversed(own)
+        for name, value in vars(each).items()
+        if name == "__init__" or not name.startswith(("__", ATTRIBUTE))
+    }
+
+
+def _is_reference(kind: type) -> bool:
+    """Say whether a class is of the reference server, or of what all classes share."""
+    return kind in (*Server.__mro__, *Node.__mro__)
+
+
+def _goes_on(change: object) -> bool:
+    """Say whether a reaction goes on to that of the class behind it."""
+    function = change.fget if isinstance(change, property) else change
+    return isinstance(function, FunctionType) and "super" in function.__code__.co_names
 
 
 def assemble(

@@ -297,13 +297,16 @@ class Lockstep:
     def settle(self, mux: Multiplexer, *, abort: bool = False) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes.
 
-        ``abort``: also where nothing can be open. Each request may have been answered: as many
-        answers may come before that of the fence.
+        A server may mind only an abort that names the object of its transfer. That is ``mux``
+        where the oracle knows of none. ``abort``: also where nothing can be open. Each request may
+        have been answered: as many answers may come before that of the fence.
         """
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
             self._look_for_abort()
-        if abort or not self.oracle.is_without_transfer:
-            self._sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
+        for target in self._may_run(mux):
+            if abort or not self.oracle.is_without_transfer:
+                self._sdo.send(Abort(target, AbortCode.GENERAL_ERROR))
+                abort = False
         try:
             self._sdo.silence.fence(most=MOST_STRAY + self.oracle.owed)
         except Violation as breach:
@@ -312,6 +315,11 @@ class Lockstep:
             raise
         self._find(self.oracle.settled())
         self.check()
+
+    def _may_run(self, mux: Multiplexer) -> Iterable[Multiplexer]:
+        """Return the objects that a transfer may be about, the likeliest first."""
+        running = (*self.oracle.running, self._sdo.tracker.open)
+        return dict.fromkeys(each for each in (*running, mux) if each is not None)
 
     def check(self) -> None:
         """Raise the first breach found that fails a device; note the others.

@@ -4,6 +4,7 @@ from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import Cause, kind_of_answer
 from conformance.run.habits import FIRST_SEEN
+from conformance.run.plain_reads import end_read
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.sdo.decoding import decode_response
@@ -29,6 +30,7 @@ def ask_first(channel: Channel) -> Violation | None:
         response = decode_response(frame.data)
         serves = isinstance(response, UploadInitiateResponse | Abort)
         if serves and getattr(response, "mux", None) == DEVICE_TYPE:
+            end_read(channel, frame, DEVICE_TYPE)
             return None
         wrong = in_words(response)
     channel.until_quiet(REST)

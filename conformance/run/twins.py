@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from conformance.bus.channel import MOST_TALK, Channel
 from conformance.bus.errors import TwoDevices
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
-from conformance.sdo.abort_codes import AbortCode
+from conformance.run.plain_reads import end_read
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
@@ -38,6 +38,8 @@ def look_for_second(channel: Channel, device: Device) -> None:
         examine(channel, device)
     elif not _names(frame, IDENTITY_COUNT):
         channel.until_quiet(SECOND)
+    else:
+        end_read(channel, frame, IDENTITY_COUNT)
 
 
 def examine(channel: Channel, device: Device) -> None:
@@ -66,9 +68,7 @@ def _answers(channel: Channel, mux: Multiplexer) -> Iterator[CanFrame]:
     while not deadline.has_passed and (frame := channel.receive(wait)) is not None:
         wait = SECOND
         yield frame
-        response = decode_response(frame.data)
-        if isinstance(response, UploadInitiateResponse) and not response.expedited:
-            channel.abort(mux, AbortCode.GENERAL_ERROR)
+        end_read(channel, frame, mux)
 
 
 def _names(frame: CanFrame, mux: Multiplexer) -> bool:

@@ -3,11 +3,18 @@
 import pytest
 from run_bench import BASELINE, NODE_ID, NUMBER, READ, TEXT, Scripted, undiscovered
 
+from conformance.faults.catalogue import build_node
 from conformance.generated.lockstep import Lockstep
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import Abort, BlockUploadInitiate, UploadInitiate, UploadSegment
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockUploadInitiate,
+    UploadInitiate,
+    UploadSegment,
+)
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 
@@ -154,3 +161,13 @@ def test_what_is_served_though_it_was_refused_is_found_by_the_fence() -> None:
         with pytest.raises(Violation, match="invalid block size") as found:
             begin_another(lockstep)
     assert found.value.request == NO_BLOCK_SIZE
+
+
+def test_the_suite_aborts_what_runs_and_not_what_it_is_told_of() -> None:
+    """A frame of the conversation has begun a block download of another object than its own."""
+    with undiscovered(build_node("foreign-abort-ignored", NODE_ID), timeout=HASTY) as bench:
+        lockstep = Lockstep(bench.dialogue(), Oracle(None, NODE_ID))
+        with lockstep.following():
+            lockstep.send(frame(BlockDownloadInitiate.with_size(TEXT.mux, None).encode()))
+            lockstep.settle(NUMBER.mux)
+        assert lockstep.oracle.idle

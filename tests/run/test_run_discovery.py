@@ -21,15 +21,15 @@ from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
+from conformance.faults.unusual.segmented_upload import ShortInSegments
 from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
 from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
+from conformance.run.first_request import ask_first
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.frames import (
-    DownloadInitiate,
-)
+from conformance.sdo.frames import DownloadInitiate, Request, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import Access, DataType, ObjectDictionary
 
 FULL = KnownObject(Multiplexer(0x1008), DataType.VISIBLE_STRING, Access.CONST)  # of 4 segments
 NAME, IDENTITY = Multiplexer(0x1008), Multiplexer(0x1018, 1)
@@ -75,6 +75,25 @@ def test_a_device_that_answers_aborts_is_known_as_one_that_does_not() -> None:
         assert bench.device.values == right.values
         assert bench.device.beliefs.unreadable == right.beliefs.unreadable
         assert bench.device.beliefs.nowhere == right.beliefs.nowhere
+
+
+class NoSecondTransfer(ShortInSegments):
+    """Sends everything in segments, and counts the initiates in the middle of a transfer."""
+
+    superseded = 0
+
+    def react(self, request: Request) -> list[Response]:
+        self.superseded += self.transfer is not None and isinstance(request, UploadInitiate)
+        return super().react(request)
+
+
+def test_each_read_is_ended_before_the_next_begins() -> None:
+    """A server may refuse an initiate in the middle of a transfer."""
+    server = NoSecondTransfer(ObjectDictionary(reference_entries(NODE_ID)))
+    with undiscovered(server) as bench:
+        ask_first(bench.channel)
+        discover(bench.channel, bench.device)
+    assert server.superseded == 0
 
 
 def test_nothing_is_written() -> None:

@@ -51,9 +51,8 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
         lockstep.send(stimulus(targets), point=True)
         # What a server keeps of data that are not due it may store when it is aborted.
         stray = isinstance(sdo.wire.last_sent, DownloadSegment) and not state.downloads
-        # A server may mind only an abort of the object of its latest transfer.
         try:
-            lockstep.settle(sdo.tracker.open or known.mux, abort=stray)
+            lockstep.settle(known.mux, abort=stray)
         except Violation as behind:
             sdo.record.own.add(behind)  # the frame was answered; what follows comes of it
             raise

@@ -37,7 +37,7 @@ from conformance.sdo.oracle.levels import must
 from conformance.sdo.oracle.merging import merged
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
-from conformance.sdo.oracle.states import IDLE, LOST, Lost
+from conformance.sdo.oracle.states import IDLE, LOST, Lost, Running
 from conformance.sdo.rules import (
     ANSWERED,
     FRAME_SHAPE,
@@ -132,6 +132,12 @@ class Oracle:
     def is_without_transfer(self) -> bool:
         """Whether no transfer runs for sure, whatever answer may come yet."""
         return all(branch.state is IDLE for branch in self._branches)
+
+    @property
+    def running(self) -> tuple[Multiplexer, ...]:
+        """The objects of the transfers that the server may have running, each once."""
+        states = [branch.state for branch in self._branches]
+        return tuple(dict.fromkeys(state.mux for state in states if isinstance(state, Running)))
 
     @property
     def values(self) -> dict[Multiplexer, frozenset[bytes] | None]:
