@@ -1,7 +1,8 @@
 """Every object that is listed of the device, in its EDS or by name (CiA 301, 7.4; CiA 306-1)."""
 
-from conformance.device.device import VERY_LONG, Device
+from conformance.device.device import Device
 from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import Blocks
@@ -387,7 +388,7 @@ def test_write_back_in_segments(
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
     value = whole_value(device, entry) or blocks.read(entry)
-    if len(value) > VERY_LONG:
+    if len(value) > LONG_VALUE:
         raise NotTestable(f"{len(value)} bytes go in segments in any case: see od.write-back")
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
 

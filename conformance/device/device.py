@@ -1,12 +1,12 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
 from collections import defaultdict
-from collections.abc import Collection, Container, Iterator
+from collections.abc import Collection, Container, Iterator, Sequence
 from dataclasses import dataclass, field
-from math import ceil
 
 from conformance.device.beliefs import Beliefs
 from conformance.device.eds_listing import Listing
+from conformance.device.effort import LONG_VALUE, sampled
 from conformance.device.extents import Extents
 from conformance.device.keeping import Defaults, Keeping
 from conformance.device.known_objects import KnownObject
@@ -17,7 +17,6 @@ from conformance.device.safety import WritePolicy
 from conformance.device.services import Services
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.limits import requests_of_upload
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.storage_commands import COMMANDS
 
@@ -29,12 +28,6 @@ STORAGE_TIME = 5.0
 # The fewest bytes of a transfer in two segments, and of one with a first, a middle and a last one.
 TWO_SEGMENTS = 8
 THREE_SEGMENTS = 15
-# What is longer is not read or written where that proves nothing new.
-VERY_LONG = 1000
-# So many objects stand for all of them where none of them is the point.
-FEW_OBJECTS = 100
-# What they are read with at most, in requests.
-FEW_REQUESTS = 1000
 DEVICE_TYPE = Multiplexer(0x1000)
 IDENTITY_COUNT = Multiplexer(0x1018, 0)
 TEXTS = (Multiplexer(0x1008), Multiplexer(0x1009), Multiplexer(0x100A))
@@ -121,14 +114,10 @@ class Device:
         moving = {known.mux for known in self.objects if not known.is_steady}
         return sorted(self.values.keys() - moving)
 
-    def briefly_read(self) -> list[Multiplexer]:
-        """Return what of that takes few requests: what is very long is read where that counts.
-
-        Of very many objects, or requests, it is some from all parts of the dictionary.
-        """
-        brief = [mux for mux in self.steady() if len(self.values[mux]) <= VERY_LONG]
-        requests = sum(requests_of_upload(len(self.values[mux])) for mux in brief)
-        return brief[:: max(ceil(len(brief) / FEW_OBJECTS), ceil(requests / FEW_REQUESTS), 1)]
+    def briefly_read(self) -> Sequence[Multiplexer]:
+        """Return the steady objects without long values; in haste, some of very many."""
+        brief = [mux for mux in self.steady() if len(self.values[mux]) <= LONG_VALUE]
+        return sampled(brief, in_haste=self.permits.in_haste)
 
     def resettable(self) -> list[KnownObject]:
         """Return what was read, stays until it is written, and goes back in a reset."""
@@ -177,13 +166,6 @@ class Device:
         if mux in self.keeping.left or mux in self.keeping.astray:
             return self.keeping.seen.get(mux)
         return self.values.get(mux)
-
-    def requests_due(self) -> int:
-        """Return how many requests it takes to put back and to read what cases have left changed.
-
-        That is without block transfers.
-        """
-        return sum(2 * requests_of_upload(len(self.kept(mux) or b"")) for mux in self.keeping.left)
 
     def will_change(self, mux: Multiplexer) -> None:
         """Note, before it is done, that an entry may be changed."""

@@ -5,9 +5,6 @@ from dataclasses import dataclass, field
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 
-# What a value has at the most, in bytes, where its length is not the point.
-FEW_SEGMENTS = 64
-
 
 @dataclass(slots=True)
 class Lengths:

@@ -37,8 +37,8 @@ class NotPermitted(ValueError):
 class Permits:
     """What the user allows: named objects, all that an EDS calls rw, or permissions by name.
 
-    ``at_defaults`` says that the defaults of the device were loaded before the run; ``at_length``,
-    that a value may take thousands of requests each time; ``in_haste``, that none may take many.
+    ``at_defaults`` says that the defaults of the device were loaded before the run; ``in_haste``,
+    that the run is a quick one.
     """
 
     named: tuple[KnownObject, ...] = ()
@@ -47,12 +47,7 @@ class Permits:
     never: frozenset[Multiplexer] = frozenset()
     permissions: frozenset[str] = frozenset()
     at_defaults: bool = False
-    at_length: bool = False
     in_haste: bool = False
-
-    def takes_time(self, known: KnownObject) -> bool:
-        """Say whether values of an object may take thousands of requests each time."""
-        return self.at_length or (self.large is not None and known.mux == self.large.mux)
 
     def check(self) -> None:
         """Raise NotPermitted for an object that was named and takes a permission."""

@@ -5,20 +5,14 @@ from functools import partial
 from math import inf
 
 from conformance.device.device import THREE_SEGMENTS, Device
+from conformance.device.effort import SHORT_VALUE, THOUSANDS_OF_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.lengths import FEW_SEGMENTS
 from conformance.device.protected_objects import group_of
 from conformance.device.suggestions import Fits, lacking
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import Access, DataType
 
-# What each value of an object has at the most, in bytes, for cases that write and read hundreds of
-# them: where a block upload brings what is read, and where it all goes in segments.
-MOST_IN_BLOCKS, MOST_IN_SEGMENTS = 600, 200
-# What takes thousands of requests to be put back, in bytes, whatever was written to it.
-THOUSANDS_OF_SEGMENTS = 1 << 14
 _NOT_PLAIN = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
 
 
@@ -61,10 +55,8 @@ class Roles:
         """
         found = self.all_writable(_takes_any_bytes)
         for known in sorted(found, key=partial(self._last_for_transfers, size=size)):
-            if size > FEW_SEGMENTS:
+            if size > SHORT_VALUE:
                 self.device.lengths[known.mux].check_lasting(known, size)
-            else:
-                self._check_short(known)
             return known
         raise self._lacks_text()
 
@@ -75,7 +67,7 @@ class Roles:
         is_large = large is not None and known.mux == large.mux
         lengths = self.device.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < size
-        is_few = size <= FEW_SEGMENTS
+        is_few = size <= SHORT_VALUE
         is_longer = self.is_long(known) if is_few else self._is_very_long(known) and not is_large
         shortness = -inf if lengths.most is None else -lengths.most
         is_text = known.data_type is DataType.VISIBLE_STRING
@@ -83,7 +75,7 @@ class Roles:
 
     def is_long(self, known: KnownObject) -> bool:
         """Say whether an object costs many requests, however short what is written to it."""
-        return self.device.lengths[known.mux].least > FEW_SEGMENTS or self._is_very_long(known)
+        return self.device.lengths[known.mux].least > SHORT_VALUE or self._is_very_long(known)
 
     def _is_very_long(self, known: KnownObject) -> bool:
         return len(self.device.values[known.mux]) > THOUSANDS_OF_SEGMENTS
@@ -94,20 +86,8 @@ class Roles:
         A domain has to do where there is no string, or none that takes three segments.
         """
         for known in self.varying():
-            self._check_short(known)
             return known
         raise self._lacks_text()
-
-    def _check_short(self, known: KnownObject) -> None:
-        """Raise NotTestable for what is long whatever is written, where length is not the point."""
-        least = self.device.lengths[known.mux].least
-        most = MOST_IN_BLOCKS if self.device.services.reads_alike else MOST_IN_SEGMENTS
-        if least > most and not self.device.permits.takes_time(known):
-            raise NotTestable(
-                f"{known} always has {least} bytes, and needs {-(-least // SEGMENT_LENGTH)} "
-                "requests each time: name a string or domain that can be shorter, or use "
-                "--sdo-thorough"
-            )
 
     def varying(self) -> list[KnownObject]:
         """Return the writable strings and domains, strings first."""
@@ -117,8 +97,7 @@ class Roles:
     def _last_for_short_transfers(self, known: KnownObject) -> tuple[bool, bool, bool]:
         lengths = self.device.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < THREE_SEGMENTS
-        is_long = lengths.least > MOST_IN_SEGMENTS
-        return is_short, is_long, known.data_type is DataType.DOMAIN
+        return is_short, self.is_long(known), known.data_type is DataType.DOMAIN
 
     def _lacks_text(self) -> NotTestable:
         lacks = self._lacking(

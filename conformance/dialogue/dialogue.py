@@ -7,9 +7,8 @@ the point, and fail by the case's rule.
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from conformance.device.device import VERY_LONG
+from conformance.device.effort import LONG_VALUE, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lengths import FEW_SEGMENTS
 from conformance.dialogue.causes import kind_of_answer
 from conformance.dialogue.delivered import is_written_through
 from conformance.dialogue.transfers import Target, Transfers, mux_of
@@ -317,7 +316,7 @@ class Dialogue(Transfers):
         return self.upload(known)
 
     def _is_long(self, known: KnownObject) -> bool:
-        return self.device.lengths[known.mux].least > FEW_SEGMENTS
+        return self.device.lengths[known.mux].least > SHORT_VALUE
 
     def _held_or_read(self, known: KnownObject, due: bytes) -> bytes:
         """Read an object; what does not read as ``due`` in blocks, in segments as well."""
@@ -331,7 +330,7 @@ class Dialogue(Transfers):
 
     def expect_read(self, known: KnownObject, due: bytes) -> None:
         """Expect an ordinary upload to bring ``due``; a string may end in 00h."""
-        found = self.upload_while(known, due) if len(due) > VERY_LONG else self.upload(known)
+        found = self.upload_while(known, due) if len(due) > LONG_VALUE else self.upload(known)
         if self.tracker.open is not None and not self.record.causes.nothing_is_stored:
             begins = f"{known} reads {shown(found)}, and was read no further"
             raise self.breach(f"{known} reads {shown(due)}", begins)

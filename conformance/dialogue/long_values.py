@@ -1,6 +1,6 @@
 """Very long values are read in blocks, once the device was seen to serve those."""
 
-from conformance.device.device import VERY_LONG
+from conformance.device.effort import LONG_VALUE
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.checks import ServerAborted
@@ -23,7 +23,7 @@ def read_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bytes | None:
     response = as_answer(sdo.receive())
     sdo.end_transfer()
     size = response.size if isinstance(response, UploadInitiateResponse) else None
-    if size is None or size <= VERY_LONG or not blocks.read_alike():
+    if size is None or size <= LONG_VALUE or not blocks.read_alike():
         return None
     sdo.start_segmented_upload(mux)
     begun = b"".join(sdo.upload_segment(toggle=number % 2).data for number in range(COMPARED))

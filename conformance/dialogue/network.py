@@ -96,7 +96,7 @@ class Network:
         if lost:
             raise NotTestable(
                 f"a reset may change {len(lost)} objects of very many that were not read when the "
-                "run began, as that takes too many requests: --sdo-thorough reads them"
+                "run began: a run without --sdo-quick reads them"
             )
 
     def _expect_reset(self, command: NmtCommand) -> None:

@@ -3,7 +3,8 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-from conformance.device.device import VERY_LONG, Device
+from conformance.device.device import Device
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
@@ -46,8 +47,8 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
             raise NotTestable(f"the object is too long for that: {why}")
         if entry.mux in device.beliefs.passed_over:
             raise NotTestable(
-                "the object is one of very many, and was not read when the run began: "
-                "--sdo-thorough reads all"
+                "the object is one of very many, and was not read when the run began: a run "
+                "without --sdo-quick reads all"
             )
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
@@ -95,13 +96,13 @@ def differing_reads(
 def whole_value(device: Device, entry: KnownObject) -> bytes | None:
     """Return what an entry read when the run began if that is very long, and only the suite's."""
     value = device.values.get(entry.mux, b"") if entry.is_steady else b""
-    return value if len(value) > VERY_LONG else None
+    return value if len(value) > LONG_VALUE else None
 
 
 def is_known_to_go(device: Device, value: bytes) -> bool:
     """Say whether a very long value is known to go in segments: one that counts as far did so."""
     whole = [size for lengths in device.lengths.values() for size in lengths.whole]
-    return len(value) > VERY_LONG and max(whole, default=0) >= min(len(value), BEYOND_16_BITS)
+    return len(value) > LONG_VALUE and max(whole, default=0) >= min(len(value), BEYOND_16_BITS)
 
 
 def write_quickly(sdo: Dialogue, entry: KnownObject, value: bytes) -> Abort | None:

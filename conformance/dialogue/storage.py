@@ -19,7 +19,6 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.limits import requests_of_upload
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
@@ -39,29 +38,13 @@ Values = Mapping[Multiplexer, bytes]
 
 
 def require_command(sdo: Dialogue, mux: Multiplexer) -> None:
-    """Raise Unimplemented unless the device says that it follows a command.
-
-    Raises NotTestable where it would take too many requests to put back what that changes.
-    """
+    """Raise Unimplemented unless the device says that it follows a command."""
     try:
         data = sdo.read(mux)
     except ServerAborted as aborted:
         raise Unimplemented(in_words(aborted.abort)) from aborted
     if not data or not data[0] & 1:
         raise Unimplemented(f"{mux} reads {shown(data)}: bit 0 is 0, there is no such command")
-    requests = sum(_requests(sdo, known) for known in sdo.device.resettable())
-    if requests > MOST_READ and not sdo.device.permits.at_length:
-        raise NotTestable(
-            f"all parameters take {requests} requests each time they are read: --sdo-thorough "
-            "stores them and loads their defaults all the same"
-        )
-
-
-def _requests(sdo: Dialogue, known: KnownObject) -> int:
-    """Return how many requests it takes to read a parameter: a long one comes in blocks."""
-    length = len(sdo.device.values[known.mux])
-    in_blocks = length > LONG and sdo.device.services.reads_alike
-    return 1 if in_blocks else requests_of_upload(length)
 
 
 def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
@@ -204,7 +187,7 @@ class Storage:
         if lost:
             raise NotTestable(
                 f"what {lost[0]} and others hold could not be put back: they were not read when "
-                "the run began, as that takes too many requests: --sdo-thorough reads them"
+                "the run began: a run without --sdo-quick reads them"
             )
         for known in self._device.objects:
             if known.mux in self._device.beliefs.too_long and known.access.writable:

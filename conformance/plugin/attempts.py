@@ -38,7 +38,6 @@ def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
         case.rule,
         case.cites,
         generated=generated,
-        further=case.further,
         own=case.own,
     )
 

@@ -15,7 +15,7 @@ from conformance.bus.errors import (
     SuiteError,
 )
 from conformance.device.known_deviations import KnownDeviation, write_deviations
-from conformance.plugin import allowance, budget
+from conformance.plugin import budget
 from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.printed_failures import PrintedFailures
@@ -230,8 +230,8 @@ class FinalReport:
         ]
         ended = str(session.shouldfail or session.shouldstop or "")
         whys = {result.actual for result in self._state.results}
-        spent = [why for why in (budget.WHY, *allowance.WHYS) if why in whys]
-        return ended or (unreached[0].actual if unreached else spent[0] if spent else COMPLETE)
+        spent = budget.WHY if budget.WHY in whys else COMPLETE
+        return ended or (unreached[0].actual if unreached else spent)
 
     def _about_end(self, session: pytest.Session) -> dict[str, Any]:
         """Return the last line of the record."""

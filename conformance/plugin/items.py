@@ -94,8 +94,7 @@ class OwnVariation(Variation):
 class CaseFunction(pytest.Function):
     """One case on one device; ``risk`` is what it sends that the device may not survive.
 
-    It is ``written`` in a file, at a line, and is the n-th variation there. With an object behind
-    those that any run tries it is a ``further`` one, counted from 1, and is the n-th of these.
+    It is ``written`` in a file, at a line, and is the n-th variation there.
     """
 
     case: CaseInfo
@@ -103,7 +102,6 @@ class CaseFunction(pytest.Function):
     node_id: int
     risk: Risk | None
     written: tuple[str, int, int]
-    further: int = 0
 
     @property
     def is_own(self) -> bool:
@@ -192,7 +190,7 @@ def _items(
     # What pytest makes is the same for all devices with the same objects.
     made_of: dict[tuple[str | None, ...], list[pytest.Function]] = {}
     for node_id, listing in listings.items():
-        variations, further = _labelled(info, listing), info.further(listing)
+        variations = _labelled(info, listing)
         name = info.rule.id if alone else f"{info.rule.id}@{node_id}"
         labels = tuple(variations)
         if labels not in made_of:
@@ -214,8 +212,7 @@ def _items(
             )
             item.case, item.case_id, item.node_id = info, case_id, node_id
             item.risk = info.risk_of(arguments)
-            item.further = further.get(label, 0) if label is not None else 0
-            item.written = (*place, item.further or number)
+            item.written = (*place, number)
             # pytest would look for the file of each.
             where = where or item.location[0]
             item.location = where, *item.reportinfo()[1:]
@@ -284,8 +281,7 @@ def ordered(items: Iterable[pytest.Item], *, as_files: bool = False) -> list[pyt
 
     What shows most comes first (see ``worth``). What a device may not survive comes behind what it
     will (see ``run.risks``), the riskiest last: a device that is lost has been tested before.
-    Between the two comes what a run may leave out of very many objects. ``as_files`` is for a list
-    that is read: it keeps the cases of a file together.
+    ``as_files`` is for a list that is read: it keeps the cases of a file together.
     """
 
     def place(item: pytest.Item) -> tuple[int, bool, Place, tuple[str, int, int]]:
@@ -294,7 +290,7 @@ def ordered(items: Iterable[pytest.Item], *, as_files: bool = False) -> list[pyt
         if as_files:
             return (item.node_id, judges_run(item), FIRST, UNSORTED)
         kind = Kind.ORDINARY if item.risk is None else item.risk.kind
-        within = place_in_run(item.case_id, kind, further=item.further > 0)
+        within = place_in_run(item.case_id, kind)
         # Also where another plugin has shuffled them.
         return (item.node_id, judges_run(item), within, item.written)
 

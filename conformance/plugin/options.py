@@ -221,10 +221,10 @@ def _sdo_channel(
 
 def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
     named = list(config.getoption("sdo_object"))
-    at_length, in_haste = config.getoption("sdo_thorough"), config.getoption("sdo_quick")
+    in_haste = config.getoption("sdo_quick")
     if self_test and not named:
         permits = permits_for(described_node(config.getoption("sdo_fault"), SELF_TEST_NODE))
-        return replace(permits, at_length=at_length, in_haste=in_haste)
+        return replace(permits, in_haste=in_haste)
     permissions = description.permissions | frozenset(config.getoption("sdo_allow"))
     if self_test:
         permissions = PERMISSIONS  # the device is our own
@@ -237,7 +237,6 @@ def _permits(config: pytest.Config, description: Description, *, self_test: bool
         description.never,
         permissions,
         description.at_defaults,
-        at_length,
         in_haste,
     )
     permits.check()

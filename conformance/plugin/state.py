@@ -123,10 +123,7 @@ def begin_again(item: pytest.Item) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ItemCase:
-    """An item as a case: one of the suite's ``own``, or a test of the user's.
-
-    A ``further`` one of very many is on another object than those before.
-    """
+    """An item as a case: one of the suite's ``own``, or a test of the user's."""
 
     case_id: str
     service: str
@@ -135,7 +132,6 @@ class ItemCase:
     cites: tuple[Rule, ...] = ()
     risk: Risk | None = None
     own: bool = False
-    further: bool = False
 
     @property
     def tested_rules(self) -> set[str]:
@@ -182,7 +178,6 @@ def _case_of(item: pytest.Item) -> ItemCase:
             info.cites,
             item.risk,
             own=item.is_own,
-            further=item.further > 0,
         )
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))

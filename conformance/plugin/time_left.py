@@ -7,7 +7,6 @@ from math import inf
 import pytest
 
 from conformance.device.known_objects import KnownObject
-from conformance.plugin.allowance import allowed
 from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.options import Options
 from conformance.plugin.terminal import SummaryTerminal
@@ -49,7 +48,6 @@ def estimate_for(options: Options) -> Estimate:
         0.0 if free else options.run.response_timeout,
         options.examples / DEFAULT_EXAMPLES,
         options.search_seconds,
-        allowed(options) * len(options.node_ids),
     )
 
 
@@ -99,7 +97,6 @@ class TimeLeft:
         self._config = config
         self._estimate = estimate
         self._deadline = inf if budget is None else time.monotonic() + budget
-        self._first: dict[str, float] = {}
         self._begin: dict[str, float] = {}
         self._started: float | None = None
         self._next: float | None = None
@@ -122,8 +119,7 @@ class TimeLeft:
         now = time.monotonic()
         if self._started is None:
             self._started = now - report.duration
-        begin = self._begin.setdefault(worker, now - report.duration)
-        self._first.setdefault(worker, begin)
+        self._begin.setdefault(worker, now - report.duration)
         values = getattr(report, "conformance", None)
         if values is not None:
             self._results[report.nodeid] = worker, CaseResult.from_dict(values)
@@ -138,8 +134,7 @@ class TimeLeft:
         worker, result = self._results.pop(nodeid)
         now, begin = time.monotonic(), self._begin[worker]
         self._begin[worker] = now
-        first = self._first[worker]
-        self._estimate.finish(nodeid, Taken.by(result, now - begin), worker, now - first)
+        self._estimate.finish(nodeid, Taken.by(result, now - begin), worker)
         if result is None or result.verdict is not Verdict.NOT_RUN:
             self._look(now - self._started)
 

@@ -20,8 +20,8 @@ FEW = 100
 # What may happen to any client; frames of other kinds than these servers may not have met before.
 FAMILIAR = (Kind.ORDINARY, Kind.LOST_SEGMENT)
 # What the cases of a device are sorted by.
-Place = tuple[bool, Kind, bool, int]
-FIRST: Place = (False, Kind.ORDINARY, False, 0)
+Place = tuple[bool, Kind, int]
+FIRST: Place = (False, Kind.ORDINARY, 0)
 _PATH = Path(__file__).with_suffix(".json")
 
 
@@ -73,16 +73,15 @@ def table() -> dict[str, Worth]:
     return cases
 
 
-def place_in_run(case_id: str, risk: Kind, *, further: bool = False) -> Place:
+def place_in_run(case_id: str, risk: Kind) -> Place:
     """Return what cases of a device are sorted by, with the kind of the ``risk`` that each takes.
 
     Ahead of all come early cases, unless by frames that no client sends. There and behind, what a
     device may not survive comes last. What the table does not know keeps the order of the files.
-    The ``further`` ones of very many are behind the others of their risk.
     """
-    worth = None if further else table().get(case_id)
+    worth = table().get(case_id)
     late = worth is None or not worth.early or risk not in FAMILIAR
-    return late, risk, further, len(table()) if worth is None else worth.place
+    return late, risk, len(table()) if worth is None else worth.place
 
 
 def quick_choice(services: dict[str, str], *, writes: bool) -> set[str]:

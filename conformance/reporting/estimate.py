@@ -8,7 +8,6 @@ tell that are done. Where those of a kind take more or less than that, the other
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from math import inf
 from typing import Self
 
 from conformance.generated.conversations.plan import SEARCH_SECONDS
@@ -103,15 +102,13 @@ class Estimate:
     """The cases of a run, by the process that runs them, as pytest names them.
 
     ``silence`` is its length in seconds. Random cases try ``times`` the usual examples, but
-    no longer than ``search_seconds``. No more requests are sent than ``most``. Cases that have the
-    same to do, as those of many devices, are counted together. A process may test several devices
-    at once: then its cases take longer together than the process does.
+    no longer than ``search_seconds``. Cases that have the same to do, as those of many devices, are
+    counted together.
     """
 
     silence: float = 0.0
     times: float = 1.0
     search_seconds: float = SEARCH_SECONDS
-    most: float = inf
     pace: Pace = field(default_factory=Pace)
     selected: int = 0
     done: int = 0
@@ -120,8 +117,6 @@ class Estimate:
     _finished: defaultdict[Work, _Finished] = field(default_factory=lambda: defaultdict(_Finished))
     _whole_weight: float = 0.0
     _done_weight: float = 0.0
-    _busy: defaultdict[str, float] = field(default_factory=lambda: defaultdict(float))
-    _elapsed: dict[str, float] = field(default_factory=dict)
 
     def work(self, name: str) -> Work:
         """Return what a case has to do in this run."""
@@ -147,16 +142,14 @@ class Estimate:
         self.selected += works.total()
         self._whole_weight += sum(_weight(work) * cases for work, cases in works.items())
 
-    def finish(self, name: str, taken: Taken, worker: str = "", elapsed: float = 0.0) -> None:
-        """Take a case that is done, ``elapsed`` seconds behind the beginning of the first one."""
+    def finish(self, name: str, taken: Taken, worker: str = "") -> None:
+        """Take a case that is done."""
         work = self._due.get(worker, {}).pop(name, None)
         if work is None:
             return
         self._left[worker][work] -= 1
         self._done_weight += _weight(work)
         self.done += 1
-        self._busy[worker] += taken.seconds
-        self._elapsed[worker] = elapsed
         finished = self._finished[work]
         finished.cases += 1
         finished.seconds += taken.seconds
@@ -185,20 +178,9 @@ class Estimate:
             for work, cases in works.items():
                 kinds[work.service].left += cases
                 kinds[work.family].left += cases
-        due = sum(work.answers * works[work] for works in self._left.values() for work in works)
-        part = min(1.0, max(0.0, self.most - self.pace.answers) / due) if due else 1.0
-        return part * max(
-            (
-                _seconds(works, fit, kinds, tried) / self._at_once(worker)
-                for worker, works in self._left.items()
-            ),
-            default=0.0,
+        return max(
+            (_seconds(works, fit, kinds, tried) for works in self._left.values()), default=0.0
         )
-
-    def _at_once(self, worker: str) -> float:
-        """Return how many cases a process has run at once, on the average."""
-        elapsed = self._elapsed.get(worker, 0.0)
-        return max(self._busy[worker] / elapsed, 1.0) if elapsed else 1.0
 
 
 def _weight(work: Work) -> float:

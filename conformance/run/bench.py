@@ -32,7 +32,6 @@ from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.channels import TEST_CHANNELS
-from conformance.run import first_reading
 from conformance.run.discovery import discover, unseen
 from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
 from conformance.run.evidence import CANSEND_KNOWS
@@ -224,8 +223,7 @@ class Bench:
         causes = Causes()
         brings_back = None if revival is None else lambda: not revival.attempt()
         told = unseen if self._progress is None else partial(self._progress, channel.node_id)
-        most_further = first_reading.most_further(permits)
-        discover(channel, device, causes, told, brings_back, most_further=most_further)
+        discover(channel, device, causes, told, brings_back)
         return DeviceSession(
             channel,
             device,

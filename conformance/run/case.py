@@ -15,7 +15,6 @@ from inspect import getdoc
 from typing import TypeVar
 
 from conformance.device.eds_listing import Listing
-from conformance.run.further import further
 from conformance.run.risks import Risk, RiskOf
 from conformance.sdo.rules import RULES_BY_ID, Level, Rule, rule_of
 
@@ -71,10 +70,6 @@ class CaseInfo:
             (f"{self.rule.id}[{label}]", {self.argument: value})
             for label, value in self.chosen(listing).items()
         ]
-
-    def further(self, listing: Listing) -> dict[str, int]:
-        """Return the labels of what a run may leave out of very many objects: see ``further``."""
-        return further(self.chosen(listing)) if self.is_of_listed else {}
 
 
 def must(

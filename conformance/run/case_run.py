@@ -51,14 +51,12 @@ def begin_case(
     cites: tuple[Rule, ...] = (),
     *,
     generated: bool = False,
-    further: bool = False,
     own: bool = False,
 ) -> "CaseRun":
     """Start a case.
 
     ``cites`` are the rules of the registry that it tests; a ``generated`` one need not show what
-    another of its kind has shown, nor need a ``further`` one of very many show that the server is
-    idle if it ends in an upload. One of the suite's ``own`` takes strings and domains as it finds
+    another of its kind has shown. One of the suite's ``own`` takes strings and domains as it finds
     them, and may leave them with another value: see ``Restorer``.
     """
     sdo = session.begin(case_id, rule, as_before=not own)
@@ -71,7 +69,7 @@ def begin_case(
         rule.sentence,
         rules=[each.id for each in cites],
     )
-    proof = Proof.UPLOAD if further else Proof.FENCE if generated else Proof.ANEW
+    proof = Proof.FENCE if generated else Proof.ANEW
     return CaseRun(session, sdo, result, Point(rule, cites, generated), proof, leaves_values=own)
 
 

@@ -1,7 +1,6 @@
 """The beginning of a run: does the node answer, what is it, what do the named objects hold?"""
 
 from collections.abc import Callable
-from math import inf
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
@@ -16,7 +15,7 @@ from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.transfers import EXISTS
-from conformance.run.first_reading import FurtherReading, in_order
+from conformance.run.first_reading import FirstReading, in_order
 from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.losses import ENOUGH
 from conformance.run.object_choices import is_error_place
@@ -132,8 +131,6 @@ def discover(
     causes: Causes | None = None,
     progress: Progress = unseen,
     brings_back: Callable[[], bool] | None = None,
-    *,
-    most_further: float = inf,
 ) -> None:
     """Fill in the device's baseline, identity, texts and the values of its objects.
 
@@ -141,16 +138,16 @@ def discover(
     no EDS lists what there is, the objects that devices commonly have are tried, and the device is
     asked whether it has block uploads: an EDS would not say that either, but its cases ask. What is
     met on the way is added to ``causes``; ``progress`` is told of each object that is read. One
-    that is lost is read on where something ``brings_back`` it. Of very many objects those are
-    passed over that would take more than ``most_further`` requests. Raises SilentNode when nothing
-    answers, TwoDevices where two do, DeviceLost when nothing does any more.
+    that is lost is read on where something ``brings_back`` it. In haste some of very many objects
+    are passed over. Raises SilentNode when nothing answers, TwoDevices where two do, DeviceLost
+    when nothing does any more.
     """
     record_baseline(channel, device)
     look_for_second(channel, device)
     record = CaseRecord(READING, Causes() if causes is None else causes)
     reading = Reading(Dialogue(channel, device, record, 0), brings_back)
     named = set(device.known)
-    _read_listed(reading, progress, FurtherReading(most_further))
+    _read_listed(reading, progress)
     for entry in _MANDATORY:
         passed_over = entry.mux in device.beliefs.passed_over
         if (entry.mux not in named or passed_over) and (
@@ -171,16 +168,17 @@ def discover(
     keep_aside(reading.sdo)
 
 
-def _read_listed(reading: Reading, progress: Progress, further: FurtherReading) -> None:
+def _read_listed(reading: Reading, progress: Progress) -> None:
     device = reading.device
+    first = FirstReading(in_haste=device.permits.in_haste)
     listed = in_order(device)
     for number, entry in enumerate(listed):
-        if further.ends():
+        if first.ends():
             device.beliefs.passed_over |= {left.mux for left in listed[number:]}
             return
         progress(entry, number, len(listed))
         _learn(reading, entry)
-        further.count(device.values.get(entry.mux, b""))
+        first.count(device.values.get(entry.mux, b""))
 
 
 def _seek_nowhere(reading: Reading) -> None:

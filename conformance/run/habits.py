@@ -11,9 +11,10 @@ from dataclasses import replace
 
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.effort import FEW_SEGMENTS, SHORT_VALUE, THOUSANDS_OF_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.roles import MOST_IN_SEGMENTS, THOUSANDS_OF_SEGMENTS, Roles
+from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -50,7 +51,6 @@ GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEEN = "the beginning of the run"
 # Two lengths in bytes, of which a wrong count cannot turn one into the other.
 SHORT, LONGER = 7, 15
-FEW_SEGMENTS = 32
 
 
 def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
@@ -86,7 +86,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
-            if sdo.device.lengths[known.mux].least > MOST_IN_SEGMENTS:
+            if sdo.device.lengths[known.mux].least > SHORT_VALUE:
                 Blocks(sdo).read_alike()  # on that hangs what it is used for
         except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
             asked = sdo.wire.last_sent
@@ -229,7 +229,7 @@ def _find_only_length(sdo: Dialogue, known: KnownObject) -> None:
 
     Cases on other things than length do without one that has many bytes whatever is written.
     """
-    if MOST_IN_SEGMENTS < len(sdo.device.values[known.mux]) <= THOUSANDS_OF_SEGMENTS:
+    if SHORT_VALUE < len(sdo.device.values[known.mux]) <= THOUSANDS_OF_SEGMENTS:
         Room(sdo).fit(known, SHORT)
 
 

@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, VERY_LONG, Device
+from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import LONG, Blocks
@@ -103,7 +104,7 @@ class Restorer:
         for mux, value in self._due(written).items():
             if not self.device.may_be_left(mux):
                 continue
-            fits = extents.latest(mux) <= max(VERY_LONG, len(value))
+            fits = extents.latest(mux) <= max(LONG_VALUE, len(value))
             has_bytes = bool(seen[mux]) if mux in seen else not extents.may_be_empty(mux)
             stays = fits and has_bytes and not in_doubt
             if not stays and not self._stands_in(sdo, mux, value):
@@ -123,7 +124,7 @@ class Restorer:
         """
         keeping, staying = self.device.keeping, set[Multiplexer]()
         for mux, value in self._due(written).items():
-            unread = mux not in sdo.wire.seen and len(value) > VERY_LONG
+            unread = mux not in sdo.wire.seen and len(value) > LONG_VALUE
             if mux in keeping.doubtful:
                 stays = unread and self.device.may_be_left(mux)
             elif mux in keeping.left and mux in sdo.record.reset:

@@ -5,19 +5,14 @@ from dataclasses import replace
 
 import pytest
 
-from conformance.device.device import FEW_OBJECTS, FEW_REQUESTS, VERY_LONG, Device
+from conformance.device.device import Device
+from conformance.device.effort import OBJECTS_IN_HASTE, THOUSANDS_OF_SEGMENTS
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
-from conformance.device.roles import (
-    MOST_IN_BLOCKS,
-    MOST_IN_SEGMENTS,
-    THOUSANDS_OF_SEGMENTS,
-    Roles,
-)
+from conformance.device.roles import Roles
 from conformance.device.safety import WritePolicy
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.limits import requests_of_upload
 from conformance.sdo.objects import DataType, Habits
 
 NUMBER = KnownObject(Multiplexer(0x2001), DataType.UNSIGNED16)
@@ -88,33 +83,10 @@ def test_what_the_user_has_named_for_long_transfers_is_taken_for_these() -> None
 
 
 def test_what_is_too_short_comes_last() -> None:
-    of = device(permits=Permits(at_length=True))
+    of = device(permits=Permits())
     of.lengths[DOMAIN.mux].lasting = of.lengths[DOMAIN.mux].most = LONG
     of.lengths[TEXT.mux].most = 19
     assert chosen(of) == {3: TEXT, 20: DOMAIN, 64: DOMAIN, 257: DOMAIN}
-
-
-@pytest.mark.parametrize(("alike", "most"), [(None, MOST_IN_SEGMENTS), (True, MOST_IN_BLOCKS)])
-def test_what_always_costs_many_requests_is_for_long_values_only(
-    alike: bool | None, most: int
-) -> None:
-    """How many they are hangs on whether it can be read in blocks."""
-    of = device([NUMBER, DOMAIN])
-    lengths = of.lengths[DOMAIN.mux]
-    lengths.fixed, lengths.most, of.services.reads_alike = True, most, alike
-    assert Roles(of).variable() == Roles(of).text() == DOMAIN
-    lengths.most = most + 1
-    for choose in (Roles(of).variable, Roles(of).text):
-        with pytest.raises(NotTestable, match=rf"always has {most + 1} bytes, and needs \d+ req"):
-            choose()
-    assert Roles(of).variable(257) == DOMAIN
-
-
-@pytest.mark.parametrize("permits", [Permits(at_length=True), Permits(large=DOMAIN)])
-def test_what_the_user_has_the_time_for_is_taken(permits: Permits) -> None:
-    of = device([NUMBER, DOMAIN], permits)
-    of.lengths[DOMAIN.mux].filled = LONG
-    assert Roles(of).variable() == Roles(of).text() == DOMAIN
 
 
 def test_a_text_that_always_costs_many_requests_comes_behind_a_domain() -> None:
@@ -136,20 +108,23 @@ def test_nothing_is_written_that_would_stay() -> None:
     lengths.check_lasting(TEXT, 19)
 
 
-def test_some_of_very_many_stand_for_all() -> None:
-    indices = range(0x2000, 0x2000 + 2 * FEW_OBJECTS + 1)
-    of = device([KnownObject(Multiplexer(index), DataType.UNSIGNED16) for index in indices])
+def test_a_value_that_is_always_long_does_where_there_is_no_other() -> None:
+    of = device([NUMBER, DOMAIN])
+    of.lengths[DOMAIN.mux].filled = LONG
+    assert Roles(of).variable() == Roles(of).text() == DOMAIN
+
+
+@pytest.mark.parametrize("in_haste", [False, True])
+def test_in_haste_some_of_very_many_stand_for_all(in_haste: bool) -> None:
+    indices = range(0x2000, 0x2000 + 2 * OBJECTS_IN_HASTE + 1)
+    of = device(
+        [KnownObject(Multiplexer(index), DataType.UNSIGNED16) for index in indices],
+        Permits(in_haste=in_haste),
+    )
     brief = of.briefly_read()
-    assert FEW_OBJECTS // 2 < len(brief) <= FEW_OBJECTS
     assert brief[0].index == indices[0]
     assert brief[-1].index >= indices[-3]
-
-
-def test_some_of_what_takes_very_many_requests_stand_for_all() -> None:
-    few = [KnownObject(Multiplexer(0x2000 + n), DataType.VISIBLE_STRING) for n in range(60)]
-    of = device(few)
-    of.values.update(dict.fromkeys(of.known, bytes(VERY_LONG)))
-    brief = of.briefly_read()
-    of_each = requests_of_upload(VERY_LONG)
-    assert FEW_REQUESTS // 2 < len(brief) * of_each < FEW_REQUESTS + of_each
-    assert brief[0] == few[0].mux
+    if in_haste:
+        assert OBJECTS_IN_HASTE // 2 < len(brief) <= OBJECTS_IN_HASTE
+    else:
+        assert len(brief) == len(indices)

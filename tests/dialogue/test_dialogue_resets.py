@@ -6,7 +6,7 @@ import pytest
 from run_bench import DOMAIN, NODE_ID, RULE, TEXT, Recording, discovered
 from storage_bench import Watched, configured
 
-from conformance.device.device import VERY_LONG
+from conformance.device.effort import LONG_VALUE
 from conformance.dialogue.left import write_all_as_before, write_as_before
 from conformance.dialogue.storage import write_signature
 from conformance.faults.registry import assemble
@@ -29,7 +29,7 @@ from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.objects import Entry
 from conformance.sdo.storage_commands import SAVE_ALL
 
-LONG = bytes(n % 250 for n in range(VERY_LONG + 500))
+LONG = bytes(n % 250 for n in range(LONG_VALUE + 500))
 LEFT = b"left"
 COMMANDS = (NmtCommand.RESET_COMMUNICATION, NmtCommand.RESET_NODE)
 

@@ -9,9 +9,8 @@ from storage_bench import IN_USE, NUMBER, Kept, Watched, configured
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
-from conformance.dialogue import storage
 from conformance.dialogue.network import Network
-from conformance.dialogue.storage import Storage, require_command, write_signature
+from conformance.dialogue.storage import Storage, write_signature
 from conformance.dialogue.tools import CaseTools
 from conformance.faults.catalogue import build_node
 from conformance.faults.unusual.object_dictionary_storage import STORED
@@ -107,26 +106,6 @@ def test_nothing_is_loaded_that_could_not_be_put_back(permits: Permits, why: str
     with configured(permits=permits) as (bench, watched):
         with pytest.raises(NotTestable, match=rf"what .*2004h:00.* hold may be no .*{why}"):
             CaseTools.of(bench.dialogue()).storage.loaded_defaults()
-        assert watched.commands == []
-
-
-@pytest.mark.parametrize("thorough", [False, True])
-def test_nothing_is_loaded_or_stored_where_reading_it_all_takes_long(
-    monkeypatch: pytest.MonkeyPatch, thorough: bool
-) -> None:
-    """Each reset of the node would have all of it read again."""
-    permits = Permits(all_rw=True, permissions=PERMISSIONS, at_length=thorough)
-    with configured(permits=permits) as (bench, watched):
-        monkeypatch.setattr(storage, "MOST_READ", len(bench.device.resettable()))
-        tools = CaseTools.of(bench.dialogue())
-        if thorough:
-            require_command(tools.sdo, LOAD_ALL)
-            return
-        for mux in (SAVE_ALL, LOAD_ALL):
-            with pytest.raises(NotTestable, match=r"take \d+ requests each time .*thorough"):
-                require_command(tools.sdo, mux)
-        with pytest.raises(NotTestable, match="--sdo-thorough stores them"):
-            tools.storage.loaded_defaults()
         assert watched.commands == []
 
 

@@ -57,21 +57,6 @@ def test_the_process_that_takes_longest_counts() -> None:
     assert (estimate.selected, estimate.done) == (400, 100)
 
 
-@pytest.mark.parametrize("machine", MACHINES)
-def test_a_process_may_run_several_cases_at_once(machine: tuple[float, float]) -> None:
-    chance = random.Random(1)
-    estimate, cases, at_once = Estimate(1.0), names(), 8
-    estimate.select(cases)
-    times = {name: taken(name, machine, chance) for name in cases}
-    elapsed = 0.0
-    while estimate.part < 0.05:
-        name = cases.pop(0)
-        elapsed += times[name].seconds / at_once
-        estimate.finish(name, times[name], elapsed=elapsed)
-    left = sum(times[name].seconds for name in cases) / at_once
-    assert estimate.left() == pytest.approx(left, rel=0.2)
-
-
 def test_what_a_device_lacks_takes_no_time_later_on_either() -> None:
     """Cases that were not testable say nothing of the pace, but of others like them."""
     cases = [name for name in names() if "block" in name]
@@ -131,15 +116,3 @@ def test_every_kind_of_case_was_counted() -> None:
 def test_nothing_is_left_of_no_cases() -> None:
     assert Estimate().left() == 0.0
     assert Estimate().part == 0.0
-
-
-def test_no_more_is_foreseen_than_a_run_may_ask() -> None:
-    cases = names()
-    estimate = Estimate(most=100.0)
-    estimate.select(cases)
-    whole = Estimate()
-    whole.select(cases)
-    answers = sum(work_of(name).answers for name in cases)
-    assert estimate.left() == pytest.approx(whole.left() * 100 / answers)
-    estimate.finish(cases[0], Taken(1.0, 100, 0.5))
-    assert estimate.left() == 0.0

@@ -1,14 +1,14 @@
-"""What is read before the first case: of very many objects as many as a run has requests for."""
+"""What is read before the first case: all objects, and in haste some of very many."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from math import inf
 
 import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
 
-from conformance.device.device import VERY_LONG, Device
+from conformance.device.device import Device
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
@@ -16,26 +16,21 @@ from conformance.device.protected_objects import NMT
 from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.tools import CaseTools
 from conformance.reference.built_in_device import reference_entries
-from conformance.run import further
+from conformance.run import first_reading
 from conformance.run.discovery import discover
-from conformance.run.first_reading import (
-    MOST_FURTHER,
-    MOST_IN_HASTE,
-    FurtherReading,
-    in_order,
-    most_further,
-)
+from conformance.run.first_reading import FirstReading, in_order
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.objects import Access, DataType, Entry
 
-ENOUGH = 4
+ENOUGH, MORE = 4, 6
 FIRST = 0x3000
 
 
 @pytest.fixture(autouse=True)
 def _very_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(further, "ENOUGH", ENOUGH)
+    monkeypatch.setattr(first_reading, "OBJECTS_IN_HASTE", ENOUGH)
+    monkeypatch.setattr(first_reading, "FURTHER_REQUESTS_IN_HASTE", MORE)
 
 
 def numbers(count: int, access: Access = Access.RW, first: int = FIRST) -> list[KnownObject]:
@@ -49,7 +44,8 @@ def indices(objects: list[KnownObject]) -> list[int]:
 
 
 def ordered(objects: list[KnownObject], *named: KnownObject) -> list[int]:
-    device = Device(NODE_ID, by_multiplexer(objects), permits=Permits(named=named))
+    permits = Permits(named=named, in_haste=True)
+    device = Device(NODE_ID, by_multiplexer(objects), permits=permits)
     return indices(in_order(device))
 
 
@@ -65,52 +61,33 @@ def test_what_the_user_has_named_comes_first_and_then_all_kinds() -> None:
     assert other_kind.mux.index in order[:ENOUGH]
 
 
-def test_behind_the_first_comes_what_a_reset_may_change() -> None:
-    behind = ordered([*numbers(20, Access.RO), *numbers(20, first=0x3020)])[ENOUGH:]
-    changing = [index >= 0x3020 for index in behind]
-    assert changing == sorted(changing, reverse=True)
-    assert len(set(changing)) == 2
-
-
 def test_what_is_not_to_be_read_is_not() -> None:
     write_only, excluded = numbers(1, Access.WO)[0], replace(numbers(1)[0], flags=2)
     for known in (write_only, excluded):
         assert ordered([*numbers(8, first=0x2000), known]) == indices(numbers(8, first=0x2000))
 
 
-@pytest.mark.parametrize(
-    ("permits", "most"),
-    [
-        (Permits(), MOST_FURTHER),
-        (Permits(in_haste=True), MOST_IN_HASTE),
-        (Permits(at_length=True), inf),
-    ],
-)
-def test_how_many_requests_there_are(permits: Permits, most: float) -> None:
-    assert most_further(permits) == most
-
-
 def test_the_first_are_read_whatever_they_take() -> None:
-    reading = FurtherReading(3)
+    reading = FirstReading(in_haste=True)
     for _ in range(ENOUGH):
         assert not reading.ends()
-        reading.count(bytes(VERY_LONG))
-    assert not reading.ends()
-    reading.count(bytes(8))
-    assert reading.ends()
-
-
-def test_nothing_more_than_the_first() -> None:
-    reading = FurtherReading(0)
-    for _ in range(ENOUGH):
+        reading.count(bytes(LONG_VALUE))
+    for _ in range(MORE):
         assert not reading.ends()
         reading.count(b"")
     assert reading.ends()
 
 
+def test_without_haste_all_are_read() -> None:
+    reading = FirstReading(in_haste=False)
+    for _ in range(1000):
+        reading.count(bytes(LONG_VALUE))
+    assert not reading.ends()
+
+
 @contextmanager
-def of_many(count: int, most: float) -> Iterator[tuple[Workbench, Recording]]:
-    """Get to know a device of so many numbers, and of a text; further ones take ``most`` requests.
+def of_many(count: int, *, in_haste: bool = True) -> Iterator[tuple[Workbench, Recording]]:
+    """Get to know a device of so many numbers, and of a text.
 
     The standard's objects are not listed.
     """
@@ -119,27 +96,28 @@ def of_many(count: int, most: float) -> Iterator[tuple[Workbench, Recording]]:
     entries |= {known.mux: Entry(b"\1\2", DataType.UNSIGNED16) for known in added}
     server = Recording(entries)
     with undiscovered(server, objects=[*added, TEXT]) as bench:
-        bench.device = replace(bench.device, permits=Permits(permissions=frozenset({NMT})))
-        discover(bench.channel, bench.device, most_further=most)
+        permits = Permits(permissions=frozenset({NMT}), in_haste=in_haste)
+        bench.device = replace(bench.device, permits=permits)
+        discover(bench.channel, bench.device)
         yield bench, server
 
 
 def test_very_many_are_passed_over() -> None:
-    with of_many(20, 6) as (bench, _):
+    with of_many(20) as (bench, _):
         beliefs, values = bench.device.beliefs, bench.device.values
         read = [known for known in numbers(20) if known.mux in values]
-        assert len(read) + (TEXT.mux in values) == ENOUGH + 6
+        assert len(read) + (TEXT.mux in values) == ENOUGH + MORE
         assert beliefs.passed_over == {known.mux for known in numbers(20)} - values.keys()
         assert beliefs.unreadable == {}
         left = next(known for known in numbers(20) if known.mux in beliefs.passed_over)
-        with pytest.raises(NotTestable, match=r"one of very many, and was not read .*thorough"):
+        with pytest.raises(NotTestable, match=r"one of very many, and was not read .*--sdo-quick"):
             value_of(bench.device, left)
         # What every device has is read all the same.
         assert bench.device.identity["vendor-id"] == "0x5D0C0000"
 
 
 def test_a_list_of_which_all_is_read() -> None:
-    with of_many(20, inf) as (bench, _):
+    with of_many(20, in_haste=False) as (bench, _):
         assert bench.device.beliefs.passed_over == set()
         assert {known.mux for known in numbers(20)} <= bench.device.values.keys()
 
@@ -153,7 +131,8 @@ def test_the_device_type_is_read_though_the_list_is_cut_short() -> None:
     # So many of a kind are in turn before it.
     listed += numbers(ENOUGH, first=0x2F00)
     with undiscovered(server, objects=listed) as bench:
-        discover(bench.channel, bench.device, most_further=0)
+        bench.device = replace(bench.device, permits=Permits(in_haste=True))
+        discover(bench.channel, bench.device)
         assert listed[20].mux in bench.device.values
         assert bench.device.beliefs.passed_over.isdisjoint(bench.device.values)
 
@@ -161,13 +140,13 @@ def test_the_device_type_is_read_though_the_list_is_cut_short() -> None:
 @pytest.mark.parametrize("command", [NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION])
 def test_no_reset_where_it_changes_what_was_not_read(command: NmtCommand) -> None:
     """What is no communication parameter stays in a reset of the communication."""
-    with of_many(20, 6) as (bench, server):
+    with of_many(20) as (bench, server):
         network = CaseTools.of(bench.dialogue()).network
         before = len(server.requests)
         if command is NmtCommand.RESET_COMMUNICATION:
             network.reset(command)
             return
-        with pytest.raises(NotTestable, match=r"may change 11 objects of very many .*thorough"):
+        with pytest.raises(NotTestable, match=r"may change 11 objects of very many .*--sdo-quick"):
             network.reset(command)
         assert len(server.requests) == before
         assert network.expected_boot_ups == 0

@@ -20,9 +20,9 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.lengths import FEW_SEGMENTS
 from conformance.device.roles import Roles
 from conformance.dialogue.causes import Cause
 from conformance.faults.catalogue import build_node
@@ -210,7 +210,7 @@ def test_what_could_never_be_short_again_is_written_no_longer_than_it_was() -> N
         run = begin_case(session, "a.case", "a service", STORED)
         room, roles = run.tools.room, Roles(bench.device)
         for size in (3, 20, 30, 257):
-            known = roles.variable(min(size, FEW_SEGMENTS))
+            known = roles.variable(min(size, SHORT_VALUE))
             with suppress(NotTestable):
                 room.prepare(known, size)
             with suppress(NotTestable):

@@ -14,6 +14,7 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.device.effort import LONGEST_READ
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import Permits
 from conformance.device.roles import Roles
@@ -22,14 +23,14 @@ from conformance.reference.built_in_device import reference_entries
 from conformance.run.case_run import begin_case
 from conformance.run.discovery import discover
 from conformance.run.verdict import Verdict
-from conformance.run.whole_reading import MOST_IN_SEGMENTS, MOST_READ
+from conformance.run.whole_reading import BELIEVED
 from conformance.sdo.frames import BlockUploadInitiate, Response, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.rules import Level, Rule
 
 RULE = Rule("test.long", "7.2.4", Level.MUST, "A value is long.")
-SIZE = MOST_READ + 1
+SIZE = LONGEST_READ + 1
 
 
 class _Announcing(Recording):
@@ -73,7 +74,7 @@ def test_what_is_too_long_is_begun_and_never_written() -> None:
         assert DOMAIN.mux not in device.values
         assert device.beliefs.too_long == {DOMAIN.mux}
         assert DOMAIN.mux not in device.beliefs.misread
-        assert len(server.requests) < MOST_IN_SEGMENTS // SEGMENT_LENGTH + 100
+        assert len(server.requests) < BELIEVED // SEGMENT_LENGTH + 100
         assert bench.dialogue().fence() == [], "the upload was ended"
         session = bench.session()
         session.survey()
@@ -88,11 +89,11 @@ def test_what_is_too_long_is_begun_and_never_written() -> None:
 
 
 def test_what_is_as_long_as_anything_that_is_read() -> None:
-    with discovered(long_domain(MOST_READ)) as bench:
-        assert bench.device.values[DOMAIN.mux] == bytes(MOST_READ)
+    with discovered(long_domain(LONGEST_READ)) as bench:
+        assert bench.device.values[DOMAIN.mux] == bytes(LONGEST_READ)
 
 
-@pytest.mark.parametrize("size", [20, MOST_IN_SEGMENTS - 20])
+@pytest.mark.parametrize("size", [20, BELIEVED - 20])
 def test_a_size_that_is_announced_wrongly_is_no_long_value(size: int) -> None:
     with discovered(long_domain(size, _Announcing)) as bench:
         assert DOMAIN.mux in bench.device.beliefs.misread
@@ -100,50 +101,11 @@ def test_a_size_that_is_announced_wrongly_is_no_long_value(size: int) -> None:
         assert bench.device.beliefs.unreadable[DOMAIN.mux].startswith("upload.size: ")
 
 
-@pytest.mark.parametrize(("size", "is_read"), [(MOST_IN_SEGMENTS, True), (6000, False)])
-def test_without_block_uploads_less_is_read(size: int, is_read: bool) -> None:
-    """A run would read and write it several times, in thousands of requests."""
-    server = long_domain(size, _WithoutBlocks)
-    with discovered(server) as bench:
-        device = bench.device
-        assert (DOMAIN.mux in device.values) is is_read
-        assert (DOMAIN.mux in device.beliefs.too_long) is not is_read
-        assert len(server.requests) < MOST_IN_SEGMENTS // SEGMENT_LENGTH + 100
-        assert bench.dialogue().fence() == []
-        if not is_read:
-            with pytest.raises(NotTestable, match=r"5000 are read in segments \(more with --sdo"):
-                value_of(device, DOMAIN)
-
-
-@pytest.mark.parametrize("permits", [Permits(at_length=True), Permits(large=DOMAIN)])
-def test_who_has_the_time_has_it_read(permits: Permits) -> None:
-    with undiscovered(long_domain(6000, _WithoutBlocks)) as bench:
-        device = replace(bench.device, permits=permits)
-        discover(bench.channel, device)
-        assert device.values[DOMAIN.mux] == bytes(6000)
-
-
-def test_what_is_read_in_segments_is_counted_together() -> None:
-    """Each of them would be read and written several times."""
-    entries = reference_entries(NODE_ID)
-    for mux in (TEXT.mux, DOMAIN.mux):
-        entries[mux].value = bytes(range(1, 251)) * 12
-    with discovered(recording(_WithoutBlocks, entries)) as bench:
-        assert set(bench.device.values) >= {TEXT.mux}
-        assert bench.device.beliefs.too_long == {DOMAIN.mux}
-
-
-def test_what_is_too_much_to_be_read_in_segments_comes_in_blocks() -> None:
-    """The first of two is read as a whole run will read it, the other in blocks."""
-    entries = reference_entries(NODE_ID)
-    for mux in (TEXT.mux, DOMAIN.mux):
-        entries[mux].value = bytes(range(1, 251)) * 240
-    server = recording(Recording, entries)
-    with discovered(server) as bench:
-        assert bench.device.values[TEXT.mux] == entries[TEXT.mux].value
-        assert bench.device.values[DOMAIN.mux] == entries[DOMAIN.mux].value
+@pytest.mark.parametrize("kind", [Recording, _WithoutBlocks, _Unsized, _UnsizedWithoutBlocks])
+def test_a_long_value_is_read_whole(kind: type[Recording]) -> None:
+    with discovered(long_domain(20_000, kind)) as bench:
+        assert bench.device.values[DOMAIN.mux] == bytes(20_000)
         assert not bench.device.beliefs.too_long
-    assert len(server.requests) < 1.3 * 60_000 / SEGMENT_LENGTH
 
 
 @pytest.mark.parametrize(("kind", "is_read"), [(Recording, True), (_WithoutBlocks, False)])
@@ -154,10 +116,3 @@ def test_a_quick_run_has_no_time_for_many_segments(kind: type[Recording], is_rea
         discover(bench.channel, device)
         assert device.values.get(DOMAIN.mux) == (bytes(4000) if is_read else None)
     assert len(server.requests) < 400
-
-
-@pytest.mark.parametrize(("kind", "is_read"), [(_Unsized, True), (_UnsizedWithoutBlocks, False)])
-def test_how_much_it_is_may_show_at_the_end_only(kind: type[Recording], is_read: bool) -> None:
-    with discovered(long_domain(6000, kind)) as bench:
-        assert bench.device.values.get(DOMAIN.mux) == (bytes(6000) if is_read else None)
-        assert (DOMAIN.mux in bench.device.beliefs.too_long) is not is_read

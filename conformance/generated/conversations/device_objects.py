@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import islice
 
-from conformance.device.device import IDENTITY_COUNT, VERY_LONG, Device
+from conformance.device.device import IDENTITY_COUNT, Device
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import group_of
@@ -59,7 +60,7 @@ class DeviceObjects:
     @property
     def readable(self) -> list[Multiplexer]:
         """What can be read in few requests, and what the device does not have."""
-        brief = (mux for mux, value in self.device.values.items() if len(value) <= VERY_LONG)
+        brief = (mux for mux, value in self.device.values.items() if len(value) <= LONG_VALUE)
         return [*brief, self.targets.missing, self.targets.missing_sub_index]
 
     def known(self, mux: Multiplexer) -> KnownObject | None:
