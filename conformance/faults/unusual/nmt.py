@@ -26,15 +26,30 @@ STATE_CHANGE_SECONDS, SERVING_SECONDS = 0.07, 0.01
 class StoppedWithAbort(Node):
     """Ends a transfer that is running when it is stopped with an abort."""
 
+    code = AbortCode.CONNECTION_NOT_AVAILABLE
+
     def follow(self, command: NmtCommand) -> list[CanFrame]:
         """Say goodbye on every channel that is busy."""
         frames: list[CanFrame] = []
         for channel in self.channels if command is NmtCommand.STOP else ():
             if channel.server.transfer is not None:
                 mux = channel.server.transfer.mux
-                abort = Abort(mux, AbortCode.CONNECTION_NOT_AVAILABLE)
-                frames += self.answers(channel, [abort.encode()])
+                frames += self.answers(channel, [Abort(mux, self.code).encode()])
         return frames + super().follow(command)
+
+
+@unusual("stopped-with-local-control")
+class StoppedWithLocalControl(StoppedWithAbort):
+    """Ends a transfer that is running when it is stopped with 08000021h."""
+
+    code = AbortCode.LOCAL_CONTROL
+
+
+@unusual("stopped-with-general-error")
+class StoppedWithGeneralError(StoppedWithAbort):
+    """Ends a transfer that is running when it is stopped with 08000000h."""
+
+    code = AbortCode.GENERAL_ERROR
 
 
 @unusual("no-heartbeat")

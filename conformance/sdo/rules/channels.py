@@ -1,6 +1,6 @@
 """Where a server listens and answers: SDO channels, their parameters, and the NMT states."""
 
-from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
 from conformance.sdo.rules import accepted
 from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
@@ -64,8 +64,9 @@ NMT_INTERRUPTED = Rule(
     reaction="silence, or one abort",
     codes=(
         AbortCode.CONNECTION_NOT_AVAILABLE,
-        AbortCode.DEVICE_STATE,
+        *APPLICATION_STATE,
         AbortCode.TIMED_OUT,
+        AbortCode.GENERAL_ERROR,
     ),
     open="what becomes of the transfer",
 )
