@@ -3,6 +3,7 @@
 from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
+from conformance.device.serving import Service
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.room import Room
@@ -11,13 +12,12 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
-    Abort,
     DownloadInitiate,
     DownloadSegment,
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.nmt import TRANSITIONS, NmtCommand
 from conformance.sdo.rules.channels import NMT_INTERRUPTED
 from conformance.sdo.rules.idle import UNKNOWN_SPECIFIER as UNKNOWN
 
@@ -63,10 +63,13 @@ def test_serves(
     sdo: Dialogue, room: Room, network: Network, text: KnownObject, command: NmtCommand
 ) -> None:
     """In Pre-operational and in Operational the server reads and writes as before."""
-    network.send(command)
-    network.settle()
-    data = room.prepare(text, 17)
-    sdo.expect_value(text, data)
+    network.enter(TRANSITIONS[command])
+    refused = sdo.device.serving.refusal(Service.DOWNLOAD, text.mux)
+    if refused is None:
+        sdo.expect_value(text, room.prepare(text, 17))
+    else:
+        sdo.info(str(refused))
+        sdo.upload(text)
     sdo.fence()
 
 
@@ -195,8 +198,7 @@ def test_heartbeat(sdo: Dialogue, network: Network, command: NmtCommand) -> None
         if refusal.code not in NO_HEARTBEAT_TIME:
             raise sdo.breach("1017h to be served, or refused", in_words(refusal))
         raise Unimplemented(in_words(refusal))
-    network.send(command)
-    network.settle()
+    network.enter(TRANSITIONS[command])
     sdo.fence()
     network.end_heartbeats()
     sdo.fence()

@@ -15,6 +15,7 @@ from conformance.device.lengths import Lengths
 from conformance.device.permits import Permits
 from conformance.device.safety import WritePolicy
 from conformance.device.services import Services
+from conformance.device.serving import Serving
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -62,6 +63,7 @@ class Device:
     neighbours: frozenset[int] = frozenset()
     beliefs: Beliefs = field(default_factory=Beliefs)
     services: Services = field(default_factory=Services)
+    serving: Serving = field(default_factory=Serving)
     lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
     extents: Extents = field(default_factory=Extents)
     keeping: Keeping = field(default_factory=Keeping)

@@ -1,5 +1,6 @@
 """Which object of a device suits a case: by what it is, what it holds and what may be written."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import partial
 from math import inf
@@ -9,6 +10,7 @@ from conformance.device.effort import SHORT_VALUE, THOUSANDS_OF_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import group_of
+from conformance.device.serving import Refused, Service
 from conformance.device.suggestions import Fits, lacking
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -106,6 +108,8 @@ class Roles:
             lambda known: _takes_any_bytes(known) and known.access is Access.RW,
         )
         for mux, why in self.device.beliefs.unreadable.items():
+            if self.device.serving.refusal(Service.UPLOAD, mux):
+                continue  # it was said
             known = self.device.known.get(mux)
             if known is not None and _takes_any_bytes(known) and self.device.policy.permits(mux):
                 return NotTestable(f"{lacks}; {mux} would do, but could not be read: {why}")
@@ -173,7 +177,21 @@ class Roles:
         return self._lacking(what, "2001=unsigned8", lambda known: known.access is Access.RW)
 
     def _lacking(self, what: str, example: str, *fits: Fits) -> NotTestable:
+        refused = self._refused_by_state(fits)
+        if refused is not None:
+            return NotTestable(
+                f"needs {what}; {self.device.serving.way_out(refused, self.device.permissions)}"
+            )
         return lacking(self.device, what, example, *fits)
+
+    def _refused_by_state(self, fits: Iterable[Fits]) -> Refused | None:
+        """Return what the device refuses of an object that would do."""
+        for known in self.device.objects:
+            if any(each(known) for each in fits) and self.device.policy.permits(known.mux):
+                for service in Service:
+                    if refused := self.device.serving.refusal(service, known.mux):
+                        return refused
+        return None
 
     def all_writable(self, fits: Fits = lambda _: True) -> list[KnownObject]:
         """Return what ``fits``, may be written and was read; what has limits last.
@@ -187,6 +205,7 @@ class Roles:
             and fits(known)  # most are left out by it, and permissions take longer to look up
             and known.mux in self.device.values
             and self.device.policy.permits(known.mux)
+            and self.device.serving.refusal(Service.DOWNLOAD, known.mux) is None
             and group_of(known.mux.index) is None
         ]
         return sorted(found, key=lambda known: known.is_limited)

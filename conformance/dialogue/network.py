@@ -1,6 +1,7 @@
 """What a case does beside SDO: NMT commands, boot-up and heartbeat.
 
-All of it needs a permission of the user. The device ends Pre-operational.
+All of it needs a permission of the user. The device ends Pre-operational, or in the state in which
+it serves more.
 """
 
 from math import ceil
@@ -8,10 +9,12 @@ from math import ceil
 from conformance.bus.deadline import Deadline
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import NMT
+from conformance.device.serving import Service
 from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_all_as_before
 from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.serving_trial import ServingTrial
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
@@ -26,6 +29,11 @@ from conformance.sdo.nmt import (
 from conformance.sdo.rules import Violation
 from conformance.sdo.rules.channels import NMT_INITIALISING
 
+# What leads to each state in which a device serves.
+COMMANDS = {
+    NmtState.PRE_OPERATIONAL: NmtCommand.ENTER_PRE_OPERATIONAL,
+    NmtState.OPERATIONAL: NmtCommand.START,
+}
 # Whatever state is to be seen in them.
 NO_HEARTBEATS = ("nmt.pre-operational", "no heartbeats")
 HEARTBEAT_TIME = Multiplexer(0x1017)
@@ -84,10 +92,30 @@ class Network:
         if not state.serves_sdo:
             self._sdo.tracker.open = None
         self._sdo.silence.calms_down = state.serves_sdo
-        self.state = state
+        self._take(state)
         self._sdo.wire.seen.clear()
         self._sent_at = self._channel.link.now()
         self._channel.send_nmt(NmtMessage(command, self._device.node_id))
+
+    def _take(self, state: NmtState) -> None:
+        self.state = state
+        self._device.serving.enter(state)
+
+    def enter(self, state: NmtState) -> None:
+        """Bring the device into a state in which it serves, and see what it refuses there.
+
+        That is tried on a few objects, once in a run; each keeps its value.
+        """
+        self.send(COMMANDS[state])
+        self.settle()
+        ServingTrial(self._sdo).try_once()
+
+    def go_home(self) -> None:
+        """Leave the device in the state in which it serves what the cases need."""
+        home = self._device.serving.home
+        if home not in (None, self.state):
+            self.send(COMMANDS[home])
+            self.settle()
 
     def _require_kept(self, command: NmtCommand) -> None:
         """Raise NotTestable where a reset may change what could not be put back."""
@@ -122,7 +150,7 @@ class Network:
         deadline = self._channel.link.deadline(BOOT_TIME)
         while (frame := self._error_control_until(deadline)) is not None:
             if frame.data[0] == NmtState.INITIALISING:
-                self.state = NmtState.PRE_OPERATIONAL
+                self._has_booted()
                 return
             if frame.data[0] & TOGGLED == NmtState.PRE_OPERATIONAL:
                 odd = frame
@@ -130,10 +158,18 @@ class Network:
                     break
         if odd is None:
             raise self._sdo.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
-        self.state = NmtState.PRE_OPERATIONAL
+        self._has_booted()
         wrong = Violation(NMT_INITIALISING, expected="a boot-up message: 00h", actual=f"{odd}")
         wrong.habit = BOOTED_AS_HEARTBEAT
         self._sdo.note(wrong)
+
+    def _has_booted(self) -> None:
+        """Take that the device is Pre-operational, unless it goes on by itself."""
+        self._take(NmtState.PRE_OPERATIONAL)
+        home = self._device.serving.home
+        if home is not None:
+            self.send(COMMANDS[home])
+            self.settle()
 
     def reset(self, command: NmtCommand) -> None:
         """Reset the device and see it boot."""
@@ -229,6 +265,8 @@ class Network:
 
     def end_heartbeats(self) -> None:
         """Write 0 to 1017h, and expect no heartbeat beyond those that had been queued before."""
+        if self._device.serving.may_refuse(Service.DOWNLOAD, HEARTBEAT_TIME):
+            self.end()
         self._sdo.download(HEARTBEAT_TIME, bytes(2))
         # A device that takes its time to confirm that has told its state meanwhile.
         deadline = self._channel.link.deadline(self._channel.response_timeout)
@@ -246,5 +284,8 @@ class Network:
         if self._booting:
             self._channel.receive_error_control(BOOT_TIME)
             self._booting = False
-        if self.state not in (None, NmtState.PRE_OPERATIONAL):
+        home = self._device.serving.home
+        if self.state is not None and home is not None:
+            self.go_home()
+        elif self.state not in (None, NmtState.PRE_OPERATIONAL):
             self.send(NmtCommand.ENTER_PRE_OPERATIONAL)

@@ -8,6 +8,7 @@ from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
+from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storing import write_in_blocks
@@ -50,6 +51,8 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
                 "the object is one of very many, and was not read when the run began: a run "
                 "without --sdo-quick reads all"
             )
+        if refused := device.serving.refusal(Service.UPLOAD, entry.mux):
+            raise NotTestable(device.serving.way_out(refused, device.permissions))
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
 

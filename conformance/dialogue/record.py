@@ -25,7 +25,8 @@ class CaseRecord:
     are for the reader of the result. ``written`` are the objects that may have changed, and
     ``reset`` those that a reset has changed last, by its command. ``early`` are the aborts by which
     the server left a transfer, ``channels`` those on which the case has talked, and ``pauses`` the
-    silences of the bench on each of them.
+    silences of the bench on each of them. It is ``in_case`` while the
+    case itself runs, and not what goes before it or behind it.
     """
 
     rule: Rule
@@ -38,6 +39,7 @@ class CaseRecord:
     early: EarlyAborts = field(default_factory=EarlyAborts)
     channels: list[ChannelIds] = field(default_factory=list)
     pauses: list[Pauses] = field(default_factory=list)
+    in_case: bool = False
     _noted: Counter[str] = field(default_factory=Counter)
 
     def note(self, violation: Violation, asked: Request) -> None:

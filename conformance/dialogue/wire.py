@@ -14,6 +14,7 @@ from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import OTHER_NODES
+from conformance.device.serving import service_of
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered
 from conformance.dialogue.early import INITIATES, is_early, leaves
@@ -63,9 +64,9 @@ class Wire:
     a block that were sent and not acknowledged, ``crossed`` those that an abort of the server may
     have crossed, and ``let_pass`` are refusals of these. ``misshapen`` is the breach by the shape
     of an answer to what was sent last, and ``server_aborted`` says that the last response was an
-    abort. While it is ``fencing``, what comes may have been asked for by what went before;
-    ``after_fence`` is called then. It ``looks_for_aborts`` before it sends, unless an oracle is
-    shown whatever comes. ``seen`` is that
+    abort; it is the ``refusal`` where it was that of an initiate. While it is ``fencing``, what
+    comes may have been asked for by what went before; ``after_fence`` is called then. It
+    ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. ``seen`` is that
     of ``Keeping``. ``is_proven``: a fence has proven the server idle, and nothing but ordinary
     uploads followed.
     """
@@ -91,6 +92,7 @@ class Wire:
         self.let_pass: list[bytes] = []
         self.misshapen: Violation | None = None
         self.server_aborted = False
+        self.refusal: Abort | None = None
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.looks_for_aborts = True
@@ -365,7 +367,23 @@ class Wire:
             self.crossed = max(self.segments - 1, 0) + int(left)
         elif isinstance(response, BlockAck) and response.sequence == self.segments:
             self.segments = 0
+        self.refusal = response if refused and isinstance(response, Abort) else None
+        if self.record.in_case and self.looks_for_aborts and not self.fencing:
+            self._step_aside()
         return response
+
+    def _step_aside(self) -> None:
+        """Raise NotTestable for a refusal that is known of the device in the state that it is in.
+
+        Whatever the case is about, no server could have served or refused it for that.
+        """
+        service = service_of(self.last_sent)
+        if self.refusal is None or service is None:
+            return
+        serving, mux = self.device.serving, self.refusal.mux
+        refused = serving.excuse(service, mux, self.refusal.code)
+        if refused is not None and mux == getattr(self.last_sent, "mux", None):
+            raise NotTestable(serving.way_out(refused, self.device.permissions))
 
     # What is found
 

@@ -21,6 +21,7 @@ from conformance.plugin.state import (
     case_of,
     left_out,
 )
+from conformance.reporting.summary import device_properties
 from conformance.run.accounting import account
 from conformance.run.bench import Bench
 from conformance.run.case_run import CaseRun
@@ -176,5 +177,8 @@ class CaseEngine:
                 f"the controller has reported errors on the bus since the run began: {errors}"
             )
         for node_id, device in bench.sessions.items():
+            # What it refuses by its state was found out by the cases, perhaps.
+            alone = len(state.options.node_ids) == 1
+            state.findings.properties |= device_properties(device.device, alone=alone)
             judged, known = state.judged_late_answers[node_id], state.options.deviations
             state.findings.close(device, judged=judged, known=known, lost=sum(lost.values()))

@@ -10,6 +10,8 @@ from conformance.run.bench import RunSettings
 from conformance.run.verdict import CaseResult, Verdict
 
 FOUND = "found-by-reading"
+# What a device refuses by its state.
+BY_STATE = "serves-by-state"
 # Which cases a quick run has left out.
 QUICK = "quick"
 # So many lines of a kind are shown unless all are wanted; what is missing says what to do.
@@ -50,6 +52,8 @@ def device_properties(device: Device, *, alone: bool) -> dict[str, str]:
     values = {"node-id": str(device.node_id), **device.identity}
     if not device.listing.is_complete:
         values[FOUND] = found_by_reading(device)
+    if facts := device.serving.lines():
+        values[BY_STATE] = "; ".join(facts)
     return {f"{prefix}{name}": value for name, value in values.items()}
 
 
@@ -76,7 +80,7 @@ def found_lines(properties: Mapping[str, str]) -> list[str]:
     return [
         f"{name.replace('-', ' ').replace('.', ': ')}: {value}"
         for name, value in properties.items()
-        if name.endswith((FOUND, QUICK))
+        if name.endswith((FOUND, BY_STATE, QUICK))
     ]
 
 

@@ -118,6 +118,7 @@ class CaseRun:
         user does not want to wait for that.
         """
         self.is_over = True
+        self.sdo.record.in_case = False
         self.sdo.wire.timing.allowance = None
         with self._session.channel.link.stop.putting_back():
             return self._conclude(error)
@@ -192,6 +193,7 @@ class CaseRun:
         After each of the ``tries``, another number of transfers comes before the next.
         """
         sdo, session = self.sdo, self._session
+        sdo.record.in_case = False
         sdo.wire.timing.allowance = None
         session.restorer.expect(sdo)
         self._minor = list(sdo.record.minor)

@@ -1,6 +1,7 @@
 """The beginning of a run: does the node answer, what is it, what do the named objects hold?"""
 
 from collections.abc import Callable
+from functools import partial
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
@@ -8,6 +9,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAME
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
 from conformance.device.roles import Roles
+from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import ANSWERS_TWICE, Cause, Causes
 from conformance.dialogue.dialogue import Dialogue
@@ -19,6 +21,7 @@ from conformance.run.first_reading import FirstReading, in_order
 from conformance.run.habits import GONE, keep_aside, lost_early
 from conformance.run.losses import ENOUGH
 from conformance.run.object_choices import is_error_place
+from conformance.run.states import learn_refusal, look_where_it_reads
 from conformance.run.twins import examine, look_for_second
 from conformance.run.whole_reading import TooLong, read_whole
 from conformance.sdo.abort_codes import AbortCode
@@ -148,6 +151,7 @@ def discover(
     reading = Reading(Dialogue(channel, device, record, 0), brings_back)
     named = set(device.known)
     _read_listed(reading, progress)
+    look_where_it_reads(reading.sdo, partial(_learn, reading))
     for entry in _MANDATORY:
         passed_over = entry.mux in device.beliefs.passed_over
         if (entry.mux not in named or passed_over) and (
@@ -223,6 +227,7 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
             reading.device.known.setdefault(entry.mux, entry)
         else:
             del reading.device.beliefs.unreadable[entry.mux]  # it was only tried
+            reading.device.serving.forget(Service.UPLOAD, entry.mux)
 
 
 def record_baseline(channel: Channel, device: Device) -> None:
@@ -269,6 +274,7 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
         except (Violation, ServerAborted) as error:
             # A device that answers badly here is tested all the same.
             device.beliefs.unreadable[known.mux] = str(error)
+            learn_refusal(reading.sdo, known.mux)
             early = reading.sdo.record.early.met is not None
             if isinstance(error, Violation):
                 device.beliefs.misread.add(known.mux)
@@ -281,6 +287,7 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
                 return False
     device.beliefs.unreadable.pop(known.mux, None)
     device.beliefs.misread.discard(known.mux)
+    device.serving.learn(Service.UPLOAD, known.mux, None)
     if known.length is not None and len(value) < known.length:
         device.beliefs.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
         return False

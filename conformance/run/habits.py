@@ -26,6 +26,7 @@ from conformance.dialogue.values import (
     same_value,
     tail_kept,
 )
+from conformance.run.states import look_where_it_writes, was_download_refused
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -59,6 +60,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
     ``brings_back`` does that with a device that is lost; without it, what might lose it is left to
     the cases. Raises DeviceLost for one that is lost nevertheless.
     """
+    refuses = False
     for probe in _probes(sdo.device, all_of_them=brings_back is not None):
         try:
             probe(sdo)
@@ -67,6 +69,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
         except (Violation, ServerAborted) as error:
             # That the device does not serve this is for the cases to find.
             asked = sdo.wire.last_sent
+            refuses |= was_download_refused(sdo)
             if sdo.silence.recover():
                 continue
             if isinstance(error, Violation):
@@ -76,6 +79,8 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
                 break
             keep_aside(sdo)
             raise lost_early(sdo, asked) from error
+    if refuses:
+        look_where_it_writes(sdo)
     used: set[Multiplexer] = set()
     unstored: list[Violation] = []
     # What is found of one may let another take its place.

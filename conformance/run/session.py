@@ -139,6 +139,7 @@ class DeviceSession:
             del keeping.seen[mux]  # what only the suite writes reads the same in the next case
         sdo = self._dialogue(rule)
         sdo.wire.timing.allowance = Allowance(self.channel.pace)
+        sdo.record.in_case = True
         self._frames.clear()
         self._in_case = True
         self._last_case = case_id

@@ -150,25 +150,25 @@ class OperationalSilent(Node):
 
 
 class _ReadOnlyIn(Node):
-    """Refuses every download in a state."""
+    """Refuses every download in a state as one of a read-only object."""
 
     read_only = NmtState.OPERATIONAL
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         mux = initiated(frame, DOWNLOADS)
         if self.state is self.read_only and self.is_addressed(frame) and mux is not None:
-            return [self.respond(Abort(mux, AbortCode.DEVICE_STATE).encode())]
+            return [self.respond(Abort(mux, AbortCode.WRITE_OF_READ_ONLY).encode())]
         return super().receive(frame)
 
 
 @fault("nmt-operational-read-only", Defect.STATE, "nmt.serves[operational]")
 class OperationalReadOnly(_ReadOnlyIn):
-    """Refuses every download in Operational."""
+    """Refuses every download in Operational as one of a read-only object."""
 
 
 @fault("nmt-pre-operational-read-only", Defect.STATE, "nmt.serves[pre-operational]")
 class PreOperationalReadOnly(_ReadOnlyIn):
-    """Refuses every download in Pre-operational."""
+    """Refuses every download in Pre-operational as one of a read-only object."""
 
     read_only = NmtState.PRE_OPERATIONAL
 
