@@ -1,17 +1,21 @@
 """Block downloads that a server has to take (CiA 301, 7.2.4.3.9 to 7.2.4.3.11)."""
 
-from dataclasses import replace
-
 from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
-from conformance.dialogue.block_downloads import lose_segment, send_again, unused_in
+from conformance.dialogue.block_downloads import (
+    lose_one,
+    lose_segment,
+    send_again,
+    send_blocks,
+    unused_in,
+)
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, segments_of, shown
 from conformance.generated.variations import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
-from conformance.run.case import may, must
+from conformance.run.case import may, must, should
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
@@ -25,6 +29,8 @@ from conformance.sdo.rules import RESERVED
 INITIATE = "7.2.4.3.9"
 CRC = "7.2.4.3.16"
 SERVICE = "7.2.4.2.10"
+# A whole sub-block of any size, and a segment more.
+LONG_BURST = 7 * 128
 
 
 @must(
@@ -60,6 +66,16 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles,
     found = blocks.upload(variable).data
     if not same_value(variable, found, data):
         raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
+
+
+@should("block-download.whole-sub-block")
+def test_whole_sub_block(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
+    """A sub-block as long as the server has asked for is taken whole, sent without a pause."""
+    blocks.require_download()
+    data = sdo.payload(room.fit(variable, LONG_BURST))
+    repeated = sdo.run(sdo.client.block_download(variable.mux, data))
+    if repeated:
+        raise sdo.breach("no segment to be sent again", f"{repeated} had to be sent again")
 
 
 @must("block-download.size-not-indicated", size=[*EDGE_SIZES, 890])
@@ -154,18 +170,13 @@ def test_lost(sdo: Dialogue, variable: KnownObject, lost: tuple[int, int]) -> No
     "block.acknowledgement",
     risk=LOST_SEGMENT,
 )
-def test_lost_twice(sdo: Dialogue, blocks: Blocks, variable: KnownObject) -> None:
+def test_lost_twice(sdo: Dialogue, variable: KnownObject) -> None:
     """What is sent again may get lost again."""
     gap = lose_segment(sdo, variable, 28, 2)
     if gap is None:
         return
-    if gap.block_size >= 2:
-        again = gap.segments[: gap.block_size]
-        blocks.send_segments(again[1:], first=2, last=len(again) == len(gap.segments))
-        ack = blocks.gap_acknowledged(variable, 0)
-        if ack is None:
-            return
-        gap = replace(gap, block_size=ack.block_size)
+    if gap.unsent.block_size >= 2 and not lose_one(sdo, variable, gap.unsent, 0):
+        return
     send_again(sdo, variable, gap)
     sdo.expect_value(variable, gap.data)
 
@@ -223,16 +234,10 @@ def test_sequence_zero(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObj
 
 
 @may("block-download.crc-unused")
-def test_crc_unused(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject) -> None:
+def test_crc_unused(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     """Without a CRC its field is not looked at: nothing is refused for it."""
     data = sdo.payload(len(room.prepare(variable, 14)))
-    chunks = segments_of(data)
-    response = blocks.initiate_download(variable, len(data), crc=False)
-    if response.block_size < len(chunks):
-        sdo.info(f"the server takes {response.block_size} segment(s) at once")
-        return
-    blocks.send_segments(chunks, last=True)
-    blocks.acknowledged(variable, len(chunks))
+    send_blocks(sdo, variable, data, None, crc=False)
     sdo.send(BlockEnd(unused_in(data), 0x1234))
     answer = sdo.receive()
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:

@@ -1,7 +1,5 @@
 """Block downloads where CiA 301 leaves a choice: any choice passes, a wrong result does not."""
 
-from dataclasses import replace
-
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.safety import written_by
@@ -15,13 +13,12 @@ from conformance.dialogue.block_downloads import (
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
-from conformance.dialogue.values import segments_of
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
-from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
@@ -32,6 +29,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.rules.block_download import END_RESERVED_BIT, TOO_FEW
 from conformance.sdo.rules.download_initiates import HUGE_SIZE
+from conformance.sdo.unsent import Unsent
 
 INITIATE = "7.2.4.3.9"
 SUB_BLOCK = "7.2.4.3.10"
@@ -74,11 +72,11 @@ def test_old_numbers(sdo: Dialogue, blocks: Blocks, variable: KnownObject) -> No
     gap = lose_segment(sdo, variable, 28, 2)
     if gap is None:
         return
-    number = gap.position + len(gap.segments)
-    if gap.block_size < number:
+    number = gap.unsent.total
+    if gap.unsent.block_size < number or not gap.unsent.position:
         sdo.info("the next sub-block has no such numbers")
         return
-    blocks.send_segments(gap.segments, first=gap.position + 1, last=True)
+    blocks.send_segments(gap.left, first=gap.unsent.position + 1, last=True)
     answer = sdo.wait(sdo.channel.response_timeout)
     if answer is None:
         sdo.info("old numbers are ignored")
@@ -88,10 +86,14 @@ def test_old_numbers(sdo: Dialogue, blocks: Blocks, variable: KnownObject) -> No
         sdo.expect_refusals()
         return
     ack = sdo.checks.block_ack(answer, variable.mux, number)
+    if 0 < ack.sequence < number:
+        sdo.info(f"old numbers are acknowledged up to {ack.sequence}")
+        return
     if ack.sequence == 0:
-        send_again(sdo, variable, replace(gap, block_size=ack.block_size))
+        gap.unsent.block_size = ack.block_size
+        send_again(sdo, variable, gap)
     else:
-        blocks.end_download(variable, unused=gap.unused, crc=gap.crc)
+        blocks.end_download(variable, unused=gap.unsent.unused, crc=gap.crc)
     sdo.expect_value(variable, gap.data)
 
 
@@ -105,29 +107,29 @@ def test_beyond_block_size(sdo: Dialogue, room: Room, blocks: Blocks, text: Know
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
     data = sdo.payload(room.fit(text, 7 * min(response.block_size, 2)))
-    chunks = segments_of(data)
     response = blocks.initiate_download(text, len(data))
     if response.block_size == 127:
         sdo.info("the server takes 127 segments at once: no number lies beyond")
         return
-    count = min(response.block_size, len(chunks))
+    unsent = Unsent(data, response.block_size)
+    sub_block = unsent.sub_block()
     beyond = response.block_size + 1
     sdo.send(BlockSegment(beyond, sdo.payload(7 * beyond)[-7:]))
-    blocks.send_segments(chunks[:count], last=count == len(chunks))
+    blocks.send_sub_block(sub_block)
     answer = sdo.receive()
     refused = isinstance(answer, Abort)
     if refused:
         sdo.checks.abort(answer, text.mux)
-    ack = None if refused else sdo.checks.block_ack(answer, text.mux, count)
-    if ack is None or ack.sequence < count:
+    ack = None if refused else sdo.checks.block_ack(answer, text.mux, len(sub_block))
+    if ack is None or ack.sequence < len(sub_block):
         # The segments behind it are discarded, start a new sub-block, or meet an idle server.
         sdo.end_transfer()
         for answer in sdo.fence():
             if not isinstance(answer, Abort | BlockAck):
                 raise sdo.breach("an acknowledgement or an abort", in_words(answer))
         return
-    crc = crc16(data) if response.crc_supported else 0
-    send_again(sdo, text, Gap(data, chunks[count:], count, ack.block_size, crc))
+    unsent.acknowledged(ack, sub_block)
+    send_again(sdo, text, Gap(unsent, crc16(data) if response.crc_supported else 0))
     sdo.expect_value(text, data)
 
 
@@ -179,37 +181,37 @@ def test_last_segment_repeated(
     before = sdo.upload(text)
     data = sdo.payload(size)
     response = blocks.initiate_download(text, size)
-    left, number, block_size = segments_of(data), 0, response.block_size
-    chunk = left[-1]
-    while left:
-        number = min(block_size, len(left))
-        blocks.send_segments(left[:number], last=number == len(left))
-        block_size, left = blocks.acknowledged(text, number).block_size, left[number:]
-    again = BlockSegment.with_data(number, chunk, last=True)
+    unsent = Unsent(data, response.block_size)
+    sub_block = unsent.sub_block()
+    while not unsent.is_over:
+        sub_block = unsent.sub_block()
+        blocks.send_sub_block(sub_block)
+        unsent.acknowledged(blocks.acknowledged(text, len(sub_block)), sub_block)
+    again = sub_block[-1]
     target = written_by(decode_request(again.encode()))
     if target is not None and not sdo.device.policy.permits(target):
         sdo.end_transfer()
         raise NotTestable(f"taken for a request, the last segment would write to {target}")
     sdo.send(again)
-    waiting = sdo.channel.waiting()
-    ended = bool(waiting) and isinstance(decode_response(waiting[0].data), Abort)
-    # It may have ended the transfer before the end is sent, which is dead then all the same.
-    answer = sdo.receive() if ended else None
-    sdo.send(BlockEnd(unused_in(data), crc16(data) if response.crc_supported else 0))
-    answer = answer or sdo.receive()
-    if isinstance(answer, BlockAck) and answer.sequence == number:
+    # It may be answered, and need not: the end is sent when that is over.
+    answer = sdo.wait(sdo.channel.pace.soon(sdo.channel.response_timeout))
+    if isinstance(answer, BlockAck) and answer.sequence == again.sequence:
         sdo.info("a repeated last segment is acknowledged again")
+        answer = None
+    end = BlockEnd(unused_in(data), crc16(data) if response.crc_supported else 0)
+    ended = isinstance(answer, Abort)
+    if answer is None:
+        sdo.send(end)
         answer = sdo.receive()
-    if isinstance(answer, Abort):
-        sdo.checks.abort(answer, None)
-        sdo.info("a repeated last segment ends the transfer")
-        # The end frame behind it may be refused for itself.
-        for further in sdo.fence():
-            sdo.checks.abort(further, None)
-        sdo.expect_kept(text, before)
+    if not isinstance(answer, Abort):
+        sdo.checks.block_end_response(answer, text.mux)
+        sdo.expect_value(text, data)
         return
-    sdo.checks.block_end_response(answer, text.mux)
-    sdo.expect_value(text, data)
+    sdo.checks.abort(answer, None)
+    sdo.info("a repeated last segment ends the transfer")
+    if ended:
+        sdo.expect_dead(end)
+    sdo.expect_kept(text, before)
 
 
 @may("block-download.end-reserved-bit", "request.reserved-bits")

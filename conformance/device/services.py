@@ -12,7 +12,8 @@ class Services:
     ``further_channels`` are the SDO server parameter records behind 1200h, None until they were
     searched. ``takes_blocks``: a block download was served to its end; ``distrusted``: another one
     has not stored what it brought. ``reads_alike``: a block upload has brought what an ordinary one
-    has; None until they were compared.
+    has; None until they were compared. ``loses_segments``: it has acknowledged fewer segments of a
+    sub-block than were sent.
     """
 
     block_download_refusal: str | None = None
@@ -21,3 +22,4 @@ class Services:
     takes_blocks: bool = False
     distrusted: bool = False
     reads_alike: bool | None = None
+    loses_segments: bool = False

@@ -44,6 +44,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
+from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
 
 SEGMENTS_PER_LOOK = 4
 # In seconds, how long a frame takes at least where many come that nobody has asked for.
@@ -388,7 +389,11 @@ class Wire:
     # What is found
 
     def note(self, violation: Violation) -> None:
-        """Keep a breach that does not stop a transfer."""
+        """Keep a breach that does not stop a transfer; that segments get lost is kept once."""
+        if violation.rule is WHOLE_SUB_BLOCK:
+            if self.device.services.loses_segments:
+                return
+            self.device.services.loses_segments = True
         self.record.note(violation, self.last_sent)
 
     def explain(self, violation: Violation, *, lost: bool = False) -> None:

@@ -17,7 +17,13 @@ from typing import Generic, TypeVar
 from conformance.device.device import THREE_SEGMENTS, TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.dialogue.block_downloads import Gap, send_again, send_step_by_step
+from conformance.dialogue.block_downloads import (
+    Gap,
+    Upcoming,
+    lose_one,
+    send_again,
+    send_step_by_step,
+)
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
@@ -43,6 +49,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import UPLOAD_ENDS, Violation
+from conformance.sdo.unsent import Unsent
 
 # Three segments, the last one with 6 bytes of data.
 SIZE = 20
@@ -150,14 +157,29 @@ def _upload_requests(
     )
 
 
+def _first(
+    requests: Iterator[Upcoming], is_there: Callable[[Upcoming], bool]
+) -> Iterator[BlockSegment | BlockEnd]:
+    """Send the requests of a block download, with one stop: where it is there for the first time.
+
+    What a server loses of a sub-block comes again, so that it may be there more often.
+    """
+    stopped = False
+    for due in requests:
+        if not stopped and is_there(due):
+            stopped = True
+            yield due.request
+
+
 def _block_download(stop: int) -> Way[BlockSegment | BlockEnd]:
     """Return the way to one of the segments, or to the end, which is the last request: -1."""
 
     def way(sdo: Dialogue, known: KnownObject, size: int) -> Iterator[BlockSegment | BlockEnd]:
         data = sdo.payload(size)
         response = Blocks(sdo).initiate_download(known, size)
+        position = stop % (len(segments_of(data)) + 1)
         requests = send_step_by_step(sdo, known, data, response)
-        yield from _stopping(requests, stop % (len(segments_of(data)) + 1))
+        yield from _first(requests, lambda due: due.position == position)
 
     return way
 
@@ -169,26 +191,18 @@ def _block_download_between(
     if size >= LONGEST:
         yield from _whole_sub_block(sdo, known)
         return
-    blocks = Blocks(sdo)
     data = sdo.payload(size)
-    chunks = segments_of(data)
-    response = blocks.initiate_download(known, size)
-    taken = response.block_size
-    if taken < len(chunks):
-        blocks.send_segments(chunks[:taken])
-        ack = blocks.acknowledged(known, taken)
-    else:
-        # A gap ends a sub-block as well, however long the server wants them.
-        taken = min(1, len(chunks) - 2)
-        blocks.send_segments(chunks[:taken])
-        blocks.send_segments(chunks[taken + 1 :], first=taken + 2, last=True)
-        gap = blocks.gap_acknowledged(known, taken)
-        if gap is None:
-            raise NotTestable("the server does not acknowledge the gap that leads to this state")
-        ack = gap
-    crc = crc16(data) if response.crc_supported else 0
-    yield BlockSegment.with_data(1, chunks[taken], last=taken == len(chunks) - 1)
-    send_again(sdo, known, Gap(data, chunks[taken:], taken, ack.block_size, crc))
+    response = Blocks(sdo).initiate_download(known, size)
+    unsent = Unsent(data, response.block_size)
+    if response.block_size < unsent.total:
+        requests = send_step_by_step(sdo, known, data, response)
+        yield from _first(requests, lambda due: due.sub_block == 1)
+        return
+    # A gap ends a sub-block as well, however long the server wants them.
+    if not lose_one(sdo, known, unsent, min(1, unsent.total - 2)):
+        raise NotTestable("the server does not acknowledge the gap that leads to this state")
+    yield unsent.sub_block()[0]
+    send_again(sdo, known, Gap(unsent, crc16(data) if response.crc_supported else 0))
 
 
 def _whole_sub_block(sdo: Dialogue, known: KnownObject) -> Iterator[BlockSegment | BlockEnd]:
@@ -212,7 +226,7 @@ def _whole_sub_block(sdo: Dialogue, known: KnownObject) -> Iterator[BlockSegment
         block_size = response.block_size
     data = sdo.payload(7 * block_size)
     requests = send_step_by_step(sdo, known, data + data[:7], response)
-    yield from _stopping(requests, block_size)
+    yield from _first(requests, lambda due: due.sub_block == 1)
 
 
 def _block_upload(stop: int) -> Way[Request]:

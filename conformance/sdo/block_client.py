@@ -25,12 +25,9 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
-from conformance.sdo.rules import BLOCK_CRC, BLOCK_PROGRESS, SIZE, UPLOAD_ENDS, Violation
+from conformance.sdo.rules import BLOCK_CRC, SIZE, UPLOAD_ENDS, Violation
 from conformance.sdo.rules.block_upload import ENDS
-
-MOST_REPETITIONS = 64
-# How often each segment is sent again to a server that takes but a part of each sub-block.
-MOST_REPEATED = 16
+from conformance.sdo.unsent import Unsent
 
 Mangle = Callable[[list[BlockSegment]], Sequence[BlockSegment]]
 
@@ -85,41 +82,15 @@ class BlockClient(Client):
         size = (len(data) if announced is None else announced) if sized else None
         answer = yield BlockDownloadInitiate.with_size(mux, size, crc_supported=crc)
         response = self.checks.block_download_initiate(answer, mux)
-        block_size, done, repeated, stalled = response.block_size, 0, 0, 0
-        segments = max(-(-len(data) // SEGMENT_LENGTH), 1)
-        while done < segments:
-            count = min(block_size, segments - done)
-            begin, end = (segment * SEGMENT_LENGTH for segment in (done, done + count))
-            sub_block = [
-                BlockSegment.with_data(
-                    number, data[at : at + SEGMENT_LENGTH], last=done + number == segments
-                )
-                for number, at in enumerate(range(begin, end, SEGMENT_LENGTH), 1)
-            ]
+        unsent = Unsent(data, response.block_size)
+        while not unsent.is_over:
+            sub_block = unsent.sub_block()
             answer = yield Burst(tuple(mangle(sub_block)))
-            ack = self.checks.block_ack(answer, mux, count)
-            done += ack.sequence
-            repeated += count - ack.sequence
-            block_size = ack.block_size
-            stalled = 0 if ack.sequence else stalled + 1
-            if stalled > MOST_REPETITIONS:
-                raise Violation(
-                    BLOCK_PROGRESS,
-                    expected="segments that were sent again to be taken at last",
-                    actual=f"{stalled} times none; last {in_words(ack)}",
-                )
-            if repeated > MOST_REPEATED * (segments + LARGEST_BLOCK):
-                raise Violation(
-                    BLOCK_PROGRESS,
-                    expected="segments that were sent again to be taken at last",
-                    actual=f"{repeated} were sent again to bring {done} of {segments}; "
-                    f"last {in_words(ack)}",
-                )
+            unsent.acknowledged(self.checks.block_ack(answer, mux, len(sub_block)), sub_block)
         use_crc = crc and response.crc_supported
-        unused = segments * SEGMENT_LENGTH - len(data)
-        answer = yield BlockEnd(unused, crc16(data) if use_crc else 0)
+        answer = yield BlockEnd(unsent.unused, crc16(data) if use_crc else 0)
         self.checks.block_end_response(answer, mux)
-        return repeated
+        return unsent.repeated
 
     def block_upload(
         self,

@@ -111,7 +111,12 @@ class SixBits(Server):
         return super().on_block_segment(replace(request, sequence=request.sequence & 0x3F))
 
 
-@fault("block-download-101st-segment-lost", Defect.BACK_TO_BACK, "block-download.size[1777]")
+@fault(
+    "block-download-101st-segment-lost",
+    Defect.BACK_TO_BACK,
+    "block-download.whole-sub-block",
+    soft=True,
+)
 class QueueOverflows(Server):
     """Loses the segments 101 to 110 of a long burst once in each transfer."""
 

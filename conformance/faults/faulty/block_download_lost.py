@@ -6,7 +6,6 @@ from conformance.faults.registry import Defect, fault
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import BlockAck, BlockDownloadInitiate, BlockEnd, BlockSegment, Response
-from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import ObjectDictionary, Refusal
 
 
@@ -60,17 +59,6 @@ class SentAcknowledged(_Gaps):
         self, transfer: BlockDownload, ack: BlockAck, request: BlockSegment
     ) -> list[Response]:
         return [replace(ack, sequence=request.sequence)]
-
-
-@fault("block-download-repeats-whole", Defect.LOST_SEGMENTS, "block-download.lost[middle]")
-class RepeatsWhole(_Gaps):
-    """Asks for the whole sub-block again when a segment in its middle is lost."""
-
-    def on_gap(
-        self, transfer: BlockDownload, ack: BlockAck, request: BlockSegment
-    ) -> list[Response]:
-        del transfer.data[len(transfer.data) - ack.sequence * SEGMENT_LENGTH :]
-        return [replace(ack, sequence=0)]
 
 
 @fault("block-download-repeated-kept-twice", Defect.LOST_SEGMENTS, "block-download.lost[middle]")

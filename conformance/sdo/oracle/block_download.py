@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 from conformance.sdo.crc import crc16
-from conformance.sdo.decoding import decode_segment
+from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -24,6 +24,7 @@ from conformance.sdo.oracle.answers import (
     require,
     require_mux,
     shape,
+    violation,
 )
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
@@ -75,7 +76,12 @@ def _(request: BlockDownloadInitiate, memory: Memory) -> list[Branch]:
         begun = memory.begun(mux).serving(BlockDownloadInitiate, mux)
         crc = response.crc_supported
         state = SubBlock(
-            mux, request.size, late, crc and request.crc_supported, response.block_size
+            mux,
+            request.size,
+            late,
+            crc and request.crc_supported,
+            response.block_size,
+            begun_with=late,
         )
         rest = quiet(state, begun, NOT_REFUSED, *_choices(response.block_size, crc, request))
         return [rest.noting(*shape(response, frame))]
@@ -116,6 +122,9 @@ class SubBlock(_BlockDownload):
     the server may take that for ``disorder`` and abort. So it may where a sub-block behind a gap
     begins with the ``old`` number, from 3 on: that with which the one before would have gone on.
 
+    ``begun_with`` are the reasons that were there before the sub-block: what the server has lost of
+    it is none.
+
     Why it aborts where nothing is to be answered, ``refusals`` says: to follow each segment both
     ways would be more than can be followed.
     """
@@ -126,6 +135,7 @@ class SubBlock(_BlockDownload):
     highest: int = 0
     disorder: bool = False
     old: int = 0
+    begun_with: Reasons = ()
     name: ClassVar[str] = "block download"
     abort_rule: ClassVar[Rule] = rules.ABORT_IN_SUB_BLOCK
 
@@ -259,37 +269,62 @@ class SubBlock(_BlockDownload):
         """Say whether a segment, in sequence or not, is the last one of the sub-block."""
         return request.last or request.sequence >= self.block_size
 
+    def lossy(self, frame: bytes, memory: Memory) -> Due | None:
+        """Return what is due where a response shows that the server has lost a segment.
+
+        It may say so at once: the frame names fewer segments than came in sequence.
+        """
+        response = decode_response(frame)
+        if not isinstance(response, BlockAck) or response.sequence >= self.expected - 1:
+            return None
+        return replace(self, stale=self.highest)._acknowledge(memory, rules.GAP).due
+
     def _acknowledge(self, memory: Memory, rule: Rule, last: BlockSegment | None = None) -> Branch:
-        """Build the branch of a server that acknowledges what came in sequence."""
+        """Build the branch of a server that acknowledges what came in sequence.
+
+        It may have lost some of that: any number is right that is not above.
+        """
         number = self.expected - 1
         words = f"A2h, block acknowledgement, ackseq {number}"
 
         def take(frame: bytes) -> Iterable[Branch]:
             response = expect(BlockAck, frame, rule, words)
-            require(response.sequence == number, BLOCK_ACK, words, frame)
+            require(response.sequence <= number, BLOCK_ACK, words, frame)
             require_block_size(response.block_size, frame)
             block_size = response.block_size
-            if last is not None and last.last:
+            whole = response.sequence == number
+            if whole and last is not None and last.last:
                 ended = BlockDownloadEnd(
                     self.mux, self.size, self.reasons, self.crc, block_size, self.data,
                     last.encode(), frame,
                 )  # fmt: skip
                 rest = quiet(ended, memory, rule)
             else:
-                following = replace(
-                    self,
-                    expected=1,
-                    broken=False,
-                    block_size=block_size,
-                    highest=0,
-                    disorder=False,
-                    old=self.expected,
-                )
-                rest = quiet(following, memory, rule)
+                rest = quiet(self._next_sub_block(response, memory), memory, rule)
             chosen = Freedom("block size of a download", str(block_size))
-            return [rest.choosing(chosen).noting(*shape(response, frame))]
+            missed = () if whole else (violation(rules.WHOLE_SUB_BLOCK, words, frame),)
+            return [rest.choosing(chosen).noting(*missed, *shape(response, frame))]
 
         return owing(self, memory, Due(rule, words, take))
+
+    def _next_sub_block(self, ack: BlockAck, memory: Memory) -> Self:
+        lost = self.expected - 1 - ack.sequence
+        data, reasons = self.data, self.reasons
+        if lost:
+            data = data[: len(data) - lost * SEGMENT_LENGTH]
+            reasons = distinct(self.begun_with + self._excess(len(data), memory))
+        return replace(
+            self,
+            data=data,
+            reasons=reasons,
+            begun_with=reasons,
+            expected=1,
+            broken=False,
+            block_size=ack.block_size,
+            highest=0,
+            disorder=False,
+            old=ack.sequence + 1,
+        )
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Give up, acknowledge what has come, or wait."""

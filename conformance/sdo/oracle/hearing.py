@@ -99,11 +99,16 @@ class Hearing:
 def answers_due(branches: Iterable[Branch], frame: bytes) -> Iterator[tuple[Branch, Due]]:
     """Yield the answers that a response may be, each with the branch in which it is due.
 
-    An abort may be the refusal of a request that waits, too.
+    An abort may be the refusal of a request that waits, too. A segment that the server has lost in
+    a sub-block it may report at any time.
     """
     aborts = isinstance(decode_response(frame), Abort)
     for branch in branches:
         if branch.due is None:
+            if isinstance(branch.state, SubBlock):
+                lossy = branch.state.lossy(frame, branch.memory)
+                if lossy is not None:
+                    yield branch, lossy
             continue
         yield branch, branch.due
         if aborts and branch.backlog and not isinstance(branch.state, SubBlock):

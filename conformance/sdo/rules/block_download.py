@@ -2,7 +2,7 @@
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MAY, MUST, Rule
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 SERVICE = "7.2.4.2.10"
 INITIATE = "7.2.4.3.9"
@@ -32,6 +32,14 @@ LAST_SEGMENT = Rule(
     MUST,
     "The last segment ends its sub-block early and is acknowledged with its number.",
     reaction="A2h",
+)
+WHOLE_SUB_BLOCK = Rule(
+    "block-download.whole-sub-block",
+    SUB_BLOCK,
+    SHOULD,
+    "A server takes as many segments without a pause as it has asked for.",
+    reaction="A2h that acknowledges all that were sent",
+    open="an acknowledgement may name fewer: what is behind that is sent again",
 )
 SEGMENTS_ONLY = Rule(
     "block-download.segments-only",
@@ -184,6 +192,7 @@ END_RESERVED_BIT = Rule(
 BLOCK_DOWNLOAD_RULES = (
     FULL_SUB_BLOCK,
     LAST_SEGMENT,
+    WHOLE_SUB_BLOCK,
     SEGMENTS_ONLY,
     ABORT_IN_SUB_BLOCK,
     SEQUENCE_ZERO,
