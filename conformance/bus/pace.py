@@ -56,6 +56,9 @@ class Pace:
         # By the power of two in milliseconds within which they came.
         self._within: Counter[int] = Counter()
         self._of: defaultdict[Task, Counter[int]] = defaultdict(Counter)
+        # How many tasks of a kind were done, and how long they took.
+        self._done: Counter[Kind] = Counter()
+        self._taken: defaultdict[Kind, float] = defaultdict(float)
         self._latest = 0.0
         # The longest time that it took to enter each NMT state.
         self._entering: dict[NmtState | None, float] = {}
@@ -68,6 +71,8 @@ class Pace:
         self._within[_power(seconds)] += 1
         if tasks:
             task = max(tasks, key=_slowness)
+            self._done[task.kind] += tasks[task]
+            self._taken[task.kind] += seconds
             each = _power(seconds / tasks[task])
             self._of[Task(task.kind)][each] += 1
             if task.about:
@@ -155,6 +160,12 @@ class Pace:
     def typical(self) -> float:
         """The mean time to an answer; 0 as long as there was none."""
         return self.total / self.answers if self.answers else 0.0
+
+    def means(self, least: int) -> dict[Kind, float]:
+        """Return the mean time of each kind of task of which ``least`` were done."""
+        return {
+            kind: self._taken[kind] / done for kind, done in self._done.items() if done >= least
+        }
 
     @property
     def unsound(self) -> str:

@@ -59,12 +59,12 @@ class Timing:
         if not self._awaits:
             return
         self._awaits = False
-        self._pace.answered(latency, self._due)
-        self._due = Tasks()
+        done, self._due = self._due, Tasks()
+        self._pace.answered(latency, done)
         self.answers += 1
         self.answering += latency
         if self.allowance is not None:
-            self.allowance.take(latency)
+            self.allowance.take(latency, done)
 
     def waited_since(self, begin: float) -> None:
         """Take that nothing has come since."""

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from run_bench import BASELINE, HASTY, READ, TEXT, Scripted, discovered, recording, undiscovered
@@ -12,7 +13,13 @@ from conformance.dialogue.pauses import Pauses
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import Abort, DownloadInitiate
+from conformance.sdo.frames import (
+    Abort,
+    DownloadInitiate,
+    UploadInitiate,
+    UploadInitiateResponse,
+    UploadSegment,
+)
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import ANSWERED, Violation
 
@@ -146,3 +153,35 @@ def test_a_transfer_that_was_given_up_does_not_disturb_a_fence() -> None:
         sdo.wire.pauses.forget()
         bench.send_from_elsewhere(CanFrame(0x585, GAVE_UP))
         assert sdo.fence() == [decode_response(GAVE_UP)]
+
+
+@pytest.mark.parametrize("channels", [1, 2])
+def test_the_wait_for_an_answer_that_does_not_come_is_no_pause_of_the_bench(channels: int) -> None:
+    begun = UploadInitiateResponse.with_size(TEXT.mux, 20).encode()
+    node = Scripted(lambda data: [begun] if data[0] == READ[0] else [])
+    with undiscovered(node, timeout=4 * HASTY) as bench:
+        bench.device = replace(bench.device, server_timeout=HASTY)
+        sdo = bench.dialogue()
+        waiting = sdo if channels == 1 else sdo.beside(bench.channel)
+        for each in {id(one): one for one in (sdo, waiting)}.values():
+            each.send(UploadInitiate(TEXT.mux))
+            each.receive()
+        waiting.send(UploadSegment(0))
+        with pytest.raises(Violation, match="nothing within"):
+            waiting.receive()
+        # Meanwhile the device may have given up both transfers: the silence was its own.
+        for each in (sdo, waiting):
+            each.end_transfer()
+            assert not each.wire.pauses.excuse
+
+
+def test_a_look_at_what_need_not_come_is_a_silence_of_the_client() -> None:
+    begun = UploadInitiateResponse.with_size(TEXT.mux, 20).encode()
+    with undiscovered(Scripted(lambda data: [begun])) as bench:
+        bench.device = replace(bench.device, server_timeout=HASTY)
+        sdo = bench.dialogue()
+        sdo.send(UploadInitiate(TEXT.mux))
+        sdo.receive()
+        assert sdo.wire.next_frame(2 * HASTY) is None
+        sdo.end_transfer()
+        assert sdo.wire.pauses.excuse
