@@ -4,12 +4,14 @@ All of it needs a permission of the user. The device ends Pre-operational, or in
 it serves more.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import ceil
 
 from conformance.bus.deadline import Deadline
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import NMT
-from conformance.device.serving import Service
+from conformance.device.serving import STATE_NAMES, Service
 from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.left import write_all_as_before
@@ -109,6 +111,22 @@ class Network:
         self.send(COMMANDS[state])
         self.settle()
         ServingTrial(self._sdo).try_once()
+
+    @contextmanager
+    def in_other_state(self) -> Iterator[None]:
+        """Run steps in the state, of the two that serve, in which cases do not run otherwise.
+
+        What is wrong there is told with that state.
+        """
+        home, state = self._device.serving.home, NmtState.OPERATIONAL
+        if home is NmtState.OPERATIONAL:
+            state = NmtState.PRE_OPERATIONAL
+        self.enter(state)
+        try:
+            yield
+        except Violation as breach:
+            breach.actual += f"; in {STATE_NAMES[state]}"
+            raise
 
     def go_home(self) -> None:
         """Leave the device in the state in which it serves what the cases need."""

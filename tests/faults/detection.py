@@ -61,6 +61,7 @@ FILES = {
     "communication": "test_communication",
     "independence": "test_channel_independence",
     "nmt": "test_nmt",
+    "other-state": "test_other_state",
     "od": "test_object_dictionary",
     "matrix": "test_matrix",
     "random": "test_random",
@@ -81,6 +82,7 @@ BEYOND_TRANSFERS = (
     "test_communication_values",
     "test_channel_independence",
     "test_nmt",
+    "test_other_state",
 )
 # Long enough for a right server on a loaded machine, short enough to wait for with the faulty ones.
 SERVER_TIMEOUT, SERVER_TIMEOUT_OF_FAULTS = "--sdo-server-timeout=1", "--sdo-server-timeout=0.4"
