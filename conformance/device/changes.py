@@ -9,6 +9,8 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType
 
 CHANGED, BACK, STORED, STORED_AGAIN = "changed", "back", "stored", "stored-again"
+TAKEN = "taken"
+WRITTEN_UNREAD = "has taken a write, and could not be read before: nobody knows what it held"
 Values = dict[Multiplexer, bytes]
 Tell = Callable[[dict[str, Any]], None]
 
@@ -21,13 +23,15 @@ def _untold(record: dict[str, Any]) -> None:
 class Changes:
     """The values that a device had before, of what may be another now, by object.
 
-    ``stored`` is what it had stored, as far as that has been changed. ``tell`` is handed each
+    ``stored`` is what it had stored, as far as that has been changed. ``taken`` are objects that
+    could not be read and have taken a write: nobody knows what they held. ``tell`` is handed each
     change before it is made, and what is back.
     """
 
     tell: Tell = _untold
     outstanding: Values = field(default_factory=dict)
     stored: Values = field(default_factory=dict)
+    taken: set[Multiplexer] = field(default_factory=set)
 
     def changes(self, mux: Multiplexer, value: bytes, data_type: DataType | None) -> None:
         """Note that an object that holds ``value`` is about to be written."""
@@ -41,6 +45,12 @@ class Changes:
         if self.outstanding.get(mux) == value:
             del self.outstanding[mux]
             self.tell({"record": BACK, "object": str(mux)})
+
+    def takes(self, mux: Multiplexer) -> None:
+        """Note that an object that could not be read has taken a write."""
+        if mux not in self.taken:
+            self.taken.add(mux)
+            self.tell({"record": TAKEN, "object": str(mux)})
 
     def stores(self, values: Mapping[Multiplexer, bytes]) -> None:
         """Note that what a device has stored is about to be changed."""
@@ -71,6 +81,7 @@ class LeftBehind:
     values: Values = field(default_factory=dict)
     types: dict[Multiplexer, DataType] = field(default_factory=dict)
     stored: Values = field(default_factory=dict)
+    taken: set[Multiplexer] = field(default_factory=set)
 
     def take(self, record: Mapping[str, Any]) -> None:
         """Follow a line of the journal; raises KeyError or ValueError."""
@@ -80,8 +91,12 @@ class LeftBehind:
                 self.values[mux] = bytes.fromhex(record["value"])
                 if "type" in record:
                     self.types[mux] = DataType[record["type"]]
+            case "taken":
+                self.taken.add(parse_multiplexer(record["object"]))
             case "back":
-                self.values.pop(parse_multiplexer(record["object"]), None)
+                mux = parse_multiplexer(record["object"])
+                self.values.pop(mux, None)
+                self.taken.discard(mux)
             case "stored":
                 self.stored = {
                     parse_multiplexer(name): bytes.fromhex(value)
@@ -91,9 +106,14 @@ class LeftBehind:
                 self.stored = {}
 
     @property
+    def objects(self) -> list[Multiplexer]:
+        """All objects that may not be as they were."""
+        return list(dict.fromkeys([*self.values, *self.stored, *self.taken]))
+
+    @property
     def is_all_back(self) -> bool:
         """Whether nothing is left to do."""
-        return not self.values and not self.stored
+        return not self.values and not self.stored and not self.taken
 
 
 def parse_multiplexer(text: str) -> Multiplexer:

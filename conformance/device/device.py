@@ -13,11 +13,14 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.device.permits import Permits
-from conformance.device.safety import WritePolicy
+from conformance.device.protected_objects import group_of
+from conformance.device.safety import IDENTITY, WritePolicy
 from conformance.device.services import Services
 from conformance.device.serving import Serving
 from conformance.sdo.emergency import ERROR_LIST
+from conformance.sdo.frames import DownloadInitiate, Request
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.storage_commands import COMMANDS
 
@@ -78,6 +81,11 @@ class Device:
     def permissions(self) -> frozenset[str]:
         """What the user permits by name."""
         return self.permits.permissions
+
+    @property
+    def device_type(self) -> bytes:
+        """What 1000h reads, as far as it was read: the only value that may be written there."""
+        return self.values.get(DEVICE_TYPE, b"")[:EXPEDITED_LENGTH] or bytes(4)
 
     @property
     def identity(self) -> dict[str, str]:
@@ -144,11 +152,32 @@ class Device:
         """Say whether an entry may be written with the value that it had before the run."""
         return self.policy.permits(mux) and mux not in self.permits.never
 
+    def may_be_sent(self, request: Request, target: Multiplexer) -> bool:
+        """Say whether a request that writes may be sent by chance, whatever follows it.
+
+        Not to an object that takes a permission: a write does more there than to keep a value. What
+        only a probe may write to is sent the value that it has.
+        """
+        known = self.known.get(target)
+        if not self.policy.permits(target) or group_of(target.index) is not None:
+            return False
+        probe = target.index in IDENTITY if known is None else not known.access.writable
+        if not probe or self.policy.is_missing(target):
+            return True
+        own = isinstance(request, DownloadInitiate) and request.expedited and request.data
+        return own == self.values.get(target)
+
     def kept(self, mux: Multiplexer) -> bytes | None:
-        """Return the value that an entry has to have again; a read-only object has kept its own."""
+        """Return the value that an entry has to have again.
+
+        So has a constant: a wrong device may take what it has to refuse. What is read-only may
+        change by itself, and has one only once a write to it was confirmed.
+        """
         known = self.known.get(mux)
         keeps = (
-            known is not None and known.access.writable and mux.index not in (ERROR_LIST, *COMMANDS)
+            known is not None
+            and (known.access.writable or known.access is Access.CONST)
+            and mux.index not in (ERROR_LIST, *COMMANDS)
         )
         if keeps and mux in self.values:
             return self.values[mux]
@@ -175,6 +204,28 @@ class Device:
         if value is not None:
             known = self.known.get(mux)
             self.keeping.changes.changes(mux, value, None if known is None else known.data_type)
+
+    def taken_for(self, mux: Multiplexer) -> list[Multiplexer]:
+        """Return what a device may write instead of an entry that it lacks: its sub-index apart."""
+        if not self.policy.is_missing(mux):
+            return []
+        return [one for one in self.values if one.index == mux.index and self.kept(one) is not None]
+
+    def was_taken(self, mux: Multiplexer, before: bytes | None) -> None:
+        """Note that a write was confirmed that had to be refused; ``before`` is what was there.
+
+        What is read-only has to be put back from now on. What could not be read cannot be.
+        """
+        known = self.known.get(mux)
+        protected = group_of(mux.index) is not None
+        refuses = known is not None and not known.access.writable and not protected
+        if self.kept(mux) is not None or not (refuses or self.policy.is_missing(mux)):
+            return
+        if before is None:
+            self.keeping.changes.takes(mux)
+        else:
+            self.keeping.parameters[mux] = before
+            self.will_change(mux)
 
     def longest(self, mux: Multiplexer) -> int:
         """Return how many bytes an upload of an entry may bring before it has no end."""

@@ -11,7 +11,11 @@ from conformance.sdo.frames import (
     BlockEndResponse,
     BlockUploadInitiate,
     BlockUploadStart,
+    DownloadInitiate,
+    DownloadInitiateResponse,
+    DownloadSegmentResponse,
     Request,
+    Response,
     UploadInitiate,
     UploadSegment,
 )
@@ -36,6 +40,9 @@ class Effects:
         """Take the device, and what is known of the case."""
         self._device = device
         self._record = record
+        # What was written within an initiate last, and what objects read before they were probed.
+        self._expedited: Multiplexer | None = None
+        self._before: dict[Multiplexer, bytes] = {}
 
     def permit(self, request: Request) -> Multiplexer | None:
         """Return what a request begins to write, if it does.
@@ -60,13 +67,34 @@ class Effects:
         """
         device, record = self._device, self._record
         device.extents.request(request)
+        if target is not None:
+            self._note_written(request, target)
         if record.written or not isinstance(request, Abort):
             device.keeping.seen.clear()
-        if target is not None:
-            device.will_change(target)
-            record.written.add(target)
-            record.reset.pop(target, None)
-            device.keeping.doubtful.discard(target)
-            if target.index in COMMANDS and target.sub_index:
-                device.keeping.brought_back.clear()
-                device.keeping.stored = None
+
+    def _note_written(self, request: Request, target: Multiplexer) -> None:
+        device, record = self._device, self._record
+        is_expedited = isinstance(request, DownloadInitiate) and request.expedited
+        self._expedited = target if is_expedited else None
+        before = device.keeping.seen.get(target, device.values.get(target))
+        if before is not None:
+            self._before.setdefault(target, before)
+        for mux in (target, *device.taken_for(target)):
+            device.will_change(mux)
+            record.written.add(mux)
+        record.reset.pop(target, None)
+        device.keeping.doubtful.discard(target)
+        if target.index in COMMANDS and target.sub_index:
+            device.keeping.brought_back.clear()
+            device.keeping.stored = None
+
+    def answered(self, response: Response, ended: Multiplexer | None) -> None:
+        """Take an answer: it may confirm a write that had to be refused.
+
+        ``ended`` is the object of the transfer that it has ended, if it has.
+        """
+        match response:
+            case DownloadInitiateResponse(mux=mux) if mux == self._expedited:
+                self._device.was_taken(mux, self._before.get(mux))
+            case DownloadSegmentResponse() | BlockEndResponse() if ended is not None:
+                self._device.was_taken(ended, self._before.get(ended))

@@ -14,9 +14,16 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import hex_bytes, in_words
 from conformance.sdo.emergency import ERROR_REGISTER
-from conformance.sdo.frames import Abort, BlockEndResponse, BlockSegment, Response, UploadInitiate
+from conformance.sdo.frames import (
+    Abort,
+    BlockEndResponse,
+    BlockSegment,
+    Response,
+    UploadInitiate,
+    UploadInitiateResponse,
+)
 from conformance.sdo.layout import FRAME_LENGTH
-from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, CONSTANT, SPECIFIER, UNSOLICITED, Violation
 
 # Three sub-blocks that a server sends unasked are taken to their end.
 MOST_STRAY = 400
@@ -109,6 +116,9 @@ class Silence:
                 if at_rest:
                     wire.channel.pace.read(answered=not retried)
                 break
+            if self._is_read_otherwise(response):
+                wire.let_pass.append(frame.data)
+                break
             if crossed and isinstance(response, Abort):
                 crossed -= 1
                 wire.let_pass.append(frame.data)
@@ -121,7 +131,8 @@ class Silence:
                 raise unsolicited(stray)
         if retried:
             self._take_second_answer()
-        self._read_the_rest()
+        if response.encode() == self._device.baseline[0][1]:
+            self._read_the_rest()
         wire.is_proven = wire.channel.is_calm = not stray
         return stray
 
@@ -131,6 +142,22 @@ class Silence:
         self._wire.record.notes.append(
             f"a read of 1000h was not answered within {waited:.4g} ms, and was sent again"
         )
+
+    def _is_read_otherwise(self, response: Response) -> bool:
+        """Take the answer of a device that has let 1000h be written: the value is put back later.
+
+        It is that only where a probe was sent and 1000h is not known to be as before.
+        """
+        changed = self._device.keeping.changes.outstanding
+        if DEVICE_TYPE not in changed or not isinstance(response, UploadInitiateResponse):
+            return False
+        if response.mux != DEVICE_TYPE:
+            return False
+        if self._wire.tracker.open is not None:
+            self._wire.abort_open()
+        due = f"{DEVICE_TYPE} reads {hex_bytes(changed[DEVICE_TYPE])}, as at the beginning"
+        self._wire.note(Violation(CONSTANT, expected=due, actual=in_words(response)))
+        return True
 
     def _no_answer(self, stray: list[Response]) -> Violation:
         heard = self._wire.heard_elsewhere()

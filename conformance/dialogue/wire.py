@@ -354,7 +354,7 @@ class Wire:
             self.misshapen = odd
             data = whole_frame(data)
         running = self.tracker.open
-        response = self.tracker.response(data)
+        response = self.read(data)
         aborted = isinstance(response, Abort)
         refused = aborted and self.owed and isinstance(self.last_sent, INITIATES)
         self.record.early.received(response, None if refused or self.fencing else running)
@@ -385,6 +385,13 @@ class Wire:
         refused = serving.excuse(service, mux, self.refusal.code)
         if refused is not None and mux == getattr(self.last_sent, "mux", None):
             raise NotTestable(serving.way_out(refused, self.device.permissions))
+
+    def read(self, data: bytes) -> Response:
+        """Follow a response, and what it confirms; return which it is."""
+        running = self.tracker.open
+        response = self.tracker.response(data)
+        self.effects.answered(response, running if self.tracker.open is None else None)
+        return response
 
     # What is found
 

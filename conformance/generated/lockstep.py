@@ -271,13 +271,13 @@ class Lockstep:
         self.check()
         if answer is None:
             return []
-        return [self._sdo.tracker.response(answer.data)]
+        return [self._sdo.wire.read(answer.data)]
 
     def arrived(self) -> list[Response]:
         """Take what has come though it did not have to."""
         answers = []
         for frame in self._sdo.drain():
-            answers.append(self._sdo.tracker.response(frame.data))
+            answers.append(self._sdo.wire.read(frame.data))
         self.check()
         return answers
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from conformance.bus.errors import BenchError, FailedOnce, error_named
+from conformance.device.changes import WRITTEN_UNREAD
 from conformance.device.known_deviations import KnownDeviation
 from conformance.dialogue.values import shown
 from conformance.run.session import DeviceSession
@@ -84,12 +85,18 @@ class Findings:
             for cause, standing in aside
             if cause.rule_id not in excused
         ]
-        changed = session.device.keeping.changes.outstanding
-        pending = {mux: shown(value) for mux, value in changed.items()}
+        changes, node = session.device.keeping.changes, f"node {session.device.node_id}"
+        pending = {mux: shown(value) for mux, value in changes.outstanding.items()}
         self.unrestored += [
-            f"write {value} to {mux} of node {session.device.node_id}"
+            f"write {value} to {mux} of {node}"
             for mux, value in (pending | session.restorer.unrestored).items()
         ]
+        self.notes += [
+            f"{mux} of {node} read otherwise behind the last case than before the run, though no "
+            "case had left it so: another write has changed it, or the device itself"
+            for mux in session.written_beside
+        ]
+        self.unrestored += [f"{mux} of {node} {WRITTEN_UNREAD}" for mux in sorted(changes.taken)]
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values, which another process can take."""

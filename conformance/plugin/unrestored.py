@@ -62,6 +62,6 @@ def left_lines(options: Options) -> list[str]:
     )
     return [
         f"conformance: an earlier run left changed values on node {left.node_id} "
-        f"({', '.join(map(str, [*left.values, *left.stored]))}; {left.journal}): {offer}"
+        f"({', '.join(map(str, left.objects))}; {left.journal}): {offer}"
         for left in _left(options)
     ]

@@ -257,7 +257,6 @@ class Bench:
         try:
             with self._stop.putting_back():
                 for session in self.sessions.values():
-                    session.collect_late()
-                    session.restore_pending()
+                    session.finish()
         finally:
             self._stack.close()

@@ -5,7 +5,7 @@ from typing import Any
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
-from conformance.device.changes import BACK, STORED_AGAIN, LeftBehind
+from conformance.device.changes import BACK, STORED_AGAIN, WRITTEN_UNREAD, LeftBehind
 from conformance.device.device import IDENTITY_NAMES, Device
 from conformance.device.keeping import Keeping
 from conformance.device.known_objects import KnownObject, by_multiplexer
@@ -51,7 +51,13 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
     back = [{"record": BACK, "object": str(mux)} for mux in list(left.values) if mux not in pending]
     if left.stored and SAVE_ALL not in pending:
         back.append({"record": STORED_AGAIN})
-    return back, {str(mux): why for mux, why in pending.items()}
+    return back, {
+        **{str(mux): why for mux, why in pending.items()},
+        **{
+            str(mux): f"it {WRITTEN_UNREAD}; delete {left.journal} when that is settled"
+            for mux in sorted(left.taken)
+        },
+    }
 
 
 def _check_identity(sdo: Dialogue, due: Mapping[str, str]) -> None:

@@ -19,6 +19,7 @@ from conformance.run.mappings import in_order, is_0_meanwhile, needed_for
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access
 from conformance.sdo.rules import ANSWERED, NOT_REFUSED, UNSOLICITED, Violation
 from conformance.sdo.storage_commands import SAVE_ALL
 
@@ -39,17 +40,20 @@ class Restorer:
     ``late`` has what came in the way: answers that belong to none of the requests. What could not
     be put back twice is left alone until the end of the run: else a device that refuses it would be
     written to after each case. A device that is ``gone`` meanwhile is asked no more.
+    ``has_written`` says that anything was written at all.
     """
 
     device: Device
     unrestored: dict[Multiplexer, str] = field(default_factory=dict)
     late: list[Violation] = field(default_factory=list)
     gone: bool = False
+    has_written: bool = False
     _tries: Counter[Multiplexer] = field(default_factory=Counter)
     _silences: Counter[Multiplexer] = field(default_factory=Counter)
 
     def expect(self, sdo: Dialogue) -> None:
         """List all that a case wrote, before anything can go wrong or be interrupted."""
+        self.has_written |= bool(sdo.record.written)
         self._list(self._due(sdo.record.written))
 
     def restore(
@@ -89,6 +93,27 @@ class Restorer:
         sdo.drain()
         self._put_back(sdo, set(self.unrestored))
         self._take_stock()
+
+    def audit(self, sdo: Dialogue) -> list[Multiplexer]:
+        """Put back what reads otherwise than before the run though it was put back, or not written.
+
+        A wrong device may write elsewhere than it was asked to. Returns what was found. What may
+        not be written is not looked at, nor what takes long to read; nor any more at all of a
+        device that cannot be read.
+        """
+        found: list[Multiplexer] = []
+        for mux, value in self._due(self.device.values).items():
+            if len(value) > VERY_LONG or mux in self.unrestored or mux in self.device.keeping.left:
+                continue
+            if not self.device.may_put_back(mux) or self._reads(sdo, self._known(mux), value):
+                continue
+            if mux not in sdo.wire.seen:
+                break
+            found.append(mux)
+        for mux in found:
+            self.device.will_change(mux)
+        self._put_back(sdo, set(found))
+        return found
 
     def _leave(
         self, sdo: Dialogue, written: Iterable[Multiplexer], *, in_doubt: bool
@@ -298,7 +323,8 @@ class Restorer:
         if known.habits.too_long:  # perhaps it was for that value only
             habits = replace(known.habits, too_long=False)
             self.device.known[known.mux] = replace(known, habits=habits)
-        if self._reads(sdo, known, due):
+        # What is read-only changes by itself: that the value was taken has to do.
+        if self._reads(sdo, known, due) or known.access is Access.RO:
             self._is_back(known.mux, due)
         elif in_blocks:
             self.device.services.distrusted = True

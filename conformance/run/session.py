@@ -20,6 +20,7 @@ from conformance.run.revival import Revival
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import in_words
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
     ANSWERED,
     UNSOLICITED,
@@ -79,6 +80,7 @@ class DeviceSession:
         self.whole_run = WholeRun(self.causes)
         self.restorer = Restorer(device)
         self.lost = False
+        self.written_beside: list[Multiplexer] = []
         self.revival = revival
         self._seed = seed
         self._cansend_channel = cansend_channel
@@ -211,6 +213,13 @@ class DeviceSession:
             return
         self.restorer.restore_pending(self._dialogue(_RESTORING))
         self.keep_late(self._last_case)
+
+    def finish(self) -> None:
+        """Put back, behind the last case, what is not back, and what no case has meant to write."""
+        self.collect_late()
+        if not (self.lost or self.channel.link.stop.gives_up) and self.restorer.has_written:
+            self.written_beside = self.restorer.audit(self._dialogue(_RESTORING))
+        self.restore_pending()
 
     def close(self) -> None:
         """Take no more frames."""

@@ -28,7 +28,7 @@ TEXT, MISSING = Multiplexer(0x2010), Multiplexer(0x1FFF)
 class Objects:
     """One string, into which letters are written."""
 
-    targets = Targets(NODE_ID, TEXT, MISSING, MISSING)
+    targets = Targets(NODE_ID, TEXT, MISSING, MISSING, bytes(4))
     rooms: Mapping[Multiplexer, int] = {TEXT: 100}
     numbers: Sequence[Multiplexer] = ()
     readable: Sequence[Multiplexer] = (TEXT,)

@@ -13,7 +13,6 @@ from conformance.device.device import IDENTITY_COUNT, Device
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
-from conformance.device.protected_objects import group_of
 from conformance.device.roles import Roles
 from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
@@ -113,11 +112,11 @@ def harmless(data: bytes, device: Device, own: Multiplexer) -> bytes:
     """Put ``own`` where a download initiate would name an object that must not be written.
 
     Nor does chance write to an object that takes a permission: it does more than to keep a value.
+    What only a probe may write to is sent the value that it has: a wrong device takes it.
     """
-    target = written_by(decode_request(whole_frame(data)))
-    if target is None or device.lacks(target):
-        return data
-    if device.policy.permits(target) and group_of(target.index) is None:
+    request = decode_request(whole_frame(data))
+    target = written_by(request)
+    if target is None or device.lacks(target) or device.may_be_sent(request, target):
         return data
     return data[:1] + mux_bytes(own) + data[4:]
 
@@ -139,6 +138,7 @@ def survey(sdo: Dialogue) -> DeviceObjects:
         missing_object(sdo),
         # Of a simple object many servers serve any sub-index: other cases say so.
         missing_sub_index(sdo, IDENTITY_COUNT.index),
+        device.device_type,
     )
     first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
     held = {mux: value for mux in device.values if (value := device.holds(mux)) is not None}

@@ -38,7 +38,7 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
     missing = missing_object(sdo)
     missing_entry = _missing_entry(sdo, missing)
     known, size = _suited(sdo, known, state)
-    targets = Targets(sdo.device.node_id, known.mux, missing, missing_entry)
+    targets = Targets(sdo.device.node_id, known.mux, missing, missing_entry, sdo.device.device_type)
     with ExitStack() as following:
         try:
             lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))

@@ -8,7 +8,7 @@ from conformance.sdo.frames import BlockSegment, Request
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 
 # Which objects a stimulus names does not change its kind.
-_ANY = Targets(1, Multiplexer(0x2000), Multiplexer(0x2000), Multiplexer(0x2000))
+_ANY = Targets(1, *(Multiplexer(0x2000),) * 3, bytes(4))
 
 
 def risk_in(state: State[Request | None]) -> RiskOf:

@@ -36,12 +36,16 @@ HUGE = 0xFFFF_FFFF
 
 @dataclass(frozen=True, slots=True)
 class Targets:
-    """The objects that stimuli name: that of the state, and entries that the device lacks."""
+    """The objects that stimuli name: that of the state, and entries that the device lacks.
+
+    ``device_type`` is what the device reads at 1000h: a wrong device takes what is written there.
+    """
 
     node_id: int
     own: Multiplexer
     missing: Multiplexer
     missing_sub_index: Multiplexer
+    device_type: bytes
 
     @property
     def there(self) -> tuple[Multiplexer, ...]:
@@ -99,7 +103,9 @@ def _initiates() -> dict[str, Stimulus]:
         "40h-missing": _about(lambda targets: UploadInitiate(targets.missing)),
         "40h-missing-sub-index": _about(lambda targets: UploadInitiate(targets.missing_sub_index)),
         "40h-reserved": _raw(0x40, RESERVED),
-        "23h-read-only": _always(DownloadInitiate.with_data(READ_ONLY, b"\x91\x01\x0f\x00")),
+        "23h-read-only": _about(
+            lambda targets: DownloadInitiate.with_data(READ_ONLY, targets.device_type)
+        ),
         "21h-read-only": _always(DownloadInitiate.with_size(READ_ONLY, 4)),
         "23h-missing": _about(lambda targets: DownloadInitiate.with_data(targets.missing, b"wxyz")),
     }

@@ -28,7 +28,7 @@ MISSING = (
     Multiplexer(0x2001, 1),
     Multiplexer(0x2010, 0xFE),
 )
-TARGETS = Targets(NODE_ID, TEXT, MISSING[0], MISSING[1])
+TARGETS = Targets(NODE_ID, TEXT, MISSING[0], MISSING[1], bytes.fromhex("91010F00"))
 
 
 def payload(size: int, seed: int = 0) -> bytes:
