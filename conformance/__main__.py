@@ -11,8 +11,15 @@ from typing import Protocol, cast
 import can
 
 from conformance import __version__
-from conformance.bus.errors import BenchError, SilentNode
-from conformance.commands.status import BROKEN_BENCH, DONE, INTERRUPTED, SILENT_NODE, WRONG_USE
+from conformance.bus.errors import BenchError, OtherDevice, SilentNode
+from conformance.commands.status import (
+    BROKEN_BENCH,
+    DONE,
+    INTERRUPTED,
+    NOT_THERE,
+    SILENT_NODE,
+    WRONG_USE,
+)
 from conformance.faults.catalogue import UnknownServer
 from conformance.sdo.inert import inert
 from conformance.sdo.nearest import did_you_mean, meant
@@ -56,7 +63,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status.
 
     That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed or when
-    a run is worse than an earlier one, 10 for a device that does not answer.
+    a run is worse than an earlier one, 4 where what is to be restored is not there, or not on this
+    device, 10 for a device that does not answer.
     """
     given = sys.argv[1:] if arguments is None else arguments
     parser = command_line([name for name in COMMANDS if name in given[:1]] or COMMANDS)
@@ -80,6 +88,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return DONE
     except SilentNode as error:
         return _broken(error, SILENT_NODE)
+    except OtherDevice as error:
+        return _broken(error, NOT_THERE)
     except (BenchError, OSError, can.CanError) as error:
         return _broken(error, BROKEN_BENCH)
     except (UnknownServer, UnknownRule, ValueError) as error:

@@ -3,7 +3,8 @@
 In the order of a run: the bus cannot be opened (BusNotOpened); the device never answers
 (SilentNode); a frame cannot be sent (TransmitBufferFull); the interface goes away (InterfaceLost)
 or leaves the bus (BusOff); frames are lost (FramesDropped, FailedOnce); another client talks to the
-device (SecondClient), or answers for it (TwoDevices); the device stops answering (DeviceLost); a
+device (SecondClient), or answers for it (TwoDevices); it is not the one whose values
+are to be restored (OtherDevice); the device stops answering (DeviceLost); a
 case would write without permission (WriteNotPermitted); the device's program does not run
 (ProcessFailed); one of several processes that test is gone (WorkerLost); a report cannot be written
 (NotWritten); another plugin of pytest ends a case (CaseEnded); the suite itself has an error
@@ -53,6 +54,10 @@ class FailedOnce(BenchError):
 
 class TwoDevices(BenchError):
     """Two devices on the bus have the node-ID under test."""
+
+
+class OtherDevice(BenchError):
+    """Values were to be restored on a device that is, or may be, not the one that had them."""
 
 
 class DeviceLost(BenchError):

@@ -1,13 +1,14 @@
 """``conformance restore``: the values that a stopped run has left changed."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import open_bus
 from conformance.commands.bus_options import add_bus_options, add_response_timeout, bus_settings
-from conformance.commands.status import BROKEN_BENCH, DONE
+from conformance.commands.status import BROKEN_BENCH, DONE, NOT_THERE
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.inert import inert
@@ -17,14 +18,20 @@ HELP = "restore the values that a run left changed, from its report folder"
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument("folder", type=Path, help="the report folder of the run")
+    parser.add_argument(
+        "folder", type=Path, help="the report folder of the run, or the journal in it"
+    )
     add_bus_options(parser, "that of the run", "that of the run")
     add_response_timeout(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the values back, and say which could not be."""
-    paths = journals(options.folder)
+    folder: Path = options.folder
+    if not folder.exists():
+        print(f"conformance: {inert(str(folder))} does not exist", file=sys.stderr)
+        return NOT_THERE
+    paths = [folder] if folder.is_file() else journals(folder)
     pending = 0
     for path in paths:
         about, left = read_journal(path)
@@ -43,5 +50,5 @@ def run(options: argparse.Namespace) -> int:
         finally:
             link.close()
     if not paths:
-        print(f"{options.folder} has no values to restore")
+        print(f"{folder} has no values to restore")
     return BROKEN_BENCH if pending else DONE

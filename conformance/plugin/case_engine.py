@@ -7,7 +7,7 @@ from typing import NoReturn
 
 import pytest
 
-from conformance.bus.errors import BenchError, DeviceLost, NotWritten
+from conformance.bus.errors import BenchError, DeviceLost, NotWritten, OtherDevice
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
 from conformance.plugin.attempts import begin, conclude_tries, is_told
@@ -52,7 +52,9 @@ class CaseEngine:
             open_bench(self._config, state)
         except BenchError as error:
             state.findings.bench_errors.append(error)
-            state.leave_out_all("the bus could not be opened")
+            other = isinstance(error, OtherDevice)
+            why = "the values of another device were to be restored on it"
+            state.leave_out_all(why if other else "the bus could not be opened")
         except RunStopped as stopped:
             state.leave_out_all(str(stopped))
             return str(stopped)

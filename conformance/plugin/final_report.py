@@ -11,6 +11,7 @@ from conformance.bus.errors import (
     DeviceLost,
     FailedOnce,
     NotWritten,
+    OtherDevice,
     SilentNode,
     SuiteError,
 )
@@ -297,8 +298,10 @@ def _show_dots_alone(session: pytest.Session) -> None:
         terminal.showfspath = False
 
 
-def _exit_code(errors: list[BenchError]) -> ExitCode:
+def _exit_code(errors: list[BenchError]) -> ExitCode | pytest.ExitCode:
     kinds = {type(error) for error in errors}
+    if OtherDevice in kinds:
+        return pytest.ExitCode.USAGE_ERROR
     if not kinds <= {SilentNode, DeviceLost, SuiteError}:
         return ExitCode.BENCH_ERROR
     if SuiteError in kinds:

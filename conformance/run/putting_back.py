@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from conformance.bus.channel import Channel
-from conformance.bus.errors import BenchError
+from conformance.bus.errors import OtherDevice
 from conformance.device.changes import BACK, STORED_AGAIN, WRITTEN_UNREAD, LeftBehind
 from conformance.device.device import IDENTITY_NAMES, Device
 from conformance.device.keeping import Keeping
@@ -29,7 +29,7 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
     """Write what is not back yet, and read it back.
 
     Returns records of what is back, for the journal, and what is not, with the reason. Raises
-    BenchError for a silent device, and for one that is not the one that was tested.
+    OtherDevice for one that is not surely the one that was tested, BenchError for a silent one.
     """
     named = [*left.values, *left.stored]
     device = Device(
@@ -43,10 +43,13 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
     )
     record_baseline(channel, device)
     sdo = Dialogue(channel, device, CaseRecord(_RULE), 0)
-    _check_identity(sdo, left.identity)
     restorer = Restorer(device)
     restorer.unrestored = {mux: shown(value) for mux, value in left.values.items()}
-    restorer.restore_pending(sdo)
+    try:
+        _check_identity(sdo, left.identity)
+        restorer.restore_pending(sdo)
+    finally:
+        sdo.end_transfer()
     pending = restorer.unrestored
     back = [{"record": BACK, "object": str(mux)} for mux in list(left.values) if mux not in pending]
     if left.stored and SAVE_ALL not in pending:
@@ -61,15 +64,23 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
 
 
 def _check_identity(sdo: Dialogue, due: Mapping[str, str]) -> None:
+    """Raise OtherDevice unless 1018h says all that it said before."""
     for sub_index, name in IDENTITY_NAMES.items():
-        try:
-            value = sdo.read(Multiplexer(0x1018, sub_index))
-        except (ServerAborted, Violation):
-            sdo.silence.recover()
+        if name not in due:
             continue
+        mux = Multiplexer(0x1018, sub_index)
+        try:
+            value = sdo.read(mux)
+        except (ServerAborted, Violation) as error:
+            sdo.silence.recover()
+            raise OtherDevice(
+                f"Node {sdo.device.node_id} may be another device than the one whose values were "
+                f"left: its {name} was {due[name]}, and {mux} cannot be read now ({error}). "
+                "Nothing was written to it."
+            ) from error
         found = f"0x{int.from_bytes(value, 'little'):08X}"
-        if due.get(name, found) != found:
-            raise BenchError(
+        if due[name] != found:
+            raise OtherDevice(
                 f"Node {sdo.device.node_id} is not the device whose values were left: its {name} "
                 f"is {found}, not {due[name]}. Nothing was written to it."
             )

@@ -103,7 +103,7 @@ class Restorer:
         """
         found: list[Multiplexer] = []
         for mux, value in self._due(self.device.values).items():
-            if len(value) > VERY_LONG or mux in self.unrestored or mux in self.device.keeping.left:
+            if len(value) > LONG_VALUE or mux in self.unrestored or mux in self.device.keeping.left:
                 continue
             if not self.device.may_put_back(mux) or self._reads(sdo, self._known(mux), value):
                 continue

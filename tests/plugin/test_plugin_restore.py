@@ -10,7 +10,7 @@ from plugin_runs import NODE_ID, QUICK, hosted_on, reports, run
 from socketcand_bus import socketcand
 
 from conformance.__main__ import main
-from conformance.commands.status import BROKEN_BENCH, DONE
+from conformance.commands.status import DONE, NOT_THERE
 from conformance.plugin.exit_code import ExitCode
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
@@ -113,10 +113,32 @@ def test_another_device_is_not_written_to(
     with killed(pytester) as (objects, _):
         (journal,) = left(pytester)
         objects.find(Multiplexer(0x1018, 4)).value = bytes(4)
-        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == BROKEN_BENCH
+        assert main(["restore", str(journal.parent), "--response-timeout=30"]) == NOT_THERE
         assert "is not the device" in capsys.readouterr().err
         assert objects.find(TEXT).value == b"new"
         assert left(pytester) == [journal]
+
+
+def test_nor_is_one_that_does_not_say_which_it_is(
+    pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with killed(pytester) as (objects, bus):
+        (journal,) = left(pytester)
+        objects.remove(0x1018)
+        assert main(["restore", str(journal), "--response-timeout=30"]) == NOT_THERE
+        assert "1018h:01 cannot be read now" in capsys.readouterr().err
+        result = run(
+            pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "--sdo-restore", "test_mine.py"
+        )
+        assert result.ret == pytest.ExitCode.USAGE_ERROR
+        result.stdout.fnmatch_lines(["*Nothing was written to it*"])
+        assert objects.find(TEXT).value == b"new"
+        assert left(pytester) == [journal]
+
+
+def test_a_folder_that_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["restore", "reports/TYPO"]) == NOT_THERE
+    assert capsys.readouterr().err == "conformance: reports/TYPO does not exist\n"
 
 
 REFUSES = """
