@@ -287,8 +287,15 @@ def _entry(variable: ODVariable, section: Section, sub_index: int, node_id: int)
         default=_value(variable.default, section, "DefaultValue", data_type),
         configured=_value(variable.value, section, "ParameterValue", data_type),
         flags=section.number("ObjFlags", node_id, 0) or 0,
+        mappable=_flag(section, "PDOMapping", node_id),
         floats=variable.access_type == "rwr",
     )
+
+
+def _flag(section: Section, key: str, node_id: int) -> bool | None:
+    """Return what a key says that is 0 or 1; None where it is left out."""
+    number = section.number(key, node_id)
+    return None if number is None else bool(number)
 
 
 def _limit(section: Section, key: str, data_type: DataType | None, node_id: int) -> Number | None:

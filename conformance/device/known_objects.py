@@ -32,8 +32,9 @@ class KnownObject:
     """One entry of the device's object dictionary; a type of None is not known.
 
     The rest is what an EDS says of it: limits, both included; the value after the defaults were
-    loaded, and the one that a DCF configures; the ObjFlags. An entry ``floats`` when the device
-    itself changes it (access rwr). Its ``habits`` are what the device was seen to do with it.
+    loaded, and the one that a DCF configures; the ObjFlags; whether it is ``mappable`` to a PDO,
+    None where the EDS leaves that out. An entry ``floats`` when the device itself changes it
+    (access rwr). Its ``habits`` are what the device was seen to do with it.
     """
 
     mux: Multiplexer
@@ -46,6 +47,7 @@ class KnownObject:
     default: bytes | None = None
     configured: bytes | None = None
     flags: int = 0
+    mappable: bool | None = None
     floats: bool = False
     habits: Habits = AS_WRITTEN
 

@@ -12,7 +12,7 @@ from conformance.device.numbers import decode_number, is_number
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
-from conformance.reference.communication import EMERGENCY, RECEIVED, SENT
+from conformance.reference.communication import EMERGENCY, RECEIVED, SENT, is_mappable
 from conformance.reference.dictionary import GAPPY
 from conformance.reference.node import Node
 from conformance.sdo.emergency import ERROR_LIST
@@ -97,6 +97,7 @@ def _entry_lines(mux: Multiplexer, entry: Entry) -> Iterator[str]:
     yield f"ObjectType={kind:#x}"
     yield f"DataType={data_type:#06x}"
     yield f"AccessType={entry.access}"
+    yield f"PDOMapping={is_mappable(mux, entry):d}"
     yield f"DefaultValue={_FORMULAS.get(mux) or _text(data_type, entry.value)}"
     if entry.low is not None:
         yield f"LowLimit={entry.low}"

@@ -12,7 +12,15 @@ from conformance.sdo.cob_id import DYNAMIC, NOT_VALID, CobId
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
-from conformance.sdo.pdos import MAPPING_OF, MOST_BITS
+from conformance.sdo.pdos import (
+    COB_ID,
+    INHIBIT_TIME,
+    MAPPING_OF,
+    MOST_BITS,
+    RECEIVED_MAPPINGS,
+    SYNC_START,
+    Mapped,
+)
 
 SYNC, TIME, EMERGENCY = Multiplexer(0x1005), Multiplexer(0x1012), Multiplexer(0x1014)
 RECEIVED, SENT = 0x1400, 0x1800
@@ -23,6 +31,7 @@ PRODUCES, CONSUMES = DYNAMIC, NOT_VALID
 RESERVED_TYPES = range(0xF1, 0xFC)
 EVENT_DRIVEN = b"\xff"
 ENTRIES = 3
+FIRST_MAPPABLE = 0x2000
 
 InUse = Callable[[int], bool]
 
@@ -72,17 +81,37 @@ def type_check(old: bytes, new: bytes) -> None:
         raise Refusal(AbortCode.VALUE_INVALID)
 
 
-def communication_entries(node_id: int, mapped: Multiplexer, bits: int) -> dict[Multiplexer, Entry]:
-    """Return the objects for SYNC, TIME, EMCY and one PDO in each direction.
+def while_invalid(cob_id: Entry) -> Check:
+    """Return what refuses every change as long as a PDO is valid (7.5.2.37)."""
 
-    The PDOs map ``mapped``, an object of ``bits`` bits.
-    """
+    def check(old: bytes, new: bytes) -> None:
+        if new != old and is_valid(_number(cob_id.value)):
+            raise Refusal(AbortCode.DEVICE_STATE)
+
+    return check
+
+
+def is_mappable(mux: Multiplexer, entry: Entry) -> bool:
+    """Say whether a PDO may map an entry: a number of the application."""
+    return mux.index >= FIRST_MAPPABLE and entry.data_type.length is not None
+
+
+def communication_entries(node_id: int, received: Mapped, sent: Mapped) -> dict[Multiplexer, Entry]:
+    """Return the objects for SYNC, TIME, EMCY and one PDO in each direction with what it maps."""
+    sent_id = _cob_id(DYNAMIC | SENT_BASE + node_id, is_valid)
     return {
         SYNC: _cob_id(SYNC_ID, sync_in_use, always),
         TIME: _cob_id(CONSUMES | TIME_ID, time_in_use),
         EMERGENCY: _cob_id(EMERGENCY_BASE + node_id, is_valid),
-        **_pdo(RECEIVED, RECEIVED_BASE + node_id, mapped, bits),
-        **_pdo(SENT, DYNAMIC | SENT_BASE + node_id, mapped, bits),
+        **_pdo(RECEIVED, _cob_id(RECEIVED_BASE + node_id, is_valid), received),
+        **_pdo(SENT, sent_id, sent),
+        Multiplexer(SENT): Entry(bytes([SYNC_START]), DataType.UNSIGNED8, Access.CONST),
+        Multiplexer(SENT, INHIBIT_TIME): CheckedEntry(
+            bytes(2), DataType.UNSIGNED16, check=while_invalid(sent_id)
+        ),
+        Multiplexer(SENT, SYNC_START): CheckedEntry(
+            bytes(1), DataType.UNSIGNED8, check=while_invalid(sent_id)
+        ),
     }
 
 
@@ -91,17 +120,16 @@ def _cob_id(number: int, in_use: InUse, is_used: InUse | None = None) -> Entry:
     return CheckedEntry(value, DataType.UNSIGNED32, check=cob_id_check(in_use, is_used))
 
 
-def _pdo(index: int, cob_id: int, mapped: Multiplexer, bits: int) -> dict[Multiplexer, Entry]:
+def _pdo(index: int, cob_id: Entry, mapped: Mapped) -> dict[Multiplexer, Entry]:
     mapping = index + MAPPING_OF
-    entry = mapped.index << 16 | mapped.sub_index << 8 | bits
     entries: dict[Multiplexer, Entry] = {
         Multiplexer(index): Entry(b"\2", DataType.UNSIGNED8, Access.CONST),
-        Multiplexer(index, 1): _cob_id(cob_id, is_valid),
+        Multiplexer(index, COB_ID): cob_id,
         Multiplexer(index, 2): CheckedEntry(EVENT_DRIVEN, DataType.UNSIGNED8, check=type_check),
         Multiplexer(mapping): CheckedEntry(b"\1", DataType.UNSIGNED8),
     }
     for sub in range(1, ENTRIES + 1):
-        value = (entry if sub == 1 else 0).to_bytes(4, "little")
+        value = (int(mapped) if sub == 1 else 0).to_bytes(4, "little")
         entries[Multiplexer(mapping, sub)] = CheckedEntry(value, DataType.UNSIGNED32)
     return entries
 
@@ -132,13 +160,26 @@ class Mapping:
         if any(self.count.value):
             raise Refusal(AbortCode.DEVICE_STATE)
         if any(new):
-            self.check_mapped(_number(new))
+            self.check_mapped(Mapped.of(_number(new)))
 
-    def check_mapped(self, entry: int) -> None:
-        """Refuse an object that is not there, or that has another length."""
-        mapped = self.objects.get(Multiplexer(entry >> 16, entry >> 8 & 0xFF))
-        if mapped is None or mapped.data_type.length != (entry & 0xFF) // 8:
+    def check_mapped(self, mapped: Mapped) -> None:
+        """Refuse an object that is not there, that has another length, or that no PDO may map."""
+        entry = self.objects.get(mapped.mux)
+        if entry is None or (entry.data_type.length or 0) * 8 != mapped.bits:
             raise Refusal(AbortCode.NOT_MAPPABLE)
+        if not self.may_map(mapped.mux, entry):
+            raise Refusal(AbortCode.NOT_MAPPABLE)
+        if not self.has_access(entry):
+            raise Refusal(AbortCode.NOT_MAPPABLE)
+
+    def may_map(self, mux: Multiplexer, entry: Entry) -> bool:
+        """Say whether any PDO may map an entry."""
+        return is_mappable(mux, entry)
+
+    def has_access(self, entry: Entry) -> bool:
+        """Say whether a PDO in this direction may read or write an entry."""
+        received = self.index in RECEIVED_MAPPINGS
+        return entry.access.writable if received else entry.access.readable
 
     def check_count(self, old: bytes, new: bytes) -> None:
         """Refuse more entries than there are, and more bytes than a frame holds."""

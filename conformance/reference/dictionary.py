@@ -11,10 +11,12 @@ from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
+from conformance.sdo.pdos import Mapped
 from conformance.sdo.storage_commands import SIGNATURES, command_entry
 
 IDENTITY = 0x1018
 CLIENT, LIMITED, GAPPY, TYPES, MEASURED = 0x1280, 0x2100, 0x2110, 0x2120, 0x2130
+CONTROLLED = Multiplexer(0x2004)
 STORED_EDS = Multiplexer(0x1021)
 ERROR_CODE = Multiplexer(0x2140)
 PLACES_FOR_ERRORS = 2
@@ -38,7 +40,10 @@ def all_entries(node_id: int, lacking: Container[Multiplexer] = ()) -> dict[Mult
     """Return the entries of the built-in device, all but those that it is to lack."""
     entries = reference_entries(node_id) | _limited() | _gappy() | _types() | _measured()
     entries |= _errors() | _commands() | _client()
-    entries |= communication_entries(node_id, Multiplexer(MEASURED), bits=32) | value_entries()
+    entries |= communication_entries(
+        node_id, Mapped(CONTROLLED, bits=32), Mapped(Multiplexer(MEASURED), bits=32)
+    )
+    entries |= value_entries()
     entries[STORED_EDS] = Entry(EDS, DataType.DOMAIN, Access.RO)
     left = {mux: entry for mux, entry in entries.items() if mux not in lacking}
     identity = [mux.sub_index for mux in left if mux.index == IDENTITY]

@@ -1,14 +1,21 @@
 """The order in which PDOs and SYNC get their values back.
 
 A PDO is taken out of use before its mapping changes, and its mapping maps nothing while one of its
-entries changes; how many there are goes back behind the entries, and the COB-ID behind that. The
-SYNC counter (1019h) changes while there is no period (1006h), which goes back behind it.
+entries changes; how many there are goes back behind the entries, and the COB-ID behind that. It is
+out of use as well while its inhibit time or the start of its SYNC counter change. The SYNC counter
+(1019h) changes while there is no period (1006h), which goes back behind it.
 """
 
 from collections.abc import Collection, Mapping
 
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.pdos import COB_ID, MAPPING_OF, is_communication, is_mapping
+from conformance.sdo.pdos import (
+    COB_ID,
+    MAPPING_OF,
+    is_communication,
+    is_kept_while_valid,
+    is_mapping,
+)
 
 SYNC_PERIOD, SYNC_COUNTER = Multiplexer(0x1006), Multiplexer(0x1019)
 
@@ -27,7 +34,9 @@ def needed_for(written: Collection[Multiplexer]) -> set[Multiplexer]:
     """Return what has to change for a while before these get their values."""
     indices = {mux.index for mux in written if is_mapping(mux.index)}
     needed = {Multiplexer(index) for index in indices}
-    needed |= {Multiplexer(index - MAPPING_OF, COB_ID) for index in indices}
+    pdos = {index - MAPPING_OF for index in indices}
+    pdos |= {mux.index for mux in written if is_kept_while_valid(mux)}
+    needed |= {Multiplexer(index, COB_ID) for index in pdos}
     return needed | {SYNC_PERIOD} if SYNC_COUNTER in written else needed
 
 

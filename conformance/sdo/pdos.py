@@ -8,7 +8,7 @@ from conformance.sdo.layout import Multiplexer
 RECEIVED, SENT = range(0x1400, 0x1600), range(0x1800, 0x1A00)
 MAPPING_OF = 0x200
 RECEIVED_MAPPINGS, SENT_MAPPINGS = range(0x1600, 0x1800), range(0x1A00, 0x1C00)
-COB_ID = 1
+COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, SYNC_START = 1, 2, 3, 6
 MOST_MAPPED = 0x40
 MOST_BITS = 64
 # Sub-index 0 of the mapping of a multiplexed PDO (MPDO): by a list of sources, or by address.
@@ -49,6 +49,11 @@ def is_mapping(index: int) -> bool:
 def is_multiplexed(mux: Multiplexer, value: bytes) -> bool:
     """Say whether it is sub-index 0 of a mapping, and makes the PDO a multiplexed one (MPDO)."""
     return is_mapping(mux.index) and not mux.sub_index and value in _MULTIPLEXED
+
+
+def is_kept_while_valid(mux: Multiplexer) -> bool:
+    """Say whether it is an entry of a sent PDO that does not change while the PDO is valid."""
+    return mux.index in SENT and mux.sub_index in (INHIBIT_TIME, SYNC_START)
 
 
 def is_communication(index: int) -> bool:

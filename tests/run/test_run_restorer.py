@@ -34,8 +34,10 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort, DownloadInitiate, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
+from conformance.sdo.pdos import Mapped
 
 WRITE_ONLY = Multiplexer(0x2020)
+MAPPED = Mapped(NUMBER.mux, bits=32)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +158,7 @@ def test_what_is_refused_once_is_asked_for_again(refused: str) -> None:
 def test_a_mapping_is_put_back_in_the_order_that_it_takes() -> None:
     """Out of use and mapping nothing, then its entries, how many there are, and its COB-ID."""
     entries = reference_entries(NODE_ID)
-    entries |= communication_entries(NODE_ID, NUMBER.mux, bits=32)
+    entries |= communication_entries(NODE_ID, MAPPED, MAPPED)
     server = recording(entries=entries)
     begin = server.values()
     cob_id, count = Multiplexer(0x1800, 1), Multiplexer(0x1A00)
@@ -180,6 +182,29 @@ def test_a_mapping_is_put_back_in_the_order_that_it_takes() -> None:
     assert restorer.unrestored == {}
     assert server.values() == begin
     assert [mux for mux, _ in server.writes] == [cob_id, count, second, count, cob_id]
+
+
+def test_the_inhibit_time_is_put_back_while_the_pdo_is_out_of_use() -> None:
+    entries = reference_entries(NODE_ID) | communication_entries(NODE_ID, MAPPED, MAPPED)
+    server = recording(entries=entries)
+    begin = server.values()
+    cob_id, inhibit_time = Multiplexer(0x1800, 1), Multiplexer(0x1800, 3)
+    with discovered(server) as bench:
+        policy = WritePolicy([], frozenset({"pdo-parameters"}))
+        bench.device = replace(bench.device, policy=policy)
+        restorer = Restorer(bench.device)
+        sdo = bench.dialogue()
+        for mux in (cob_id, inhibit_time):
+            Parameters(sdo).learn(mux)
+        Channels(sdo).disable(cob_id)
+        sdo.download(inhibit_time, b"\1\0")
+        sdo.download(cob_id, begin[cob_id])
+        sdo.record.written = {inhibit_time}
+        server.writes.clear()
+        restorer.restore(sdo)
+    assert restorer.unrestored == {}
+    assert server.values() == begin
+    assert [mux for mux, _ in server.writes] == [cob_id, inhibit_time, cob_id]
 
 
 class _Late(Recording):

@@ -21,7 +21,7 @@ from conformance.sdo.cob_id import CobId
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
-from conformance.sdo.pdos import MAPPING_OF
+from conformance.sdo.pdos import MAPPING_OF, Mapped
 from conformance.sdo.storage_commands import COMMANDS
 
 fault = partial(registry.fault, about=About.OBJECTS)
@@ -198,7 +198,7 @@ class AnyType(_Checks):
 class _MappingOf(Mapping):
     """Maps what it should not."""
 
-    def check_mapped(self, entry: int) -> None:
+    def check_mapped(self, mapped: Mapped) -> None:
         """Map anything."""
 
 
