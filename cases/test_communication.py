@@ -1,5 +1,7 @@
 """Objects of the communication beside SDO: identity, errors, SYNC, TIME, EMCY and PDOs (7.5.2)."""
 
+from contextlib import suppress
+
 from conformance.device.device import VENDOR_ID, Device
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
@@ -8,19 +10,26 @@ from conformance.dialogue.long_values import read_in_blocks
 from conformance.dialogue.missing import missing_object
 from conformance.dialogue.parameters import (
     COB_ID_ENTRIES,
+    PDOS,
     CobIdEntry,
     Parameters,
     number_of,
 )
 from conformance.dialogue.values import shown
-from conformance.run.case import must
-from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE, RESTRICTED
+from conformance.run.case import may, must
+from conformance.sdo.cob_id import (
+    EXTENDED,
+    LARGEST_EXTENDED_ID,
+    REQUEST_BASE,
+    RESPONSE_BASE,
+    RESTRICTED,
+)
 from conformance.sdo.describe import in_words
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE
+from conformance.sdo.pdos import MOST_BITS, Mapped
 from conformance.sdo.rules import Rule, Violation, communication
 
 COUNT = Multiplexer(ERROR_LIST)
@@ -28,14 +37,14 @@ STORED_EDS, STORED_FORMAT = Multiplexer(0x1021), Multiplexer(0x1022)
 SECTIONS = (b"[deviceinfo]", b"[mandatoryobjects]")
 # The capabilities of 1010h: on command, and by itself; of 1011h: on command.
 CAPABILITIES = {"1010h": (0x1010, 0b11), "1011h": (0x1011, 0b01)}
-PDOS = {label: COB_ID_ENTRIES[label] for label in ("1400h", "1800h")}
 # Both ends of each range that is kept for other services, NMT last: a device that takes any of them
 # has failed before.
 KEPT_FOR_OTHERS = sorted({can_id for ends in RESTRICTED for can_id in ends}, reverse=True)
-FREE_ID = 0x6A1
+FREE_ID, LONG_ID = 0x6A1, 0x106A1
 STRAY_BIT = 1 << 11
+NO_REMOTE_FRAMES = 1 << 30
+SYNC_PERIOD = Multiplexer(0x1006)
 RESERVED_TYPE = 0xF1
-FRAME_BITS = 64
 
 
 # What can be read
@@ -174,9 +183,7 @@ def test_identifier_bits(sdo: Dialogue, parameters: Parameters, entry: CobIdEntr
 def test_valid_keeps_identifier(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
     """A COB-ID that is in use does not change."""
     with parameters.out_of_use(entry) as before:
-        if not entry.is_used(before):
-            raise NotTestable(f"{entry.mux} is not in use: let the device use it")
-        parameters.write_if_configurable(entry.mux, before.to_bytes(4, "little"))
+        parameters.require_used(entry, before)
         wanted = before & ~0x1FFF_FFFF | (FREE_ID if before & 0x7FF != FREE_ID else FREE_ID + 1)
         refuse_cob_id(sdo, entry, wanted, communication.VALID_KEEPS_IDENTIFIER)
 
@@ -187,6 +194,50 @@ def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, rule: Rule) -> N
     sdo.expect_abort(*rule.codes, of=entry.mux)
     if number_of(sdo.upload(entry.mux)) == value:
         raise sdo.breach(f"{entry.mux} as before", f"it reads {value:08X}h though it was refused")
+
+
+@may("communication.extended-bit", "communication.optional-bits", entry=COB_ID_ENTRIES)
+def test_extended_bit(sdo: Dialogue, parameters: Parameters, entry: CobIdEntry) -> None:
+    """A CAN-ID of 29 bits (bit 29) is taken and reads back, or refused."""
+    with parameters.out_of_use(entry) as before:
+        flags = entry.unused(before) & ~LARGEST_EXTENDED_ID
+        take_or_refuse(sdo, entry, flags | EXTENDED | LONG_ID)
+
+
+@may("communication.sync-producer", "communication.optional-bits")
+def test_sync_producer(sdo: Dialogue, parameters: Parameters) -> None:
+    """Bit 30 of 1005h, by which a device produces SYNC, is taken and reads back, or refused.
+
+    Nothing is sent meanwhile: the period (1006h) is 0.
+    """
+    entry = COB_ID_ENTRIES["1005h"]
+    with suppress(Unimplemented):
+        if any(parameters.present(SYNC_PERIOD)):
+            raise NotTestable(f"{SYNC_PERIOD} is not 0: the device would send SYNC")
+    with parameters.out_of_use(entry) as before:
+        take_or_refuse(sdo, entry, entry.unused(before) | entry.in_use)
+
+
+@may("communication.remote-bit", "communication.optional-bits")
+def test_remote_bit(sdo: Dialogue, parameters: Parameters) -> None:
+    """Bit 30 of 1800h:01 (no remote frames), set or not, is taken and reads back, or refused."""
+    entry = COB_ID_ENTRIES["1800h"]
+    with parameters.out_of_use(entry) as before:
+        unused = entry.unused(before)
+        for value in (unused ^ NO_REMOTE_FRAMES, unused):
+            take_or_refuse(sdo, entry, value)
+
+
+def take_or_refuse(sdo: Dialogue, entry: CobIdEntry, value: int) -> None:
+    """Write a COB-ID that a device may take or refuse; what it takes, reads back."""
+    rule = communication.OPTIONAL_BITS
+    abort = sdo.try_download(entry.mux, value.to_bytes(4, "little"))
+    if abort is not None:
+        sdo.take_abort(abort, rule.codes, entry.mux, rule.tolerated)
+    elif (found := number_of(sdo.upload(entry.mux))) != value:
+        raise sdo.breach(
+            f"{entry.mux} reads {value:08X}h, which it has taken", f"it reads {found:08X}h"
+        )
 
 
 # PDOs
@@ -210,7 +261,8 @@ def test_mapped_object(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntry) -
     """An object that does not exist is not mapped: the entry is refused, or the number of them."""
     missing = missing_object(sdo)
     with parameters.free_mapping(pdo) as (count, _):
-        refuse_mapping(sdo, parameters, count, [missing.index << 16 | missing.sub_index << 8 | 8])
+        entries = [int(Mapped(missing, bits=8))]
+        parameters.expect_not_mapped(count, entries, communication.MAPPED_OBJECT)
 
 
 @must("communication.mapped-length", pdo=PDOS)
@@ -220,17 +272,5 @@ def test_mapped_length(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntry) -
         if not mapped or not mapped[0] & 0xFF:
             raise NotTestable(f"{count} maps nothing: map an object")
         entry = max(mapped, key=lambda each: each & 0xFF)
-        refuse_mapping(sdo, parameters, count, [entry] * (FRAME_BITS // (entry & 0xFF) + 1))
-
-
-def refuse_mapping(
-    sdo: Dialogue, parameters: Parameters, count: Multiplexer, entries: list[int]
-) -> None:
-    """Write a mapping that cannot be; it may be refused at any of its entries."""
-    abort = parameters.map_entries(count, entries)
-    if abort is None:
-        raise sdo.breach("abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped")
-    if abort.code in (AbortCode.WRITE_OF_READ_ONLY, AbortCode.UNSUPPORTED_ACCESS):
-        raise Unimplemented(in_words(abort))
-    rule = communication.MAPPED_OBJECT
-    sdo.take_abort(abort, rule.codes, None, rule.tolerated)
+        entries = [entry] * (MOST_BITS // (entry & 0xFF) + 1)
+        parameters.expect_not_mapped(count, entries, communication.MAPPED_LENGTH)

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.values import shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.pdos import MAPPING_OF, is_multiplexed
-from conformance.sdo.rules import Violation
+from conformance.sdo.pdos import MAPPING_OF, MOST_MAPPED, is_multiplexed
+from conformance.sdo.rules import Rule, Violation
 
 NOT_VALID, PRODUCES, CONSUMES = 1 << 31, 1 << 30, 1 << 31
 MISSING = (AbortCode.OBJECT_MISSING, AbortCode.SUB_INDEX_MISSING)
@@ -64,6 +65,10 @@ COB_ID_ENTRIES = {
     "1400h": CobIdEntry(Multiplexer(0x1400, 1), NOT_VALID, valid_is_0=True),
     "1800h": CobIdEntry(Multiplexer(0x1800, 1), NOT_VALID, valid_is_0=True),
 }
+
+
+# The first of those that a device receives, and of those that it sends.
+PDOS = {label: COB_ID_ENTRIES[label] for label in ("1400h", "1800h")}
 
 
 def number_of(value: bytes) -> int:
@@ -147,33 +152,45 @@ class Parameters:
         if entry.is_used(found):
             self._sdo.try_download(entry.mux, entry.unused(found).to_bytes(4, "little"))
 
+    def require_used(self, entry: CobIdEntry, before: int) -> None:
+        """Put a COB-ID back into use that was; raises NotTestable where it was not."""
+        if not entry.is_used(before):
+            raise NotTestable(f"{entry.mux} is not in use: let the device use it")
+        self.write_if_configurable(entry.mux, before.to_bytes(4, "little"))
+
+    def mapping_of(self, pdo: CobIdEntry) -> tuple[Multiplexer, list[bytes]]:
+        """Return where the number of entries of a mapping is, and the entries that are in use."""
+        count = Multiplexer(pdo.mux.index + MAPPING_OF)
+        value = self.present(count)
+        if is_multiplexed(count, value):
+            raise NotTestable(f"{count} reads {value.hex().upper()}h: the PDO is multiplexed")
+        number = number_of(value)
+        if number > MOST_MAPPED:
+            raise NotTestable(f"{count} reads {shown(value)}: see pdo.mapping-in-use")
+        return count, [self._sdo.upload(_entry_of(count, sub)) for sub in range(1, number + 1)]
+
     @contextmanager
     def free_mapping(self, entry: CobIdEntry) -> Iterator[tuple[Multiplexer, Sequence[int]]]:
         """Take a PDO out of use and let it map nothing; hands out its mapping and what was mapped.
 
         The mapping is put back in the end, in the order that it takes.
         """
-        count = Multiplexer(entry.mux.index + MAPPING_OF)
         with self.out_of_use(entry):
-            before = self.present(count)
-            if is_multiplexed(count, before):
-                raise NotTestable(f"{count} reads {before.hex().upper()}h: the PDO is multiplexed")
-            mapped = [_entry_of(count, sub) for sub in range(1, before[0] + 1)]
-            values = [self._sdo.upload(mux) for mux in mapped]
+            count, values = self.mapping_of(entry)
             self.learn(count)
             self.write_if_configurable(count, b"\0")
             try:
                 yield count, [number_of(value) for value in values]
             finally:
-                self._tidy(lambda: self._map_again(count, before, values))
+                self._tidy(lambda: self._map_again(count, values))
 
-    def _map_again(self, count: Multiplexer, before: bytes, values: Sequence[bytes]) -> None:
+    def _map_again(self, count: Multiplexer, values: Sequence[bytes]) -> None:
         self._sdo.try_download(count, b"\0")
         for sub_index, value in enumerate(values, 1):
             if self._sdo.upload(_entry_of(count, sub_index)) != value:
                 self._sdo.try_download(_entry_of(count, sub_index), value)
         # Entries behind those that were in use need not be what they were: they map nothing.
-        self._sdo.try_download(count, before)
+        self._sdo.try_download(count, bytes([len(values)]))
 
     def _tidy(self, steps: Callable[[], None]) -> None:
         """Put values back on the way out of a case; what cannot be is left to its end."""
@@ -182,6 +199,22 @@ class Parameters:
             steps()
         except (Violation, ServerAborted):
             self._sdo.end_transfer()
+
+    def expect_not_mapped(self, count: Multiplexer, entries: Sequence[int], rule: Rule) -> None:
+        """Write a mapping that cannot be; it may be refused at any of its entries, or at the last.
+
+        Raises Unimplemented where an entry cannot be configured.
+        """
+        abort = self.map_entries(count, entries)
+        if abort is None:
+            raise self._sdo.breach(
+                "abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped"
+            )
+        if abort.code in CONSTANT:
+            raise Unimplemented(in_words(abort))
+        self._sdo.take_abort(abort, rule.codes, None, rule.tolerated)
+        if any(found := self._sdo.upload(count)):
+            raise self._sdo.breach(f"{count} reads 00 as before", found.hex())
 
     def map_entries(self, count: Multiplexer, entries: Sequence[int]) -> Abort | None:
         """Write entries of a mapping and how many there are; return the abort that ends it."""

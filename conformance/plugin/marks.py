@@ -48,6 +48,7 @@ READS = (
     *(f"od.{point}" for point in ("gap", "highest-sub-index", "identity", "length", "read")),
     *(f"od.{point}" for point in ("structure", "sub-index-beyond", "unlisted", "within-limits")),
     "od.write-only",
+    "pdo.mapping-in-use",
     *("run.*", "specifier.block-upload*", "specifier.out-of-block"),
     *("specifier.sub-command", "specifier.unknown*"),
 )

@@ -156,9 +156,8 @@ class Mapping:
         """Refuse what cannot be mapped, and any other entry while some are in use."""
         if new == old:
             return
-        self._check_changeable()
-        if any(self.count.value):
-            raise Refusal(AbortCode.DEVICE_STATE)
+        self.check_changeable()
+        self.check_unused()
         if any(new):
             self.check_mapped(Mapped.of(_number(new)))
 
@@ -167,9 +166,7 @@ class Mapping:
         entry = self.objects.get(mapped.mux)
         if entry is None or (entry.data_type.length or 0) * 8 != mapped.bits:
             raise Refusal(AbortCode.NOT_MAPPABLE)
-        if not self.may_map(mapped.mux, entry):
-            raise Refusal(AbortCode.NOT_MAPPABLE)
-        if not self.has_access(entry):
+        if not (self.may_map(mapped.mux, entry) and self.has_access(entry)):
             raise Refusal(AbortCode.NOT_MAPPABLE)
 
     def may_map(self, mux: Multiplexer, entry: Entry) -> bool:
@@ -185,7 +182,7 @@ class Mapping:
         """Refuse more entries than there are, and more bytes than a frame holds."""
         if new == old:
             return
-        self._check_changeable()
+        self.check_changeable()
         if new[0] > ENTRIES:
             raise Refusal(AbortCode.MAPPING_TOO_LONG)
         self.check_length(
@@ -198,7 +195,13 @@ class Mapping:
         if sum(lengths) > MOST_BITS:
             raise Refusal(AbortCode.MAPPING_TOO_LONG)
 
-    def _check_changeable(self) -> None:
+    def check_unused(self) -> None:
+        """Refuse a change of entries as long as some are in use."""
+        if any(self.count.value):
+            raise Refusal(AbortCode.DEVICE_STATE)
+
+    def check_changeable(self) -> None:
+        """Refuse a change while the PDO is valid."""
         cob_id = self.objects.get(Multiplexer(self.index - MAPPING_OF, 1))
         if cob_id is not None and is_valid(_number(cob_id.value)):
             raise Refusal(AbortCode.DEVICE_STATE)

@@ -15,6 +15,7 @@ from conformance.device.protected_objects import group_of
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
+from conformance.sdo.pdos import MAPPING_OF, RECEIVED, SENT, is_mapping
 from conformance.sdo.storage_commands import COMMANDS
 
 FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
@@ -131,6 +132,13 @@ def structured(listing: Listing) -> dict[str, ListedObject]:
         for listed in _objects(listing)
         if listed.is_structured and 0 in listed.entries and is_read(listed.entries[0])
     }
+
+
+def mappings(listing: Listing) -> dict[str, int]:
+    """Choose what PDOs map; of a device without an EDS the first in each direction."""
+    first = (SENT.start + MAPPING_OF, RECEIVED.start + MAPPING_OF)
+    indices = sorted(listing.objects) if listing.is_complete else sorted(first)
+    return {f"{index:04X}h": index for index in indices if is_mapping(index)}
 
 
 def listed_objects(listing: Listing) -> dict[str, ListedObject]:

@@ -37,6 +37,9 @@ class Mapped:
     def __int__(self) -> int:
         return self.mux.index << 16 | self.mux.sub_index << 8 | self.bits
 
+    def __bytes__(self) -> bytes:
+        return int(self).to_bytes(4, "little")
+
     def __str__(self) -> str:
         return f"{self.bits} bits of {self.mux}"
 

@@ -9,15 +9,17 @@ from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.registry import About, Defect
 from conformance.reference.communication import (
     EMERGENCY,
+    PRODUCES,
     RECEIVED,
     SENT,
     SYNC,
     TIME,
     Mapping,
 )
+from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.channel_parameters import Check, CheckedEntry
-from conformance.sdo.cob_id import CobId
+from conformance.sdo.cob_id import EXTENDED, CobId
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
@@ -178,6 +180,23 @@ class ValidMoved(_Passes):
 
     def check(self, right: Check, old: bytes, new: bytes) -> None:
         right(new, new)
+
+
+@fault(
+    "cob-id-flags-lost",
+    Defect.ACCESS_OR_SIZE,
+    "communication.extended-bit",
+    "communication.sync-producer",
+    "communication.remote-bit",
+)
+class FlagsLost(Server):
+    """Takes the COB-IDs of SYNC, TIME, EMCY and PDOs and leaves their bits 29 and 30 out."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        super().store(entry, data)
+        if any(entry is self.objects.get(mux) for mux in COB_IDS):
+            number = int.from_bytes(data, "little") & ~(EXTENDED | PRODUCES)
+            entry.value = number.to_bytes(4, "little")
 
 
 @fault("pdo-reserved-entry-served", Defect.ACCESS_OR_SIZE, "communication.reserved-entry")

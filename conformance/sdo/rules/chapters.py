@@ -15,6 +15,7 @@ from conformance.sdo.rules.freedoms import FREEDOM_RULES
 from conformance.sdo.rules.idle import IDLE_RULES
 from conformance.sdo.rules.model import Rule
 from conformance.sdo.rules.object_dictionary import OBJECT_DICTIONARY_RULES
+from conformance.sdo.rules.pdos import PDO_RULES
 from conformance.sdo.rules.responses import RESPONSE_RULES
 from conformance.sdo.rules.segmented_download import SEGMENTED_DOWNLOAD_RULES
 from conformance.sdo.rules.segmented_upload import SEGMENTED_UPLOAD_RULES
@@ -55,6 +56,7 @@ CHAPTERS = (
     Chapter("object dictionary", OBJECT_DICTIONARY_RULES),
     Chapter("objects of the communication", COMMUNICATION_RULES),
     Chapter("values of the communication", COMMUNICATION_VALUE_RULES),
+    Chapter("PDOs", PDO_RULES),
     Chapter("freedoms", FREEDOM_RULES),
 )
 RULES = tuple(rule for chapter in CHAPTERS for rule in chapter.rules)

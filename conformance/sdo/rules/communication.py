@@ -2,7 +2,7 @@
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MUST, SHOULD, Rule
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 IDENTITY = "7.5.2.21"
 ERROR_REGISTER = "7.5.2.2"
@@ -49,6 +49,22 @@ VALID_KEEPS_IDENTIFIER = Rule(
     codes=accepted.IN_USE,
     open="the code",
 )
+OPTIONAL_BITS = Rule(
+    "communication.optional-bits",
+    COB_IDS,
+    MAY,
+    "A COB-ID takes bits 29 and 30 and reads back so, or refuses those it does not support.",
+    reaction="served, or abort",
+    codes=accepted.WRONG_VALUE,
+    tolerated=(
+        AbortCode.GENERAL_ERROR,
+        AbortCode.VALUE_TOO_HIGH,
+        AbortCode.PARAMETER_INCOMPATIBLE,
+        AbortCode.INTERNALLY_INCOMPATIBLE,
+        AbortCode.DEVICE_STATE,
+    ),
+    open="whether there are CAN-IDs of 29 bits, a producer of SYNC, PDOs on request",
+)
 RESERVED_ENTRY = Rule(
     "communication.reserved-entry",
     SENT_PDO,
@@ -77,6 +93,17 @@ MAPPED_OBJECT = Rule(
     MAPPINGS,
     MUST,
     "What cannot be mapped is not: an object that does not exist.",
+    reaction="abort",
+    codes=accepted.NOT_MAPPED,
+    tolerated=(AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID),
+    open="the moment: the entry, or the number of entries",
+)
+
+MAPPED_LENGTH = Rule(
+    "communication.mapped-length",
+    MAPPINGS,
+    MUST,
+    "A PDO maps 8 bytes at most.",
     reaction="abort",
     codes=accepted.NOT_MAPPED,
     tolerated=(AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID),
@@ -122,18 +149,10 @@ COMMUNICATION_RULES = (
     RESTRICTED_IDENTIFIER,
     IDENTIFIER_BITS,
     VALID_KEEPS_IDENTIFIER,
+    OPTIONAL_BITS,
     RESERVED_ENTRY,
     COMPATIBILITY_ENTRY,
     TRANSMISSION_TYPE,
     MAPPED_OBJECT,
-    Rule(
-        "communication.mapped-length",
-        MAPPINGS,
-        MUST,
-        "A PDO maps 8 bytes at most.",
-        reaction="abort",
-        codes=accepted.NOT_MAPPED,
-        tolerated=(AbortCode.GENERAL_ERROR, AbortCode.VALUE_INVALID),
-        open="the moment: the entry, or the number of entries",
-    ),
+    MAPPED_LENGTH,
 )
