@@ -130,6 +130,19 @@ OFFICIAL_STEPS = (
         "compares 1014h with its CAN-ID by default",
         "communication.default-identifier[1014h]",
     ),
+    _step("COB 01", "sets bit 29 of COB-IDs", "communication.extended-bit["),
+    _step("COB 02", "sets bit 30 of 1005h", "communication.sync-producer"),
+    _step("COB 03", "changes bit 30 of 1800h:01", "communication.remote-bit"),
+    _step("PDO 01", "maps what the EDS keeps from PDOs", "pdo.mappable["),
+    _step("PDO 02", "receives what is read-only", "pdo.mapped-access[1400h]"),
+    _step("PDO 03", "sends what is write-only", "pdo.mapped-access[1800h]"),
+    _step("PDO 04", "reads what is mapped", "pdo.mapping-in-use["),
+    _step("PDO 05", "changes the mapping of a valid PDO", "pdo.mapping-while-valid["),
+    _step("PDO 06", "changes an entry while some are in use", "pdo.mapping-while-counted["),
+    _step("PDO 07", "changes a mapping in the order that it takes", "pdo.mapping-taken["),
+    _step("PDO 08", "maps 41h to FDh entries", "pdo.mapping-count["),
+    _step("PDO 09", "changes 1800h:03 of a valid PDO", "pdo.kept-while-valid[1800h:03]"),
+    _step("PDO 10", "changes 1800h:06 of a valid PDO", "pdo.kept-while-valid[1800h:06]"),
 )
 
 
