@@ -7,11 +7,11 @@ from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
-from conformance.run.case import may, must
+from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import MISSING_REFUSED, RESERVED, Violation
+from conformance.sdo.rules import ANSWERED, MISSING_REFUSED, RESERVED, Violation
 
 ABORT = "7.2.4.3.17"
 ANY_ABORT = {
@@ -29,6 +29,21 @@ def test_not_answered(sdo: Dialogue, abort: Abort) -> None:
     """An abort is never answered, whatever it says, also when no transfer is running."""
     sdo.send(abort)
     sdo.expect_nothing()
+
+
+@should("abort.request-behind")
+def test_request_behind(sdo: Dialogue) -> None:
+    """A request right behind an abort is answered, without a pause between them."""
+    with sdo.channel.without_rest():
+        sdo.send(Abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR))
+        sdo.send(UploadInitiate(VENDOR_ID.mux))
+    try:
+        sdo.checks.upload_initiate(sdo.receive(), VENDOR_ID.mux)
+    except Violation as silent:
+        if silent.rule is not ANSWERED:
+            raise
+        expected = f"an answer to the read of {VENDOR_ID.mux}, sent right behind an abort"
+        raise sdo.breach(expected, silent.actual) from silent
 
 
 @must("abort.repeated", "abort.not-answered", "server.idle-afterwards")

@@ -1,8 +1,10 @@
 """An SDO channel to one device: its requests go out, its responses come in, the rest is watched."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
+from conformance.bus.deadline import Deadline
 from conformance.bus.link import Link, second_client
 from conformance.bus.pace import Pace
 from conformance.bus.patience import Patience
@@ -57,6 +59,9 @@ class Channel:
         self.response_id = self.ids.response.can_id
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.boot_ups = 0
+        # How many seconds the device needs behind an abort of the client, and when it has had them.
+        self.rest_behind_abort = 0.0
+        self._rests_until: Deadline | None = None
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
         # When the response that was received last arrived, by the clock of the link, in seconds.
         self.arrived = 0.0
@@ -90,8 +95,28 @@ class Channel:
     def send_frame(self, frame: CanFrame) -> None:
         """Send any frame."""
         self.at_rest = self.is_calm = False
+        self._rest()
         self.strangers.asked(frame)
         self.link.send(frame)
+        if self.rest_behind_abort and frame.data[:1] == ABORTS:
+            self._rests_until = self.link.deadline(self.rest_behind_abort)
+
+    def _rest(self) -> None:
+        """Leave the device the time that it is known to need; what comes waits to be received."""
+        until, self._rests_until = self._rests_until, None
+        while until is not None and not until.has_passed:
+            frame = self.link.receive(until.left)
+            if frame is not None:
+                self._check_own(frame)
+
+    @contextmanager
+    def without_rest(self) -> Iterator[None]:
+        """Send each frame at once within this, whatever the device needs."""
+        rest, self.rest_behind_abort = self.rest_behind_abort, 0.0
+        try:
+            yield
+        finally:
+            self.rest_behind_abort = rest
 
     def send_nmt(self, message: NmtMessage) -> None:
         """Send an NMT command; error control frames that came before it are forgotten."""

@@ -47,6 +47,10 @@ from conformance.sdo.rules import (
 )
 
 SANITY_ATTEMPTS = 3
+# Seconds that a device may need behind an abort before it takes a request, tried in turn.
+RESTS = (0.002, 0.01, 0.05, 0.25)
+# How much longer than it was seen to need it is left alone.
+SURE = 2.0
 MOST_SEGMENTS = 8
 ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
 _MANDATORY = (
@@ -231,13 +235,37 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
 
 
 def record_baseline(channel: Channel, device: Device) -> None:
-    """Read 1000h and keep the exchange, byte by byte; raises SilentNode."""
-    for _ in range(SANITY_ATTEMPTS):
-        # Ends what an earlier client may have left running.
-        channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
-        if _exchange(channel, device, UploadInitiate(DEVICE_TYPE)):
+    """Read 1000h and keep the exchange, byte by byte; raises SilentNode.
+
+    A device that loses what comes right behind an abort is left alone behind each from then on.
+    """
+    for attempt in range(SANITY_ATTEMPTS):
+        if attempt % 2 == 0:
+            if _reads_behind_abort(channel, device):
+                return
+        elif _exchange(channel, device, UploadInitiate(DEVICE_TYPE)):
+            _learn_rest(channel, device)
             return
     raise SilentNode(_silence(channel))
+
+
+def _reads_behind_abort(channel: Channel, device: Device) -> bool:
+    # Ends what an earlier client may have left running.
+    channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+    return _exchange(channel, device, UploadInitiate(DEVICE_TYPE))
+
+
+def _learn_rest(channel: Channel, device: Device) -> None:
+    """Find out how long a device needs behind an abort that has lost a read there and no other.
+
+    Where another read is served there, a frame was lost.
+    """
+    for rest in (0.0, *RESTS):
+        channel.rest_behind_abort = rest
+        if _reads_behind_abort(channel, device):
+            channel.rest_behind_abort = rest * SURE
+            return
+    _exchange(channel, device, UploadInitiate(DEVICE_TYPE))
 
 
 def _exchange(channel: Channel, device: Device, request: Message) -> bool:

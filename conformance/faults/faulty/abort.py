@@ -1,9 +1,11 @@
 """Servers that are wrong in aborts: those that they send, and those that they get."""
 
-from conformance.faults.registry import Defect, fault
+from conformance.faults.own_clock import OneByOne
+from conformance.faults.registry import About, Defect, fault
 from conformance.reference.segmented_server import NO_MULTIPLEXER, Upload
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -13,6 +15,7 @@ from conformance.sdo.frames import (
     UploadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NMT_ID
 from conformance.sdo.objects import Refusal
 
 
@@ -190,3 +193,22 @@ class EveryAbortAnswered(Server):
 
     def on_abort(self, request: Abort) -> list[Response]:
         return [*super().on_abort(request), Abort(NO_MULTIPLEXER, AbortCode.COMMAND_NOT_VALID)]
+
+
+@fault(
+    "request-behind-abort-lost",
+    Defect.ROBUSTNESS,
+    "abort.request-behind",
+    about=About.TIME,
+    soft=True,
+)
+class RequestBehindAbortLost(OneByOne):
+    """Needs 3 ms for an abort of the client, and loses what comes meanwhile."""
+
+    def seconds_for(self, frame: CanFrame) -> float:
+        return 0.003 if frame.data[:1] == b"\x80" else 0.0
+
+    def loses(self, frame: CanFrame) -> bool:
+        """Have room for no request while it deals with an abort on the same channel."""
+        busy = self.busy_until is not None
+        return busy and frame.can_id == self.waiting[0].can_id != NMT_ID

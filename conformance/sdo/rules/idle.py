@@ -142,6 +142,13 @@ EMPTY_PLACE = Rule(
     "A place of 1003h that holds no error is refused, and does not read as 0.",
 )
 
+BEHIND_ABORT = Rule(
+    "abort.request-behind",
+    ABORT,
+    SHOULD,
+    "A request that the client sends right behind its abort is answered.",
+    open="a device with room for one frame may lose it: how soon behind an abort it takes the next",
+)
 BUSY = Rule(
     "object.busy",
     ABORT,
@@ -167,6 +174,7 @@ IDLE_RULES = (
     UPLOAD_WITHOUT_INITIATE,
     OUT_OF_BLOCK,
     ABORT_NOT_ANSWERED,
+    BEHIND_ABORT,
     ABORT_RESERVED_BITS,
     SUB_COMMAND,
     BLOCK_UNSUPPORTED,
