@@ -1,32 +1,59 @@
 """What must not store the parameters of a device or load its defaults (CiA 301, 7.5.2.13, .14)."""
 
+from conformance.device.lacking import Unimplemented
 from conformance.device.protected_objects import NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
+from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.storage import Storage, require_command
 from conformance.run.case import must
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.rules.idle import READ_ONLY
 from conformance.sdo.rules.object_dictionary import SIGNATURE
-from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import LAST_PART, LOAD_ALL, SAVE_ALL, signature_of
+
+Codes = tuple[AbortCode, ...]
 
 
-def expect_nothing_else_taken(sdo: Dialogue, command: Multiplexer, other: Multiplexer) -> None:
-    """Expect 1010h:01 or 1011h:01 to refuse all that is not its signature.
+def expect_nothing_else_taken(
+    sdo: Dialogue, command: Multiplexer, other: Multiplexer, codes: Codes = SIGNATURE.codes
+) -> None:
+    """Expect an entry of 1010h or 1011h to refuse all that is not its signature.
 
     What was stored before is stored still then.
     """
-    stored, signature = sdo.device.keeping.stored, SIGNATURES[command]
+    stored, signature = sdo.device.keeping.stored, signature_of(command)
     for wrong in (
         bytes(4),
         b"\xff\xff\xff\xff",
         signature[::-1],
         signature.upper(),
-        SIGNATURES[other],
+        signature_of(other),
     ):
         sdo.send(DownloadInitiate.with_data(command, wrong))
-        sdo.expect_abort(*SIGNATURE.codes, of=command, tolerated=SIGNATURE.tolerated)
+        sdo.expect_abort(*codes, of=command, tolerated=SIGNATURE.tolerated)
     sdo.device.keeping.stored = stored
+
+
+def parts_of(sdo: Dialogue, command: Multiplexer) -> list[tuple[Multiplexer, Codes]]:
+    """Return the entries for parts of the parameters, each with the codes that refuse a signature.
+
+    An entry that says that it follows no command may be read-only. Raises Unimplemented where there
+    are none.
+    """
+    found: list[tuple[Multiplexer, Codes]] = []
+    highest = sdo.upload(Multiplexer(command.index))
+    for sub_index in range(2, min(*highest, LAST_PART) + 1 if highest else 0):
+        mux = Multiplexer(command.index, sub_index)
+        value = sdo.read_if_there(mux)
+        if value is not None:
+            follows = value[:1] and value[0] & 1
+            found.append((mux, SIGNATURE.codes if follows else SIGNATURE.codes + READ_ONLY.codes))
+    if not found:
+        raise Unimplemented(f"{command.index:04X}h has no entry for a part of the parameters")
+    return found
 
 
 @must("od.save-signature", "storage.signature")
@@ -50,4 +77,30 @@ def test_load_signature(sdo: Dialogue, storage: Storage) -> None:
     """
     storage.prepare_loading()
     expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
+    sdo.device.keeping.nothing_was_lost()
+
+
+@must("od.save-signature-of-part", "storage.signature")
+def test_save_signature_of_part(sdo: Dialogue, parameters: Parameters, network: Network) -> None:
+    """Only "save" stores a part of the parameters: 1010h:02 and further ones refuse all else.
+
+    The reset makes sure that nothing is stored but what is stored already.
+    """
+    sdo.device.permits.require(NMT)
+    sdo.device.permits.require(STORE_PARAMETERS)
+    parameters.present(Multiplexer(SAVE_ALL.index))
+    parts = parts_of(sdo, SAVE_ALL)
+    network.reset_to_stored()
+    for part, codes in parts:
+        expect_nothing_else_taken(sdo, part, other=LOAD_ALL, codes=codes)
+
+
+@must("od.load-signature-of-part", "storage.signature", clause="7.5.2.14")
+def test_load_signature_of_part(sdo: Dialogue, parameters: Parameters, storage: Storage) -> None:
+    """Only "load" loads a part of the defaults: 1011h:02 and further ones refuse all else."""
+    parameters.present(Multiplexer(LOAD_ALL.index))
+    parts = parts_of(sdo, LOAD_ALL)
+    storage.prepare_loading()
+    for part, codes in parts:
+        expect_nothing_else_taken(sdo, part, other=SAVE_ALL, codes=codes)
     sdo.device.keeping.nothing_was_lost()

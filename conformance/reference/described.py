@@ -6,7 +6,7 @@ from conformance.device.numbers import encode_number, is_number
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
-from conformance.sdo.storage_commands import SIGNATURES, command_entry
+from conformance.sdo.storage_commands import COMMANDS, SIGNATURES, command_entry, signature_of
 
 IDENTITY = 0x1018
 WITHOUT_VALUE = b"none"
@@ -23,8 +23,9 @@ def described_device(listing: Listing) -> ObjectDictionary:
 
 
 def _entry(known: KnownObject, listing: Listing) -> Entry:
-    if known.mux in SIGNATURES:
-        return command_entry(SIGNATURES[known.mux])
+    is_part = known.mux.index in COMMANDS and known.mux.sub_index > 0 and known.access.writable
+    if is_part or known.mux in SIGNATURES:
+        return command_entry(signature_of(known.mux))
     data_type = known.data_type or DataType.DOMAIN
     return Entry(_value(known, listing), data_type, known.access, known.low, known.high)
 

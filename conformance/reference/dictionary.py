@@ -12,7 +12,12 @@ from conformance.sdo.emergency import ErrorCode, error_list
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary
 from conformance.sdo.pdos import Mapped
-from conformance.sdo.storage_commands import SIGNATURES, command_entry
+from conformance.sdo.storage_commands import (
+    APPLICATION_PART,
+    COMMANDS,
+    command_entry,
+    signature_of,
+)
 
 IDENTITY = 0x1018
 CLIENT, LIMITED, GAPPY, TYPES, MEASURED = 0x1280, 0x2100, 0x2110, 0x2120, 0x2130
@@ -112,10 +117,11 @@ def _measured() -> dict[Multiplexer, Entry]:
 
 
 def _commands() -> dict[Multiplexer, Entry]:
-    """Return what stores all parameters and loads their defaults."""
+    """Return what stores all parameters, or a part of them, and loads their defaults."""
     entries: dict[Multiplexer, Entry] = {}
-    for mux, signature in SIGNATURES.items():
-        entries |= _with_count(mux.index, {mux: command_entry(signature)})
+    for index in COMMANDS:
+        parts = [Multiplexer(index, sub) for sub in range(1, APPLICATION_PART + 1)]
+        entries |= _with_count(index, {mux: command_entry(signature_of(mux)) for mux in parts})
     return entries
 
 

@@ -4,6 +4,9 @@ Without I/O and without a clock: ``advance`` is told what time it is, in seconds
 ``wake_at`` says when that has to happen next although no frame came.
 """
 
+from collections.abc import Callable
+from functools import partial
+
 from conformance.reference.communication import RECEIVED, SENT, Mapping
 from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.abort_codes import AbortCode
@@ -25,9 +28,19 @@ from conformance.sdo.nmt import (
 )
 from conformance.sdo.objects import DataType, Entry, Refusal
 from conformance.sdo.pdos import MAPPING_OF
-from conformance.sdo.storage_commands import LOAD_ALL, ON_COMMAND, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import (
+    APPLICATION_PART,
+    COMMANDS,
+    COMMUNICATION_PART,
+    LOAD_ALL,
+    ON_COMMAND,
+    SAVE_ALL,
+    signature_of,
+)
 
 HEARTBEAT_TIME = Multiplexer(0x1017)
+# Entries, whether a reset of the communication is about them, and their values.
+Values = list[tuple[Entry, bool, bytes]]
 
 
 class ServerChannel:
@@ -88,8 +101,8 @@ class Node:
                 Mapping(self.objects, index).attach()
         self.defaults = self.power_on = self.present()
         self._commands = [
-            (entry, SIGNATURES[mux], follow)
-            for mux, follow in ((SAVE_ALL, self.save), (LOAD_ALL, self.load_defaults))
+            (entry, signature_of(mux), follow)
+            for mux, follow in self.commands().items()
             if (entry := self.objects.get(mux)) is not None
         ]
         self._heartbeat_period = 0.0
@@ -102,12 +115,23 @@ class Node:
 
     # What is kept without power: 1010h and 1011h, where the device has them
 
-    def present(self) -> list[tuple[Entry, bool, bytes]]:
+    def present(self) -> Values:
         """Return all entries, whether a reset of the communication is about them, their values."""
         return [
             (entry, mux.index in COMMUNICATION_AREA, entry.value)
             for mux, entry in self.objects.items()
         ]
+
+    def commands(self) -> dict[Multiplexer, Callable[[], None]]:
+        """Return what the signatures ask for that may be written."""
+        commands = {SAVE_ALL: self.save, LOAD_ALL: self.load_defaults}
+        for sub_index, in_area in ((COMMUNICATION_PART, True), (APPLICATION_PART, False)):
+            save, load = (Multiplexer(index, sub_index) for index in COMMANDS)
+            commands |= {
+                save: partial(self.save_part, in_area=in_area),
+                load: partial(self.load_part, in_area=in_area),
+            }
+        return commands
 
     def _follow_commands(self) -> None:
         """Do what a signature asks for that was written just now."""
@@ -123,6 +147,19 @@ class Node:
     def load_defaults(self) -> None:
         """Forget what was stored: the next reset leads to the defaults."""
         self.power_on = self.defaults
+
+    def save_part(self, *, in_area: bool) -> None:
+        """Store the values of the communication, or those of the application."""
+        self.power_on = self._joined(self.present(), in_area=in_area)
+
+    def load_part(self, *, in_area: bool) -> None:
+        """Forget what was stored of the communication, or of the application."""
+        self.power_on = self._joined(self.defaults, in_area=in_area)
+
+    def _joined(self, part: Values, *, in_area: bool) -> Values:
+        """Return the part of some values, and otherwise what is stored."""
+        kept = [place for place in self.power_on if place[1] is not in_area]
+        return [place for place in part if place[1] is in_area] + kept
 
     # Time
 

@@ -15,7 +15,15 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.storage_commands import LOAD, LOAD_ALL, SAVE, SAVE_ALL, SIGNATURES
+from conformance.sdo.storage_commands import (
+    APPLICATION_PART,
+    COMMUNICATION_PART,
+    LOAD,
+    LOAD_ALL,
+    SAVE,
+    SAVE_ALL,
+    signature_of,
+)
 
 fault = partial(registry.fault, about=About.OBJECTS)
 FORGOTTEN = Multiplexer(0x2100, 1)
@@ -110,7 +118,7 @@ class AnySignature(ParametersStored):
             and request.mux == self.command
             and self.taken(request.payload)
         ):
-            right = DownloadInitiate.with_data(self.command, SIGNATURES[self.command])
+            right = DownloadInitiate.with_data(self.command, signature_of(self.command))
             frame = frame._replace(data=right.encode())
         return super().serve(channel, frame)
 
@@ -155,6 +163,20 @@ class LoadSignatureInCapitals(AnySignature):
 
     def taken(self, data: bytes) -> bool:
         return data == LOAD.upper()
+
+
+@fault("store-any-signature-of-part", Defect.STATE, "od.save-signature-of-part")
+class StoreAnySignatureOfPart(AnySignature):
+    """Stores the parameters of the application whatever is written to 1010h:03."""
+
+    command = Multiplexer(SAVE_ALL.index, APPLICATION_PART)
+
+
+@fault("load-any-signature-of-part", Defect.STATE, "od.load-signature-of-part")
+class LoadAnySignatureOfPart(AnySignature):
+    """Loads the defaults of the communication whatever is written to 1011h:02."""
+
+    command = Multiplexer(LOAD_ALL.index, COMMUNICATION_PART)
 
 
 @fault("store-signature-wrong-code", Defect.ABORT, "od.save-signature")

@@ -10,7 +10,7 @@ from conformance.reference.segmented_server import SegmentedServer
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
-from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL
+from conformance.sdo.storage_commands import APPLICATION_PART, LOAD_ALL, SAVE_ALL
 
 unusual = partial(registry.unusual, about=About.OBJECTS)
 STORED = {
@@ -71,8 +71,10 @@ class StoresByItself(Node):
         server_timeout: float | None = None,
     ) -> None:
         super().__init__(node_id, server, *further, server_timeout=server_timeout)
-        for mux, value in ((SAVE_ALL, b"\2\0\0\0"), (LOAD_ALL, bytes(4))):
-            self.objects.add({mux: Entry(value, DataType.UNSIGNED32, Access.RO)})
+        for command, value in ((SAVE_ALL, b"\2\0\0\0"), (LOAD_ALL, bytes(4))):
+            for sub_index in range(1, APPLICATION_PART + 1):
+                mux = Multiplexer(command.index, sub_index)
+                self.objects.add({mux: Entry(value, DataType.UNSIGNED32, Access.RO)})
 
     def restore(self, *, communication_only: bool) -> None:
         super().restore(communication_only=True)
