@@ -3,6 +3,7 @@
 from conformance.device.device import VENDOR_ID, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
+from conformance.dialogue.by_itself import judge_kept
 from conformance.dialogue.channels import (
     CLIENT,
     COUNT,
@@ -347,11 +348,23 @@ def test_client_node_id(
 
 @must("channel.reset-restores", "channel.after-reset")
 def test_reset_restores(sdo: Dialogue, network: Network, channels: Channels) -> None:
-    """After a reset of the communication the records hold their power-on values."""
+    """After a reset of the communication the records hold their power-on values.
+
+    Those of a device that stores them by itself are what was written last.
+    """
     (index,) = channels.require()
     network.reset(NmtCommand.RESET_COMMUNICATION)
-    due = [channels.cob_id(index, half) for half in (REQUEST, RESPONSE)]
+
+    def present() -> list[CobId]:
+        return [channels.cob_id(index, half) for half in (REQUEST, RESPONSE)]
+
+    due = present()
     channels.configure(index, FIRST if due[0].can_id != FIRST.request.can_id else SECOND)
+    new = present()
     network.reset(NmtCommand.RESET_COMMUNICATION)
+    if present() == new:
+        expected = f"{index:04X}h as before it was configured"
+        judge_kept(sdo, network, lambda: present() == new, expected, f"{index:04X}h is kept")
+        return
     for half, value in zip((REQUEST, RESPONSE), due, strict=True):
         expect_cob_id(sdo, index, half, value)

@@ -3,30 +3,37 @@
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.protected_objects import CLEAR_ERRORS, NMT, STORE_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import COB_ID_ENTRIES, PRODUCES, Parameters, number_of
-from conformance.dialogue.storage import Storage
+from conformance.dialogue.storage import Storage, require_command, write_signature
 from conformance.dialogue.values import of_another_length, shown
 from conformance.run.case import must
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.fixed_objects import FIXED_OBJECTS, FixedObject
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.nmt import EMERGENCY_BASE
-from conformance.sdo.rules import Rule
+from conformance.sdo.nmt import EMERGENCY_BASE, NmtCommand
+from conformance.sdo.rules import Rule, Violation
 from conformance.sdo.rules.communication_values import (
     CONSUMED_TWICE,
     ERROR_BEHAVIOUR,
+    LATEST_FIRST,
     SYNC_COUNTER,
     SYNC_COUNTER_IN_USE,
 )
+from conformance.sdo.storage_commands import SAVE_ALL
 
 SYNC_ID = 0x080
 CONSUMED = Multiplexer(0x1016)
 SYNC, PERIOD, OVERFLOW = Multiplexer(0x1005), Multiplexer(0x1006), Multiplexer(0x1019)
 BEHAVIOUR = Multiplexer(0x1029, 1)
 IDENTIFIER = LARGEST_EXTENDED_ID | EXTENDED
+LISTED = Multiplexer(ERROR_LIST)
+DATE, TIME = Multiplexer(0x1020, 1), Multiplexer(0x1020, 2)
 # In microseconds: nothing is sent while 1005h does not say that SYNC is produced.
 A_PERIOD = (1_000_000).to_bytes(4, "little")
 # In milliseconds: the longest that an entry of 1016h has room for, and the one before.
@@ -133,6 +140,68 @@ def test_error_behaviour(sdo: Dialogue, parameters: Parameters, value: int) -> N
     before = parameters.present(BEHAVIOUR)
     parameters.write_if_configurable(BEHAVIOUR, before)
     expect_refused(sdo, BEHAVIOUR, bytes([value]), ERROR_BEHAVIOUR)
+
+
+@must("communication.configuration-date")
+def test_configuration_date(
+    sdo: Dialogue, device: Device, parameters: Parameters, network: Network
+) -> None:
+    """The date and time of the configuration (1020h) are there after storing and a reset."""
+    for permission in (NMT, STORE_PARAMETERS):
+        device.permits.require(permission)
+    device.permits.require_write(DATE.index)
+    parameters.present(DATE)
+    require_command(sdo, SAVE_ALL)
+    network.reset_to_stored()
+    before = {mux: sdo.upload(mux) for mux in (DATE, TIME)}
+    new = {mux: bytes(byte ^ 1 for byte in value) for mux, value in before.items()}
+    for mux, value in new.items():
+        parameters.write_if_configurable(mux, value)
+    device.keeping.will_lose(before)
+    write_signature(sdo, SAVE_ALL)
+    network.reset(NmtCommand.RESET_NODE)
+    for mux, value in new.items():
+        if (found := sdo.upload(mux)) != value:
+            raise sdo.breach(f"{mux} reads {value.hex(' ')}, as it was stored", found.hex(" "))
+
+
+@must(
+    "communication.emergency-listed",
+    "communication.latest-error-first",
+)
+def test_emergency_listed(
+    sdo: Dialogue, device: Device, parameters: Parameters, network: Network
+) -> None:
+    """An error of which the device has told by an emergency, since it has booted, is in 1003h.
+
+    With the permission nmt it is reset before: it may tell of its errors then.
+    """
+    parameters.present(LISTED)
+    is_reset = NMT in device.permissions
+    if is_reset:
+        network.reset(NmtCommand.RESET_NODE)
+        sdo.fence()
+    heard = sdo.channel.emergency
+    if heard is None:
+        raise NotTestable("no emergency of the device was heard since it has booted")
+    count = sdo.upload(LISTED)
+    if not any(count) and CLEAR_ERRORS in device.permissions and not is_reset:
+        raise NotTestable("a case may have cleared the list since the emergency was heard")
+    places = [Multiplexer(LISTED.index, place) for place in range(1, min(*count, 0xFE) + 1)]
+    codes = [sdo.upload(place)[:2] for place in places]
+    # What came meanwhile may be listed already.
+    told = {frame.data[:2] for frame in (heard, sdo.channel.emergency) if frame is not None}
+    due = f"{error_code_text(heard.data[:2])} in 1003h:01, as an emergency has told"
+    actual = ", ".join(map(error_code_text, codes)) or "an empty list"
+    if told.isdisjoint(codes):
+        raise sdo.breach(due, actual)
+    if codes[0] not in told:
+        sdo.note(Violation(LATEST_FIRST, expected=due, actual=actual))
+
+
+def error_code_text(code: bytes) -> str:
+    """Write an error code as texts have it."""
+    return f"{number_of(code):04X}h"
 
 
 def stop_period(sdo: Dialogue, parameters: Parameters) -> None:

@@ -1,5 +1,6 @@
 """What all cases of a run saw on the way, judged at its end."""
 
+from conformance.device.device import Device
 from conformance.dialogue.causes import NOT_ZERO
 from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must, should
@@ -53,3 +54,11 @@ def test_outside_the_cases(sdo: Dialogue, whole_run: WholeRun) -> None:
     if aside:
         sdo.record.minor += [standing.violation for standing in aside[1:]]
         raise aside[0].violation
+
+
+@must("run.constants", "object.constant")
+def test_constants(sdo: Dialogue, device: Device) -> None:
+    """At the end of the run the identity and the other constants read as at its beginning."""
+    for mux in device.briefly_read():
+        if device.is_constant(mux):
+            sdo.upload(mux)

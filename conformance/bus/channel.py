@@ -11,9 +11,10 @@ from conformance.bus.patience import Patience
 from conformance.bus.strangers import Strangers
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.emergency import tells_of_error
 from conformance.sdo.frames import Abort, Unknown
 from conformance.sdo.layout import Message, Multiplexer
-from conformance.sdo.nmt import NmtMessage, NmtState, error_control
+from conformance.sdo.nmt import EMERGENCY_BASE, NmtMessage, NmtState, error_control
 
 MOST_OVERHEARD = 1000
 ABORTS = b"\x80"
@@ -32,7 +33,8 @@ class Channel:
     device's by what it holds. They wait for this channel in the order in which they came, also
     while another channel of the link receives. What else comes from the bus is kept in
     ``overheard``, and told by ``strangers`` where it might be mistaken; ``boot_ups`` counts the
-    boot-up messages of the device. ``pace`` is how fast the device answers there. It is ``at_rest``
+    boot-up messages of the device, and ``emergency`` is the latest one since the last of them that
+    tells of an error. ``pace`` is how fast the device answers there. It is ``at_rest``
     when the last frame on it was a response, and no abort. It ``is_calm`` when nothing but what was
     due came before the answer to what was sent last.
     """
@@ -59,10 +61,12 @@ class Channel:
         self.response_id = self.ids.response.can_id
         self.overheard: deque[CanFrame] = deque(maxlen=MOST_OVERHEARD)
         self.boot_ups = 0
+        self.emergency: CanFrame | None = None
         # How many seconds the device needs behind an abort of the client, and when it has had them.
         self.rest_behind_abort = 0.0
         self._rests_until: Deadline | None = None
         self._boot_up = error_control(node_id, NmtState.INITIALISING)
+        self._emergency_id = EMERGENCY_BASE + node_id
         # When the response that was received last arrived, by the clock of the link, in seconds.
         self.arrived = 0.0
         self.waited_since = 0.0
@@ -253,3 +257,6 @@ class Channel:
         if frame.can_id == self._boot_up.can_id and plain and frame.dlc == 1:
             self._error_control.append((frame, self.link.arrived))
             self.boot_ups += frame == self._boot_up
+            self.emergency = None if frame == self._boot_up else self.emergency
+        elif plain and frame.can_id == self._emergency_id and tells_of_error(frame):
+            self.emergency = frame

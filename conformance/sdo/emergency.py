@@ -7,6 +7,7 @@ were, the latest first; a node without 1003h keeps none (CiA 301, 7.2.7, 7.5.2.2
 from dataclasses import dataclass
 
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.channel_parameters import CheckedEntry
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal
@@ -65,6 +66,11 @@ def register_of(code: int) -> int:
     if code < FIRST_ERROR:
         return 0
     return GENERIC | sum(bit for first, last, bit in KINDS if first <= code <= last)
+
+
+def tells_of_error(emergency: CanFrame) -> bool:
+    """Say whether an emergency tells of an error, and not that there is none any more."""
+    return emergency.dlc == 8 and int.from_bytes(emergency.data[:2], "little") >= FIRST_ERROR
 
 
 class Errors:

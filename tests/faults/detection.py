@@ -85,6 +85,7 @@ BEYOND_TRANSFERS = (
     "test_channel_independence",
     "test_nmt",
     "test_other_state",
+    "test_nmt_values",
 )
 # Long enough for a right server on a loaded machine, short enough to wait for with the faulty ones.
 SERVER_TIMEOUT, SERVER_TIMEOUT_OF_FAULTS = "--sdo-server-timeout=1", "--sdo-server-timeout=0.4"

@@ -5,8 +5,10 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.registry import About, Defect
+from conformance.faults.unusual.communication_values import COMMUNICATION_ERROR, ErrorFromTheStart
 from conformance.reference.communication import EMERGENCY, SYNC
 from conformance.reference.communication_values import (
+    CONFIGURATION,
     CONSUMED,
     CONSUMED_NODES,
     COUNTER_OVERFLOW,
@@ -14,7 +16,9 @@ from conformance.reference.communication_values import (
     RESERVED_OVERFLOWS,
 )
 from conformance.reference.node import HEARTBEAT_TIME
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.channel_parameters import Check, CheckedEntry
+from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE
 from conformance.sdo.objects import DataType, Entry
@@ -123,3 +127,41 @@ class EmergencyDefault(_Defaults):
 
     def default(self) -> int:
         return EMERGENCY_BASE
+
+
+@fault("emergency-not-listed", Defect.ACCESS_OR_SIZE, "communication.emergency-listed")
+class EmergencyNotListed(ErrorFromTheStart):
+    """Tells of an error by an emergency, and keeps an empty list."""
+
+    def emergencies(self) -> list[CanFrame]:
+        frames = super().emergencies()
+        self.objects.find(Multiplexer(ERROR_LIST)).value = bytes(1)
+        return frames
+
+
+@fault("latest-error-last", Defect.ACCESS_OR_SIZE, "communication.emergency-listed", soft=True)
+class LatestErrorLast(ErrorFromTheStart):
+    """Keeps the latest error behind an earlier one."""
+
+    def emergencies(self) -> list[CanFrame]:
+        frames = super().emergencies()
+        if frames:
+            self.objects.find(Multiplexer(ERROR_LIST)).value = b"\x02"
+            for place, code in enumerate((b"\x10\x23\0\0", COMMUNICATION_ERROR + bytes(2)), 1):
+                entry = self.objects.find(Multiplexer(ERROR_LIST, place))
+                entry.value, entry.has_data = code, True
+        return frames
+
+
+@fault("configuration-date-not-stored", Defect.STATE, "communication.configuration-date")
+class DateNotStored(AlteredNode):
+    """Forgets the date of its configuration (1020h) in a reset, though it was stored."""
+
+    def save(self) -> None:
+        dates = [self.objects.find(Multiplexer(CONFIGURATION, sub)) for sub in (1, 2)]
+        earlier = self.power_on
+        super().save()
+        self.power_on = [
+            before if any(before[0] is date for date in dates) else stored
+            for before, stored in zip(earlier, self.power_on, strict=True)
+        ]

@@ -1,8 +1,11 @@
 """Nodes whose fault only the end of a run can tell."""
 
+from conformance.device.device import VENDOR_ID
 from conformance.faults.registry import Defect, fault
 from conformance.reference.node import Node
+from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.objects import Entry
 
 
 @fault("answers-late", Defect.TIMING, "run.no-late-response")
@@ -21,3 +24,12 @@ class AnswersLate(Node):
             if not self.reads_to_go:
                 answers.append(self.respond(bytes.fromhex("8018100100000008")))
         return answers
+
+
+@fault("vendor-id-changes", Defect.LEAK, "run.constants")
+class VendorIdChanges(Server):
+    """Has another vendor-ID (1018h:01) once a value was stored."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        super().store(entry, data)
+        self.objects.find(VENDOR_ID.mux).value = b"\x01\x02\x03\x04"

@@ -7,6 +7,7 @@ from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.registry import About
 from conformance.reference.communication import EMERGENCY, RECEIVED, SENT, SYNC, TIME
 from conformance.reference.communication_values import CONSUMED, COUNTER_OVERFLOW
+from conformance.reference.dictionary import ERROR_CODE
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.channel_parameters import Check, CheckedEntry
 from conformance.sdo.cob_id import CobId
@@ -14,6 +15,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, Refusal
 
 unusual = partial(registry.unusual, about=About.OBJECTS)
+COMMUNICATION_ERROR = b"\x10\x81"
 COB_IDS = (SYNC, TIME, EMERGENCY, Multiplexer(RECEIVED, 1), Multiplexer(SENT, 1))
 
 
@@ -71,3 +73,12 @@ class ConsumedConstant(AlteredNode):
         for mux, entry in self.objects.items():
             if mux.index == CONSUMED:
                 entry.access = Access.CONST
+
+
+@unusual("error-from-the-start")
+class ErrorFromTheStart(AlteredNode):
+    """Has an error when it has booted, and tells of it."""
+
+    def alter(self) -> None:
+        self.objects.find(ERROR_CODE).value = COMMUNICATION_ERROR
+        self.defaults = self.power_on = self.present()

@@ -7,11 +7,12 @@ from conformance.faults.addressed_objects import DOWNLOADS, initiated
 from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.own_clock import OwnClock
 from conformance.faults.registry import About
+from conformance.reference.dictionary import PLACES_FOR_ERRORS
 from conformance.reference.node import HEARTBEAT_TIME, Node, ServerChannel
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.channel_parameters import CheckedEntry
-from conformance.sdo.emergency import register_of
+from conformance.sdo.emergency import error_list, register_of
 from conformance.sdo.frames import Abort
 from conformance.sdo.nmt import TRANSITIONS, NmtCommand, NmtState, emergency
 from conformance.sdo.objects import Access, DataType, Refusal
@@ -165,9 +166,12 @@ class OperationalAtOnce(Node):
         return frames + self.follow(NmtCommand.START)
 
 
-@unusual("emergencies-within-transfers")
+@unusual("emergencies-within-transfers", lacking=frozenset(error_list(PLACES_FOR_ERRORS)))
 class EmergenciesWithinTransfers(Node):
-    """Reports an error with each SDO frame that comes, and one before each that it sends."""
+    """Reports an error with each SDO frame that comes, and one before each that it sends.
+
+    It keeps no list of them.
+    """
 
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         """Put emergencies between the frames, where they may be sent."""

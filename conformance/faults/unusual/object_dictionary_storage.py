@@ -63,6 +63,8 @@ class LoadedAtOnce(ParametersStored):
 class StoresByItself(Node):
     """Stores at once what is written from 2000h on, and has no commands for that or defaults."""
 
+    by_itself = b"\2\0\0\0"
+
     def __init__(
         self,
         node_id: int,
@@ -71,10 +73,25 @@ class StoresByItself(Node):
         server_timeout: float | None = None,
     ) -> None:
         super().__init__(node_id, server, *further, server_timeout=server_timeout)
-        for command, value in ((SAVE_ALL, b"\2\0\0\0"), (LOAD_ALL, bytes(4))):
+        for command, value in ((SAVE_ALL, self.by_itself), (LOAD_ALL, bytes(4))):
             for sub_index in range(1, APPLICATION_PART + 1):
                 mux = Multiplexer(command.index, sub_index)
                 self.objects.add({mux: Entry(value, DataType.UNSIGNED32, Access.RO)})
 
     def restore(self, *, communication_only: bool) -> None:
         super().restore(communication_only=True)
+
+
+@unusual("stores-all-by-itself")
+class StoresAllByItself(StoresByItself):
+    """Stores at once what is written to any object, as 1010h says."""
+
+    def restore(self, *, communication_only: bool) -> None:
+        """Lead to what was written."""
+
+
+@unusual("stores-all-unsaid", soft=True)
+class StoresAllUnsaid(StoresAllByItself):
+    """Stores at once what is written to any object; 1010h says that it stores nothing."""
+
+    by_itself = bytes(4)

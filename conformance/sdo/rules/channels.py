@@ -226,4 +226,17 @@ CHANNEL_RULES = (
     ),
     NMT_STOPPED,
     NMT_INTERRUPTED,
+    Rule(
+        "nmt.reset-restores",
+        RESET,
+        MUST,
+        "A reset of the communication gives 1000h to 1FFFh their power-on values.",
+        open="what they are: the defaults, or what is stored, on command or by the device itself",
+    ),
+    Rule(
+        "nmt.reset-keeps-application",
+        RESET,
+        MUST,
+        "A reset of the communication leaves objects from 2000h on as they are.",
+    ),
 )

@@ -2,9 +2,11 @@
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MUST, Rule
+from conformance.sdo.rules.model import MUST, SHOULD, Rule
 
 PREDEFINED = "7.3.3"
+ERROR_LIST = "7.5.2.4"
+CONFIGURATION = "7.5.2.23"
 CONSUMED = "7.5.2.19"
 OVERFLOW = "7.5.2.22"
 ERROR_BEHAVIOUR_OBJECT = "7.5.2.32"
@@ -48,11 +50,34 @@ ERROR_BEHAVIOUR = Rule(
     open="whether it has 1029h",
 )
 
+EMERGENCY_LISTED = Rule(
+    "communication.emergency-listed",
+    ERROR_LIST,
+    MUST,
+    "An error of which an emergency has told stands in the list of errors (1003h).",
+    open="whether it has 1003h; whether the list survives a reset",
+)
+LATEST_FIRST = Rule(
+    "communication.latest-error-first",
+    ERROR_LIST,
+    SHOULD,
+    "The latest error stands in 1003h:01.",
+)
+
 COMMUNICATION_VALUE_RULES = (
     CONSUMED_TWICE,
     SYNC_COUNTER,
     SYNC_COUNTER_IN_USE,
     ERROR_BEHAVIOUR,
+    EMERGENCY_LISTED,
+    LATEST_FIRST,
+    Rule(
+        "communication.configuration-date",
+        CONFIGURATION,
+        MUST,
+        "The date and time of the configuration (1020h) are stored as parameters are.",
+        open="whether it has 1020h, and 1010h",
+    ),
     Rule(
         "communication.default-identifier",
         PREDEFINED,

@@ -41,6 +41,13 @@ SIGNATURE = Rule(
     open="whether it has 1010h and 1011h; which of the codes",
 )
 
+STORES_BY_ITSELF = Rule(
+    "storage.by-itself",
+    STORE,
+    SHOULD,
+    "A device that stores its parameters by itself says so in 1010h.",
+)
+
 OBJECT_DICTIONARY_RULES = (
     Rule(
         "dictionary.access",
@@ -115,4 +122,5 @@ OBJECT_DICTIONARY_RULES = (
         open="whether it has 1010h",
     ),
     SIGNATURE,
+    STORES_BY_ITSELF,
 )
