@@ -14,7 +14,7 @@ from conformance.sdo.nmt import COMMUNICATION_AREA, NmtCommand
 TIMES = (2000, 3000)
 
 
-@must("nmt.reset-restores")
+@must("nmt.reset-restores", "storage.by-itself")
 def test_reset_restores(sdo: Dialogue, network: Network, parameters: Parameters) -> None:
     """A reset of the communication restores 1017h, which was written before.
 
