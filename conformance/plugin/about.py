@@ -42,6 +42,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "channel": run.bus.channel,
         "bitrate": run.bus.bitrate,
         "bus_options": dict(run.bus.options),
+        "bus_arguments": run.bus.arguments,
         "self_test": options.self_test,
         "server": options.server,
         "eds": None if eds is None else {**_file(eds), "revision": _revision(run.listings)},

@@ -254,6 +254,8 @@ def _node_ids(text: str) -> list[int]:
             raise ArgumentTypeError(
                 f"{part!r} is no node-ID: write a number or a range, as in 1-4,9"
             ) from None
+        if dash and low > high:
+            raise ArgumentTypeError(f"{part!r} counts down: write the lower node-ID first")
         if not 1 <= low <= high <= HIGHEST_NODE_ID:
             raise ArgumentTypeError(f"{part!r}: node-IDs go from 1 to {HIGHEST_NODE_ID}")
         found.update(dict.fromkeys(range(low, high + 1)))

@@ -25,7 +25,7 @@ from conformance.plugin.settings import ASKED, add_settings, put_before
 from conformance.plugin.state import STATE, RunState
 from conformance.plugin.stopping import Stopping
 from conformance.plugin.terminal import fitted
-from conformance.plugin.time_left import TimeLeft, estimate_for
+from conformance.plugin.time_left import TimeLeft, estimate_for, say
 from conformance.plugin.unrestored import left_lines
 from conformance.plugin.workers import Controller, is_controller
 from conformance.run.bench import RunSettings
@@ -101,6 +101,14 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Register what collects the cases behind all that configures itself: see there why."""
     session.config.pluginmanager.register(Collecting(), "conformance-collecting")
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Where pytest has found no tests and no device was named, say how to name it."""
+    config = session.config
+    nothing = session.exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED
+    if nothing and STATE not in config.stash and not hasattr(config, "workerinput"):
+        say(config, "no device is named: add --node-id=5 for node 5 on can0, or --self-test")
 
 
 def pytest_report_header(config: pytest.Config) -> list[str]:

@@ -129,6 +129,7 @@ def _check_together(config: pytest.Config, *, self_test: bool) -> None:
         raise pytest.UsageError(
             "--sdo-quick runs few cases and --sdo-thorough more than usual: leave out one of them."
         )
+    _check_named_once(config, "--sdo-device", "--sdo-eds")
     server = config.getoption("sdo_fault")
     if server is not None and not self_test:
         raise pytest.UsageError(f"--sdo-fault={server} goes with --self-test.")
@@ -147,6 +148,21 @@ def _check_together(config: pytest.Config, *, self_test: bool) -> None:
         raise pytest.UsageError(
             "--sdo-process and --sdo-recover go with a device, not with --self-test."
         )
+
+
+def _check_named_once(config: pytest.Config, *names: str) -> None:
+    """Refuse options that a command names twice: pytest would take the last one without a word."""
+    for name in names:
+        given = [one for one in config.invocation_params.args if _is_option(str(one), name)]
+        if len(given) > 1:
+            raise pytest.UsageError(
+                f"{name} is given {len(given)} times, and a run takes one. Devices of one kind "
+                "share a description, with --node-id=5,9; others take a run each."
+            )
+
+
+def _is_option(argument: str, name: str) -> bool:
+    return argument == name or argument.startswith(f"{name}=")
 
 
 def _description(config: pytest.Config, *, self_test: bool) -> Description:

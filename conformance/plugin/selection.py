@@ -13,14 +13,13 @@ from pathlib import Path
 import pytest
 
 from conformance.plugin.items import CaseFunction
-from conformance.run.case_files import CASE_FILES, CASES, case_files
+from conformance.run.case_files import CASE_FILES, CASES, case_files, cases_in
 from conformance.sdo.nearest import meant
 
 FOLDER = CASES.name
 # The files of which cases are named, and their ids, or what they begin with; else all are meant.
 Named = dict[Path, list[str]]
 NAMED = pytest.StashKey[Named]()
-_ID = re.compile(r'^@\w+\(\s*"([a-z0-9-]+\.[a-z0-9.-]+)"', re.MULTILINE)
 # An id, also a mistyped one; files of tests have another ending.
 _WRITTEN = re.compile(r"[a-z0-9_-]+\.(?!py\b)[a-z0-9._-]+", re.IGNORECASE)
 # How an id goes on of which an argument is the beginning.
@@ -75,7 +74,7 @@ def _files_of(argument: str) -> set[Path]:
 
 @cache
 def _ids() -> dict[str, Path]:
-    return {case: path for path in case_files() for case in _ID.findall(path.read_text("utf-8"))}
+    return {info.rule.id: path for path in case_files() for info in cases_in(path)}
 
 
 def _begins(case: str, beginning: str) -> bool:

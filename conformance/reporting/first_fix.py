@@ -27,11 +27,12 @@ class FirstFix:
     replay: str
 
 
-def first_fix(causes: Sequence[CauseCount], folder: Path, bus: Sequence[str] = ()) -> FirstFix:
-    """Return the cause with the most cases behind it on all devices.
+def first_fix(
+    causes: Sequence[CauseCount], folder: Path, bus: Sequence[str] = (), *, within: bool = False
+) -> FirstFix:
+    """Return the cause with the most cases behind it on all devices; there has to be a cause.
 
-    There has to be a cause; ``folder`` is that of the reports. ``bus`` are the options that name
-    the bus.
+    The other parameters are those of ``replay_command``.
     """
     behind: dict[str, list[CauseCount]] = {}
     for count in causes:
@@ -45,7 +46,7 @@ def first_fix(causes: Sequence[CauseCount], folder: Path, bus: Sequence[str] = (
     rule = RULES_BY_ID.get(rule_of_cause(cause))
     if rule is not None:
         why.append(f"{rule.level}, {cited(rule.clause)}: {rule.sentence}")
-    replay = replay_command(folder, causes.index(first) + 1, first, bus)
+    replay = replay_command(folder, causes.index(first) + 1, first, bus, within=within)
     return FirstFix(cause, why, first.cases[0].case_id, replay)
 
 
@@ -53,10 +54,19 @@ def _listed(numbers: Iterable[int]) -> str:
     return ", ".join(map(str, numbers))
 
 
-def replay_command(folder: Path, number: int, count: CauseCount, bus: Sequence[str] = ()) -> str:
-    """Return the command that sends again what shows a cause; empty if there is no log to send.
+def replay_command(
+    folder: Path,
+    number: int,
+    count: CauseCount,
+    bus: Sequence[str] = (),
+    *,
+    within: bool = False,
+) -> str:
+    """Return the command that sends again the frames of a cause; empty if there is no log to send.
 
-    ``number`` is that of the cause in the reports, ``bus`` are the options that name the bus.
+    ``folder`` is that of the reports, ``number`` that of the cause in them, ``bus`` are the options
+    that name the bus. The command is for who stands ``within`` the folder, or where the path of the
+    folder begins.
     """
     logs = [path for path in reproductions(folder, number, count) if path.suffix == LOG]
     if not logs:
@@ -65,9 +75,8 @@ def replay_command(folder: Path, number: int, count: CauseCount, bus: Sequence[s
         changes = read_plan(RecordedLog(str(logs[0])), None).changes
     except NotReplayed:
         return ""
-    return shlex.join(
-        ["conformance", "replay", str(logs[0]), *bus, *(["--writes"] if changes else [])]
-    )
+    log = logs[0].relative_to(folder) if within else logs[0]
+    return shlex.join(["conformance", "replay", str(log), *bus, *(["--writes"] if changes else [])])
 
 
 def _share(counts: Sequence[CauseCount], failures: int) -> str:

@@ -8,6 +8,16 @@ from typing import Any
 
 from conformance.device.files import shown
 from conformance.reporting.bus_log import Place
+from conformance.reporting.record_shape import (
+    WrongShape,
+    check_about,
+    check_device,
+    check_end,
+    check_selected,
+    place_of,
+    places_of,
+    result_of,
+)
 from conformance.reporting.results import CASE, DEVICE, END, FORMAT, MERGED, RESULTS, RUN, SELECTED
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.cob_id import ChannelIds
@@ -96,29 +106,36 @@ def read_run(folder: Path) -> RecordedRun:
     if about.get("format") != FORMAT:
         found = shown(about.get("format")).strip("'")
         raise NotRecorded(f"{path} has format {found}; this version reads {FORMAT}.")
-    if not isinstance(about.get("node_ids"), list) or not isinstance(about.get("properties"), dict):
-        raise NotRecorded(f"{path}, line 1 does not say what was tested.")
+    try:
+        check_about(about)
+    except WrongShape as error:
+        raise NotRecorded(f"{path}, line 1 does not say what was tested: {error}.") from error
     run = RecordedRun(about)
     for number, values in enumerate(lines, start=2):
         try:
             _take(run, values)
-        except (LookupError, TypeError, ValueError) as error:
-            raise NotRecorded(f"{path}, line {number} cannot be read: {error!r}.") from error
+        except ValueError as error:
+            raise NotRecorded(f"{path}, line {number} cannot be read: {error}.") from error
+    if len(run.places) != len(run.results):
+        raise NotRecorded(f"{path} names frames of {len(run.places)} cases and has another number.")
     return run
 
 
 def _take(run: RecordedRun, values: Values) -> None:
-    record = values.get("record")
+    record, node_ids = values.get("record"), run.about["node_ids"]
     if record == DEVICE:
+        check_device(values, node_ids)
         run.devices.append(values)
     elif record == SELECTED:
+        check_selected(values)
         run.selected += values["cases"]
     elif record == CASE:
-        run.results.append(CaseResult.from_dict(values["result"]))
-        run.places.append(Place(**values["frames"]) if "frames" in values else None)
+        run.results.append(result_of(values, node_ids))
+        run.places.append(place_of(values.get("frames")))
     elif record == MERGED:
-        run.places = [place if place is None else Place(**place) for place in values["frames"]]
+        run.places = places_of(values)
     elif record == END:
+        check_end(values)
         run.end = values
 
 

@@ -231,7 +231,7 @@ def _about(each: Reproduction, channel: str) -> Iterator[str]:
     yield f"actual: {result.actual}"
     filters = ",".join(map(_filter, (each.ids.request, each.ids.response)))
     yield f"Watch beside it: candump {shlex.quote(f'{channel},{filters}')}"
-    yield f"'conformance replay {each.name}{LOG}' sends the same and judges the answers."
+    yield f"'conformance replay' takes {each.name}{LOG} beside it, and judges the answers."
 
 
 def _filter(cob_id: CobId) -> str:

@@ -1,32 +1,21 @@
 """The rules as a text, each with the cases that test it or the reason why none does."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
-from conformance.reporting.official_steps import OFFICIAL_STEPS
-from conformance.run.case import CaseInfo, case_info
-from conformance.run.case_files import case_files
+from conformance.reporting.official_steps import OFFICIAL_STEPS, OfficialStep
+from conformance.run.case import CaseInfo
+from conformance.run.case_files import case_files, cases_in
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.rules import CHAPTERS, RULES, Rule, rule_of
+from conformance.sdo.rules import CHAPTERS, RULES, Rule, UnknownRule, rule_of
 from conformance.sdo.rules.accepted import ANY, GENERAL
+
+_STEP = re.compile(r"([A-Za-z]+) +0*(\d+)")
 
 
 def scripted_cases() -> list[CaseInfo]:
     """Return what the decorators of the suite's own cases say, file by file."""
-    return [info for path in case_files() for info in _cases_in(path)]
-
-
-def _cases_in(path: Path) -> Iterator[CaseInfo]:
-    spec = spec_from_file_location(f"conformance_{path.stem}", path)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{path} is not a Python file")
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    for value in vars(module).values():
-        info = case_info(value)
-        if info is not None:
-            yield info
+    return [info for path in case_files() for info in cases_in(path)]
 
 
 def cases_of_rules(cases: Iterable[CaseInfo]) -> dict[str, list[str]]:
@@ -58,10 +47,19 @@ def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
 
 def _named(name: str, cases: Iterable[CaseInfo]) -> Iterable[Rule]:
     """Return the rule of an id, or those that the cases of an official step test."""
-    step = next((step for step in OFFICIAL_STEPS if step.name == name.upper()), None)
+    step = next((step for step in OFFICIAL_STEPS if _is_step(step, name)), None)
+    if step is None and _STEP.fullmatch(name):
+        known = ", ".join(step.name for step in OFFICIAL_STEPS)
+        raise UnknownRule(f"no case covers a step {name!r}; the steps are {known}")
     if step is None:
         return [rule_of(name)]
     return [rule for case in cases if case.rule.id in step.cases for rule in case.cites]
+
+
+def _is_step(step: OfficialStep, name: str) -> bool:
+    """Say whether a name is that of a step, with or without leading zeros."""
+    written = _STEP.fullmatch(name)
+    return written is not None and step.name == f"{written[1].upper()} {int(written[2]):02}"
 
 
 def _lines(rule: Rule, cases: Sequence[str]) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """examples/drive: own tests and the suite, in one run and one report, as its README says."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -45,6 +46,18 @@ def test_both_are_one_run_with_one_report(project: pytest.Pytester) -> None:
 def test_without_a_device_it_is_shown_by_the_self_test(project: pytest.Pytester) -> None:
     result = self_test(project, "tests")
     assert result.parseoutcomes() == {"passed": OWN}
+
+
+def test_its_readme_says_how_to_run_it_without_a_device(project: pytest.Pytester) -> None:
+    text = (EXAMPLE / "README.md").read_text(encoding="utf-8")
+    commands = re.findall(r"`pytest (--self-test[^`]*)`", text)
+    assert len(commands) == 3
+    own = [command for command in commands if "tests" in command.split()]
+    suite = [command for command in commands if "cases" in command or command == "--self-test"]
+    for command in commands:
+        listed = self_test(project, *command.split()[1:], "--collect-only", "-q").outlines
+        assert any("test_drive.py" in line for line in listed) is (command in own)
+        assert any(line.startswith("cases/") for line in listed) is (command in suite)
 
 
 def test_the_names_for_own_tests() -> None:

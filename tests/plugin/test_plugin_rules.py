@@ -8,9 +8,9 @@ import pytest
 from conformance.__main__ import main
 from conformance.commands.status import DONE, WRONG_USE
 from conformance.reporting.official_steps import OFFICIAL_STEPS
-from conformance.reporting.rule_listing import cases_of_rules, scripted_cases
+from conformance.reporting.rule_listing import cases_of_rules, rule_lines, scripted_cases
 from conformance.run.case_files import case_files
-from conformance.sdo.rules import RULES, Rule
+from conformance.sdo.rules import RULES, Rule, UnknownRule
 
 TOGGLE = """\
 segmented download:
@@ -137,3 +137,13 @@ def test_the_reader_of_a_pipe_may_close_it() -> None:
 def test_an_unknown_rule_is_wrong_use(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["rules", "segmented-download.togle"]) == WRONG_USE
     assert "the nearest is 'segmented-download.toggle'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["SDO 9", "sdo 09"])
+def test_a_step_is_named_with_or_without_zeros(name: str) -> None:
+    assert list(rule_lines([name])) == list(rule_lines(["SDO 09"]))
+
+
+def test_a_step_that_no_case_covers() -> None:
+    with pytest.raises(UnknownRule, match=r"no case covers a step 'SDO 99'; .*SDO 01, SDO 02"):
+        list(rule_lines(["SDO 99"]))

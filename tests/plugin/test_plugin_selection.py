@@ -55,6 +55,15 @@ def test_a_mistyped_case(pytester: pytest.Pytester, argument: str, said: str) ->
     assert said in result.stdout.str() + result.stderr.str()
 
 
+@pytest.mark.parametrize(
+    "case_id", ["matrix.idle[40h]", "matrix.block-upload-end[dlc-0]", "random.transfers"]
+)
+def test_a_generated_case_is_named_by_its_id(pytester: pytest.Pytester, case_id: str) -> None:
+    result = self_test(pytester, "--sdo-simulated", case_id)
+    assert result.ret == pytest.ExitCode.OK
+    assert case_ids(the_report(pytester) / "junit.xml") == [case_id]
+
+
 def test_a_device_is_tested_from_any_folder(pytester: pytest.Pytester) -> None:
     with reference() as options:
         result = run(pytester, *options, "--sdo-allow=read-only-probes", "-k", "abort.own")
@@ -164,7 +173,7 @@ def test_a_case_may_be_named_by_the_id_that_is_shown(pytester: pytest.Pytester) 
 def test_without_a_device_pytest_is_as_ever(pytester: pytest.Pytester) -> None:
     result = run(pytester)
     assert result.ret == pytest.ExitCode.NO_TESTS_COLLECTED
-    result.stdout.no_fnmatch_line("conformance: *")
+    result.stdout.fnmatch_lines(["conformance: no device is named: add --node-id=5 *--self-test"])
     pytester.makepyfile(test_other="def test_other(tmp_path): pass")
     result = run(pytester, "--strict-markers")
     result.assert_outcomes(passed=1)

@@ -128,3 +128,30 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
 def test_a_folder_without_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["overview", str(tmp_path)]) == WRONG_USE
     assert "has no folders of runs" in capsys.readouterr().err
+
+
+def test_a_night_in_which_the_device_was_silent_is_one_of_that_device(tmp_path: Path) -> None:
+    recorded(tmp_path, "a", result())
+    silent = DEVICE | {"identity": {}, "texts": {}}
+    for name, day in (("b", 7), ("c", 8)):
+        begun = f"2026-05-0{day}T10:00:00.000+02:00"
+        recorded(tmp_path, name, LACKING, status=10, device=silent, begun=begun)
+    recorded(tmp_path, "d", result(), begun="2026-05-09T10:00:00.000+02:00")
+    assert outcomes(tmp_path) == {
+        "node 5, vendor-id 0x0000012E": [
+            *(Outcome.PASSED, Outcome.NOT_TESTED, Outcome.NOT_TESTED, Outcome.PASSED),
+        ]
+    }
+
+
+def test_a_silent_night_belongs_to_the_device_that_was_there_last(tmp_path: Path) -> None:
+    recorded(tmp_path, "a", result())
+    other = DEVICE | {"identity": {"vendor-id": "0x0000007F"}}
+    recorded(tmp_path, "b", result(), begun="2026-05-07T10:00:00.000+02:00", device=other)
+    silent = DEVICE | {"identity": {}, "texts": {}}
+    begun = "2026-05-08T10:00:00.000+02:00"
+    recorded(tmp_path, "c", LACKING, status=10, device=silent, begun=begun)
+    assert outcomes(tmp_path) == {
+        "node 5, vendor-id 0x0000012E": [Outcome.PASSED],
+        "node 5, vendor-id 0x0000007F": [Outcome.NOT_TESTED, Outcome.PASSED],
+    }

@@ -72,12 +72,17 @@ class Reader(HTMLParser):
 
 
 def page_of(
-    folder: Path, results: Sequence[CaseResult], *, ended: bool = True, log: str = LOG
+    folder: Path,
+    results: Sequence[CaseResult],
+    *,
+    ended: bool = True,
+    log: str = LOG,
+    **about: object,
 ) -> Reader:
     (folder / "bus.log").write_text(log, encoding="utf-8")
     places: list[Place | None] = [*PLACES, *[None] * len(results)][: len(results)]
     end = {"at": "2026-05-06T09:09:09.500+02:00", **END} if ended else None
-    run = RecordedRun(ABOUT, [DEVICE], list(results), places, len(results), end)
+    run = RecordedRun({**ABOUT, **about}, [DEVICE], list(results), places, len(results), end)
     reader = Reader()
     reader.feed(write_page(folder, run).read_text(encoding="utf-8"))
     reader.close()
@@ -236,11 +241,11 @@ def test_a_cause_leads_to_what_reproduces_it(tmp_path: Path) -> None:
     (tmp_path / FOLDER).mkdir()
     links = [f"{FOLDER}/01-response.specifier{end}" for end in (".sh", ".log")]
     for link in links:
-        (tmp_path / link).touch()
-    page = page_of(tmp_path, [result(), FAILED])
+        (tmp_path / link).write_text("(0.0) can0 605#2B01200034120000 T\n", encoding="utf-8")
+    page = page_of(tmp_path, [result(), FAILED], bus_arguments=["--can-channel=can1"])
     hrefs = [each["href"] for tag, each in page.tags if tag == "a"]
     assert [href for href in hrefs if href and not href.startswith("#")] == links
-    assert f"a log, for conformance replay {links[1]} , which judges the answers" in page.text
+    assert f"conformance replay {links[1]} --can-channel=can1 --writes" in page.text
 
 
 def test_it_needs_nothing_beside_it(tmp_path: Path) -> None:

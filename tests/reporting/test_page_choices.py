@@ -21,7 +21,7 @@ def test_frames_of_another_device_show_no_choice_of_a_case_beside(tmp_path: Path
     results = [result(case_id="long", node_id=9), result(case_id="short", node_id=5)]
     places: list[Place | None] = [Place("bus.log", 1, len(long)), Place("bus.log", 11, 14)]
     run = RecordedRun(ABOUT, [DEVICE], results, places)
-    assert observed(tmp_path, run).profile == {5: ["expedited upload: counted"]}
+    assert observed(tmp_path, run).profile == {5: {"expedited upload": ["counted"]}}
 
 
 def test_a_case_is_short_whatever_others_send_meanwhile(tmp_path: Path) -> None:
@@ -31,7 +31,7 @@ def test_a_case_is_short_whatever_others_send_meanwhile(tmp_path: Path) -> None:
     (tmp_path / "bus.log").write_text(log, encoding="utf-8")
     place = Place("bus.log", 1, len(lines), between=len(lines) - 2)
     run = RecordedRun(ABOUT, [DEVICE], [result(node_id=5)], [place])
-    assert observed(tmp_path, run).profile == {5: ["expedited upload: counted"]}
+    assert observed(tmp_path, run).profile == {5: {"expedited upload": ["counted"]}}
 
 
 def test_devices_stand_in_the_order_of_their_nodes(tmp_path: Path) -> None:

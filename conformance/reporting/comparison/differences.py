@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from conformance.reporting.comparison.sides import Side, pairs
+from conformance.reporting.page.profile import Chosen
 from conformance.reporting.page.traffic import Times
 from conformance.reporting.recorded import TEXT_NAMES
 
@@ -33,8 +34,8 @@ OPTIONS = {
     "strict": "strict",
 }
 NONE = "none"
-# Lines of words on what a device chooses, by its node-ID.
-Profile = Mapping[int, list[str]]
+# The choices of each device by their matters, by its node-ID.
+Profile = Mapping[int, Chosen]
 # What counts as slower: the factor, the least milliseconds, and the least number of answers.
 FACTOR, MILLISECONDS, ANSWERS = 1.5, 1.0, 20
 
@@ -112,10 +113,7 @@ def profile(node_ids: Mapping[int, int], old: Profile, new: Profile) -> list[Dif
     found: list[Difference] = []
     for before, after in node_ids.items():
         of_node = "" if len(node_ids) == 1 else f"node {after}: "
-        chosen, choose = (
-            {topic: choice for topic, _, choice in (line.partition(": ") for line in lines)}
-            for lines in (old.get(before, []), new.get(after, []))
-        )
+        chosen, choose = old.get(before, {}), new.get(after, {})
         shared = [topic for topic in chosen if topic in choose]
         before_and_after = ({topic: each[topic] for topic in shared} for each in (chosen, choose))
         found += _differing(of_node, *before_and_after)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from enum import StrEnum
+from operator import itemgetter
 from pathlib import Path
 
 from conformance.reporting.cause_counts import causes_of
@@ -111,6 +112,7 @@ def read_overview(folder: Path) -> Overview:
             continue
         for key, device, once in _tested(path, run):
             devices.setdefault(key, device).runs.append(once)
+    _join_silent(devices)
     if not devices and not overview.notes:
         raise NotRecorded(f"{folder} has no folders of runs, which contain {RESULTS}.")
     for device in devices.values():
@@ -119,10 +121,30 @@ def read_overview(folder: Path) -> Overview:
     return overview
 
 
+def _join_silent(devices: dict[tuple[str, ...], Tested]) -> None:
+    """Give runs in which a device was silent to the device with that node-ID that was met before.
+
+    Behind the last such run it may have been met for the first time: then to the first one.
+    """
+    for key in [key for key in devices if not any(key[2:])]:
+        same = [one for other, one in devices.items() if other[:2] == key[:2] and any(other[2:])]
+        if not same:
+            continue
+        for once in devices.pop(key).runs:
+            earlier = [
+                (run.begun, device)
+                for device in same
+                for run in device.runs
+                if run.begun <= once.begun
+            ]
+            nearest = max(earlier, key=itemgetter(0))[1] if earlier else same[0]
+            nearest.runs.append(once)
+
+
 def _tested(folder: Path, run: RecordedRun) -> Iterator[tuple[tuple[str, ...], Tested, TestedOnce]]:
     """Yield each device of a run, what makes it the same in another run, and what came of it."""
     known = {device["node_id"]: device for device in run.devices}
-    server = run.about["server"] or "reference server" if run.about["self_test"] else ""
+    server = run.about.get("server") or "reference server" if run.about["self_test"] else ""
     page = folder / PAGE
     causes = causes_of(run)
     for node_id in run.about["node_ids"]:

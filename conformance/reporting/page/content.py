@@ -14,9 +14,10 @@ from pathlib import Path
 from conformance.generated.server_states import STATES
 from conformance.reporting.bus_log import Place
 from conformance.reporting.cause_counts import CauseCount, causes_of
-from conformance.reporting.first_fix import FirstFix, first_fix
+from conformance.reporting.first_fix import FirstFix, first_fix, replay_command
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.page.diagram import Diagram, diagram
+from conformance.reporting.page.profile import Chosen
 from conformance.reporting.page.traffic import Times, Traffic
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import reproductions
@@ -89,7 +90,8 @@ def links(cases: Iterable[Case]) -> str:
 class CauseShown:
     """A cause with its rule, the picture of its first failure, and the cases behind it.
 
-    ``files`` lie beside the page and send the frames again.
+    ``files`` lie beside the page and send the frames again; ``replay`` is the command that sends
+    them from the folder of the run, empty where there is none.
     """
 
     count: CauseCount
@@ -98,6 +100,7 @@ class CauseShown:
     diagram: Diagram | None
     cases: list[Case]
     files: list[str]
+    replay: str
 
     @property
     def kind(self) -> str:
@@ -110,10 +113,13 @@ class CauseShown:
         return self.count.told
 
 
-def cause_shown(count: CauseCount, cases: list[Case], files: Sequence[str] = ()) -> CauseShown:
+def cause_shown(
+    count: CauseCount, cases: list[Case], files: Sequence[str] = (), replay: str = ""
+) -> CauseShown:
     """Return a cause with these cases, the first of which shows it, and files beside the page."""
     rule = RULES_BY_ID.get(rule_of_cause(count.cause))
-    return CauseShown(count, rule, cases[0], diagram(cases[0].result.trace), cases, list(files))
+    drawn = diagram(cases[0].result.trace)
+    return CauseShown(count, rule, cases[0], drawn, cases, list(files), replay)
 
 
 @dataclass
@@ -165,10 +171,10 @@ class Distribution:
 
 
 class PageContent:
-    """Everything on the page of a run; ``profile`` are lines on what the devices chose."""
+    """Everything on the page of a run; ``profile`` has the choices of each device."""
 
     def __init__(
-        self, folder: Path, run: RecordedRun, traffic: Traffic, profile: dict[int, list[str]]
+        self, folder: Path, run: RecordedRun, traffic: Traffic, profile: dict[int, Chosen]
     ) -> None:
         """Take the run, the folder of its reports, and what its log has."""
         self._folder = folder
@@ -194,14 +200,21 @@ class PageContent:
             cases = [by_result[id(result)] for result in count.cases]
             paths = reproductions(self._folder, number, count)
             files = [path.relative_to(self._folder).as_posix() for path in paths]
-            shown.append(cause_shown(count, cases, files))
+            replay = replay_command(self._folder, number, count, self._bus, within=True)
+            shown.append(cause_shown(count, cases, files, replay))
         return shown
 
     @property
     def first_fix(self) -> FirstFix | None:
         """The cause to begin with; None where there is none."""
         causes = [shown.count for shown in self.causes]
-        return first_fix(causes, self._folder) if causes else None
+        return first_fix(causes, self._folder, self._bus, within=True) if causes else None
+
+    @property
+    def _bus(self) -> Sequence[str]:
+        """The options that name the bus; records of earlier versions have none."""
+        bus: Sequence[str] = self.about.get("bus_arguments", ())
+        return bus
 
     @cached_property
     def failed(self) -> list[Case]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from conformance.reporting.bus_log import Place
 from conformance.reporting.logged import frames_by_case
-from conformance.reporting.page.profile import Choices, sampled
+from conformance.reporting.page.profile import Choices, Chosen, sampled
 from conformance.reporting.page.traffic import Traffic
 from conformance.reporting.recorded import RecordedRun
 
@@ -16,7 +16,7 @@ class Observed:
     """The frames of the cases, and by node-ID lines of words on what the devices chose."""
 
     traffic: Traffic = field(default_factory=Traffic)
-    profile: dict[int, list[str]] = field(default_factory=dict)
+    profile: dict[int, Chosen] = field(default_factory=dict)
 
 
 def observed(
@@ -54,7 +54,7 @@ def _read(
     judged: Container[str],
 ) -> Observed:
     """Read the frames of the cases with these places; those of ``judged`` cases show choices."""
-    traffic, profile, channels = Traffic(), dict[int, list[str]](), run.channels
+    traffic, profile, channels = Traffic(), dict[int, Chosen](), run.channels
     node_ids = [result.node_id for result in run.results]
     for log in sorted({place.log for place in places if place is not None}):
         choices = Choices()
@@ -64,6 +64,6 @@ def _read(
             traffic.take(number, node_id, channels[node_id], lines, in_words=number in in_words)
             if run.results[number].case_id in judged:
                 choices.take(lines)
-        for node_id, words in choices.profiles(node_ids).items():
-            profile.setdefault(node_id, []).extend(words)
+        for node_id, chosen in choices.profiles(node_ids).items():
+            profile.setdefault(node_id, {}).update(chosen)
     return Observed(traffic, dict(sorted(profile.items())))

@@ -11,6 +11,8 @@ from conformance.sdo.can_frame import CanFrame
 # To judge takes time; the choices show in the first frames of each kind of case.
 MOST_FRAMES = 20_000
 OF_A_CASE = 60
+# The choices of a device, by their matters.
+Chosen = dict[str, list[str]]
 
 
 def sampled(*runs: RecordedRun) -> set[str]:
@@ -52,10 +54,10 @@ class Choices:
             ):
                 pass
 
-    def profiles(self, node_ids: Collection[int]) -> dict[int, list[str]]:
-        """Return lines of words for each of these nodes that was met."""
-        found: dict[int, list[str]] = {}
+    def profiles(self, node_ids: Collection[int]) -> dict[int, Chosen]:
+        """Return the choices of each of these nodes that was met, by their matters."""
+        found: dict[int, Chosen] = {}
         for (_, node_id), channel in self._judge.channels.items():
             if node_id in node_ids:
-                found.setdefault(node_id, []).extend(channel.oracle.profile.lines())
+                found.setdefault(node_id, {}).update(channel.oracle.profile.choices())
         return found

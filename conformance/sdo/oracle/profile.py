@@ -29,9 +29,13 @@ class Profile:
         """Return the number of matters."""
         return len(self._choices)
 
+    def choices(self) -> dict[str, list[str]]:
+        """Return the choices made in each matter, sorted."""
+        return {topic: sorted(self[topic], key=_by_number) for topic in self}
+
     def lines(self) -> list[str]:
         """Return one line of words a matter, for example ``block size of a download: 127``."""
-        return [f"{topic}: {', '.join(sorted(self[topic], key=_by_number))}" for topic in self]
+        return [f"{topic}: {', '.join(made)}" for topic, made in self.choices().items()]
 
 
 def _by_number(choice: str) -> tuple[int, str]:
