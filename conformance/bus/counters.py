@@ -1,4 +1,4 @@
-"""What a network interface counts of the frames that it has lost (SocketCAN)."""
+"""What a network interface counts of frames that were lost or disturbed (SocketCAN)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -6,17 +6,21 @@ from pathlib import Path
 from conformance.bus.opening import BusSettings
 
 INTERFACES = Path("/sys/class/net")
+# Frames that are gone: no room for them in the controller or in the kernel, or never sent.
 LOSSES = (
     "rx_dropped",
     "rx_missed_errors",
     "rx_over_errors",
     "rx_fifo_errors",
-    "rx_crc_errors",
-    "rx_frame_errors",
-    "rx_errors",
     "tx_dropped",
     "tx_fifo_errors",
     "tx_aborted_errors",
+)
+# Errors on the bus: a CAN controller sends a frame again until it is received (ISO 11898-1).
+REPEATED = (
+    "rx_crc_errors",
+    "rx_frame_errors",
+    "rx_errors",
     "tx_carrier_errors",
     "tx_errors",
 )
@@ -28,7 +32,7 @@ def read_counters(settings: BusSettings, interfaces: Path = INTERFACES) -> dict[
         return {}
     folder = interfaces / settings.channel / "statistics"
     found = {}
-    for name in LOSSES:
+    for name in (*LOSSES, *REPEATED):
         try:
             found[name] = int((folder / name).read_text(encoding="ascii"))
         except (OSError, ValueError):
@@ -43,3 +47,12 @@ def counted_since(before: Mapping[str, int], now: Mapping[str, int]) -> dict[str
         for name, count in now.items()
         if name in before and count > before[name]
     }
+
+
+def lost_frames(counted: Mapping[str, int]) -> int:
+    """Return how many frames are gone, by counters that have grown.
+
+    >>> lost_frames({"rx_dropped": 2, "rx_errors": 30})
+    2
+    """
+    return sum(count for name, count in counted.items() if name in LOSSES)

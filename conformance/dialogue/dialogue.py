@@ -340,9 +340,14 @@ class Dialogue(Transfers):
         if not same_value(known, found, due):
             if self.record.causes.nothing_is_stored:
                 raise not_stored(known, due)
-            raise self.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+            raise self._reads_wrong(known, due, found)
         if not same_data(known.data_type, found, due):
             self.note(not_as_written(known, due, found))
+
+    def _reads_wrong(self, known: KnownObject, due: bytes, found: bytes) -> Violation:
+        wrong = self.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+        wrong.is_certain = True
+        return wrong
 
     def expect_empty(
         self, known: KnownObject, found: bytes, before: int, *, counted: bool = True

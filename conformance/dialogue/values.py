@@ -106,6 +106,7 @@ def not_stored(known: KnownObject, due: bytes) -> Violation:
         actual="it holds what it held before",
     )
     violation.habit = NOT_STORED
+    violation.is_certain = True
     return violation
 
 
@@ -117,6 +118,7 @@ def not_emptied(known: KnownObject) -> Violation:
         actual="it holds what it held before",
     )
     violation.habit = (NOT_REFUSED.id, "a download of no data that is confirmed and not stored")
+    violation.is_certain = True
     return violation
 
 
@@ -128,6 +130,7 @@ def other_in_blocks(known: KnownObject, due: bytes, found: bytes) -> Violation:
         actual=f"{known} reads {shown(found)}",
     )
     violation.habit = (FIRST_SUB_BLOCK.id, OTHER_DATA)
+    violation.is_certain = True
     return violation
 
 

@@ -182,6 +182,7 @@ class Lockstep:
             if READS_WRONG in found.expected:
                 nothing_is_stored = self._sdo.record.causes.nothing_is_stored
                 found.habit = NOT_STORED if nothing_is_stored else (found.rule.id, OTHER_DATA)
+                found.is_certain = True
             settling = isinstance(found.request, Abort) and self._point != found.request
             if (
                 self._point is not None

@@ -7,6 +7,7 @@ from typing import NoReturn
 
 import pytest
 
+from conformance.bus.counters import lost_frames
 from conformance.bus.errors import BenchError, DeviceLost, NotWritten, OtherDevice
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
@@ -170,9 +171,9 @@ class CaseEngine:
             state.findings.bench_errors.append(error)
         except RunStopped:
             pass  # what is not back is listed
-        lost = bench.counted()
-        if lost:
-            counts = ", ".join(f"{name} {count}" for name, count in lost.items())
+        counted = bench.counted()
+        if counted:
+            counts = ", ".join(f"{name} {count}" for name, count in counted.items())
             state.findings.notes.append(f"the interface has counted since the run began: {counts}")
         if errors := bench.errors():
             state.findings.notes.append(
@@ -183,4 +184,4 @@ class CaseEngine:
             alone = len(state.options.node_ids) == 1
             state.findings.properties |= device_properties(device.device, alone=alone)
             judged, known = state.judged_late_answers[node_id], state.options.deviations
-            state.findings.close(device, judged=judged, known=known, lost=sum(lost.values()))
+            state.findings.close(device, judged=judged, known=known, lost=lost_frames(counted))

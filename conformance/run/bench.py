@@ -195,6 +195,8 @@ class Bench:
             beginnings.append(beginning(session.device, session.causes))
             if not link.may_lose or session.restorer.unrestored or is_settled(beginnings):
                 break
+            if any(standing.violation.is_certain for _, standing in session.causes):
+                break
             session.close()
         for cause in in_doubt(beginnings):
             session.doubts.add("before the first case", cause)
@@ -242,7 +244,7 @@ class Bench:
         return Revival(settings, process, channel)
 
     def counted(self) -> dict[str, int]:
-        """Return what the interface has counted of lost frames since the bench was made."""
+        """Return what the interface has counted of lost or disturbed frames since it was made."""
         return counted_since(self._counters, read_counters(self._settings.bus))
 
     def errors(self) -> str:

@@ -17,8 +17,9 @@ EACH_ELSEWHERE = (
 def stumble(run: CaseRun) -> Stumble | None:
     """Say how a case has failed where a frame that was lost may be why; else None.
 
-    A cause that is known already is no chance, and no such frame stops or starts a device. What
-    only the suite's tidying has met counts as well: the run would fail for it.
+    A cause that is known already is no chance, no such frame stops or starts a device, and none
+    changes the data of a transfer that was confirmed. What only the suite's tidying has met counts
+    as well: the run would fail for it.
     """
     result, session = run.result, run.session
     if not session.channel.link.may_lose or session.lost or result.verdict is Verdict.BENCH_ERROR:
@@ -30,6 +31,8 @@ def stumble(run: CaseRun) -> Stumble | None:
         cause = "" if result.cause in known else result.cause
     else:
         cause = next((cause for cause, each in new.items() if each.aside), "")
+    if cause in new and new[cause].violation.is_certain:
+        return None
     if not cause or rule_of_cause(cause) == NO_REBOOT.id or not session.doubts.excuses(cause):
         return None
     return Stumble(cause, run.own_frames)

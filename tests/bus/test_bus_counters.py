@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from conformance.bus.counters import counted_since, read_counters
+from conformance.bus.counters import counted_since, lost_frames, read_counters
 from conformance.bus.opening import BusSettings
 
 CAN0 = BusSettings("socketcan", "can0")
@@ -28,3 +28,9 @@ def test_what_has_grown() -> None:
     assert counted_since(before, {"rx_dropped": 9, "tx_errors": 1, "rx_errors": 4}) == {
         "rx_dropped": 2
     }
+
+
+def test_what_the_controller_has_sent_again_is_not_lost() -> None:
+    counted = {"rx_errors": 300, "rx_crc_errors": 4, "tx_errors": 2, "tx_carrier_errors": 1}
+    assert lost_frames(counted) == 0
+    assert lost_frames(counted | {"rx_over_errors": 1, "rx_dropped": 2}) == 3

@@ -35,6 +35,8 @@ class LossyBus(can.BusABC):
         self._sent: can.Message | None = None
         self._arrived: deque[can.Message] = deque()
         self.mishaps: list[str] = []
+        if hasattr(bus, "now"):
+            self.now = bus.now
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame, or not, or twice; one that is held goes out behind the next."""

@@ -1,10 +1,20 @@
 """An adapter that loses, repeats or swaps frames fails no device, and no run is green by it."""
 
-import pytest
-from lossy import run_lossy
+from unittest.mock import patch
 
+import can
+import pytest
+from case_runs import run_cases
+from lossy import LossyBus, run_lossy
+
+from conformance.faults.registry import assemble
 from conformance.plugin.exit_code import ExitCode
+from conformance.reference.dictionary import reference_device
+from conformance.reference.node import Node
+from conformance.reference.server import Server
+from conformance.reference.simulated_bus import SimulatedBus
 from conformance.run.verdict import Verdict
+from conformance.sdo.objects import Entry
 
 SOME = ("-k", "segmented_upload and size and not foreign")
 
@@ -42,3 +52,25 @@ def test_nothing_is_said_where_nothing_was_lost() -> None:
 def test_a_fault_is_found_all_the_same(fault: str, caught_by: str) -> None:
     run, _ = run_lossy(1000, 1, "-k", caught_by.partition("[")[0], fault=fault)
     assert any(case.startswith(caught_by) for case in run.failed())
+
+
+class StoresWrongOnce(Server):
+    """Stores another byte than it confirms, once."""
+
+    stored = 0
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        StoresWrongOnce.stored += 1
+        super().store(entry, data[:-1] + b"!" if StoresWrongOnce.stored == 40 else data)
+
+
+def test_wrong_data_behind_a_confirmation_is_no_lost_frame() -> None:
+    def opened(node_ids: list[int], *_: object, **__: object) -> can.BusABC:
+        node_id = node_ids[0]
+        node = assemble(Node, StoresWrongOnce, node_id, reference_device(node_id), None)
+        return LossyBus(SimulatedBus([node]), 10**9, 1)
+
+    with patch("conformance.plugin.bench_opening.simulated_bus", opened):
+        run = run_cases(None, "-k", "segmented-download.size or block-download.size")
+    assert len(run.failed()) == 1
+    assert "failed once, but not when" not in run.output

@@ -53,6 +53,8 @@ class Violation(Exception):
     ``habit`` is what the device does there, by the rule and in words, where it does so wherever it
     can, and breaks other rules as well with it.
     ``asked`` says what was asked in words that fit more than one request.
+    ``is_certain``: other data came behind a positive confirmation, which no frame explains that was
+    lost, repeated or swapped on the bus.
     """
 
     def __init__(self, rule: Rule, *, expected: str, actual: str) -> None:
@@ -64,6 +66,7 @@ class Violation(Exception):
         self.request: Request | None = None
         self.habit: tuple[str, str] | None = None
         self.asked = ""
+        self.is_certain = False
 
     @property
     def level(self) -> Level:
