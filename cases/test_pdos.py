@@ -42,6 +42,9 @@ KEPT = {
 def test_mapping_in_use(sdo: Dialogue, parameters: Parameters, mapping: int) -> None:
     """What a PDO maps exists, may be mapped, and has as many bits as are mapped of it."""
     count = Multiplexer(mapping)
+    for known in sdo.device.objects:
+        if known.mux.index == mapping and known.refuses_scan:
+            raise NotTestable(f"the EDS asks tools not to read {known} (ObjFlags)")
     value = parameters.present(count)
     if is_multiplexed(count, value):
         raise NotTestable(f"{count} reads {value.hex().upper()}h: the PDO is multiplexed")

@@ -32,6 +32,7 @@ MOST_ENTRIES = 0x10000
 # The objects that describe types of the device, and none at all: no server reads them.
 _NO_OBJECTS = (0x00, 0x05, 0x06)
 _ACCESS = {access.value: access for access in Access} | {"rwr": Access.RW, "rww": Access.RW}
+_PROCESS_DATA = ("rwr", "rww")
 _TYPES = frozenset(DataType)
 _OBJECT_TYPES = frozenset(ObjectType)
 
@@ -287,15 +288,20 @@ def _entry(variable: ODVariable, section: Section, sub_index: int, node_id: int)
         default=_value(variable.default, section, "DefaultValue", data_type),
         configured=_value(variable.value, section, "ParameterValue", data_type),
         flags=section.number("ObjFlags", node_id, 0) or 0,
-        mappable=_flag(section, "PDOMapping", node_id),
+        mappable=_mappable(section, variable.access_type, node_id),
         floats=variable.access_type == "rwr",
     )
 
 
-def _flag(section: Section, key: str, node_id: int) -> bool | None:
-    """Return what a key says that is 0 or 1; None where it is left out."""
-    number = section.number(key, node_id)
-    return None if number is None else bool(number)
+def _mappable(section: Section, access: str, node_id: int) -> bool | None:
+    """Return what PDOMapping says; None where it is left out, or contradicts the access.
+
+    An entry that is rwr or rww holds process data.
+    """
+    number = section.number("PDOMapping", node_id)
+    if number is None or (not number and access in _PROCESS_DATA):
+        return None
+    return bool(number)
 
 
 def _limit(section: Section, key: str, data_type: DataType | None, node_id: int) -> Number | None:

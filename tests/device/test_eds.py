@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from conformance.device.eds import read_eds
+from conformance.device.eds import parse_eds, read_eds
 from conformance.device.eds_listing import Listing, ObjectType
 from conformance.device.known_objects import KnownObject
 from conformance.faults.catalogue import build_node
@@ -148,6 +148,30 @@ def test_what_a_dcf_configures() -> None:
     assert entry(encoder, 0x6001).configured == (3600).to_bytes(4, "little")
     assert entry(encoder, 0x6001).default == (65536).to_bytes(4, "little")
     assert entry(encoder, 0x1018, 1).configured is None
+
+
+def test_what_pdos_may_map() -> None:
+    assert entry(listed("io_module.eds"), 0x1000).mappable is False
+    assert entry(listed("io_module.eds"), 0x1001).mappable is True
+
+
+@pytest.mark.parametrize(
+    ("said", "mappable"),
+    [
+        ("", None),
+        ("AccessType=rw\nPDOMapping=0", False),
+        ("AccessType=rw\nPDOMapping=1", True),
+        ("AccessType=rww\nPDOMapping=0", None),
+        ("AccessType=rwr\nPDOMapping=0", None),
+        ("AccessType=rww\nPDOMapping=1", True),
+    ],
+)
+def test_a_pdo_mapping_that_is_left_out_or_contradicts_the_access(
+    said: str, mappable: bool | None
+) -> None:
+    text = (FILES / "drive.eds").read_text(encoding="utf-8")
+    text += f"\n[2FFF]\nParameterName=x\nDataType=0x5\n{said or 'AccessType=rw'}\n"
+    assert entry(parse_eds(Path("x.eds"), text, NODE_ID), 0x2FFF).mappable is mappable
 
 
 def test_the_eds_of_the_built_in_device_lists_what_it_has() -> None:

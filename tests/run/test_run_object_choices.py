@@ -79,6 +79,14 @@ def test_what_is_not_there() -> None:
     assert choose.identity(LISTING) == {}, "the EDS lists no 1018h:01 to compare with"
 
 
+def test_the_mappings_of_pdos() -> None:
+    indices = (0x1400, 0x1600, 0x17FF, 0x1A01, 0x1BFF, 0x2000)
+    objects = {index: replace(RECORD, index=index) for index in indices}
+    listed = choose.mappings(Listing(objects, is_complete=True))
+    assert list(listed.values()) == [0x1600, 0x17FF, 0x1A01, 0x1BFF]
+    assert choose.mappings(Listing()) == {"1600h": 0x1600, "1A00h": 0x1A00}
+
+
 def test_unlisted_indices_are_few_and_from_everywhere() -> None:
     objects = {
         index: replace(RECORD, index=index, entries={0: KnownObject(Multiplexer(index), U8)})
