@@ -33,6 +33,7 @@ from conformance.sdo.frames import (
     Response,
 )
 from conformance.sdo.layout import Message
+from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import (
     MULTIPLEXER,
@@ -120,6 +121,7 @@ class Dialogue(Transfers):
             if size is None and response.code == AbortCode.COMMAND_NOT_VALID not in codes:
                 raise ServerAborted(response)  # it takes no download that indicates no size
             self.take_abort(response, codes, target)
+            self._expect_nothing_taken(data, 0, size)
             return 0
         self.checks.download_initiate(response, mux_of(target))
         chunks = segments_of(data)
@@ -129,12 +131,29 @@ class Dialogue(Transfers):
             response = self.receive()
             if isinstance(response, Abort):
                 self.take_abort(response, codes, target)
+                self._expect_nothing_taken(data, number, size)
                 return number + 1
             self.checks.download_segment(response, mux_of(target), number % 2)
         raise self.breach(
             f"abort with {named(codes)}, at the last segment at the latest",
             f"{in_words(response)} for the last segment",
         )
+
+    def _expect_nothing_taken(self, data: bytes, number: int, size: int | None) -> None:
+        """Expect a segmented download to be over that was refused at its segment ``number``.
+
+        The segment that is due would be taken by a server that goes on: one that fits what was
+        announced, whether or not the refused one counts there.
+        """
+        before = number * SEGMENT_LENGTH
+        counted = min(before + SEGMENT_LENGTH, len(data))
+        rests = [1 if size is None else max(size - before, 0)]
+        if number and size is not None and 0 < size - counted < rests[0]:
+            rests.append(size - counted)
+        for rest in rests:
+            last = size is not None and rest <= SEGMENT_LENGTH
+            chunk = data[: min(rest, SEGMENT_LENGTH)]
+            self.expect_dead(DownloadSegment.with_data(chunk, toggle=number % 2, last=last))
 
     def expect_upload_or_abort(
         self, known: KnownObject, due: bytes, *codes: AbortCode, warned: tuple[AbortCode, ...] = ()

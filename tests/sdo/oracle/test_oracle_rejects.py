@@ -7,6 +7,7 @@ from oracle_rejections import all_scripts, minded, rejected, remembered, search
 from conformance.faults.catalogue import faults
 
 NOT_JUDGED = {
+    "read-only-refused-and-begun": "no script sends segments behind the refusal of an initiate",
     "download-too-few-refused-and-stored": "a string may keep what came of a refused download",
     "stray-segment-stored-by-next-block-upload": "a client of the protocol sends no such segment",
 }
