@@ -84,8 +84,9 @@ def test_acknowledgement_reserved_bits(sdo: Dialogue, bits: int) -> None:
 def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     """An acknowledgement while segments are on their way does no lasting harm: an abort ends it."""
     transfer = begin(sdo, BLOCK_UPLOAD_INITIATED)
-    sdo.send(BlockUploadStart())
-    sdo.send(BlockAck(1, BLOCK_SIZE))
+    with sdo.channel.without_pause():
+        sdo.send(BlockUploadStart())
+        sdo.send(BlockAck(1, BLOCK_SIZE))
     sdo.end_transfer()
     answers = [as_segment(answer, transfer.known.mux) for answer in sdo.fence()]
     segments = [answer for answer in answers if isinstance(answer, BlockSegment)]

@@ -182,8 +182,9 @@ def test_request_reserved_bytes(sdo: Dialogue, fill: str) -> None:
 def test_behind_another(sdo: Dialogue) -> None:
     """Of two requests without a pause one may get lost or be refused; none is mixed up."""
     due = {mux: sdo.upload(mux) for mux in (VENDOR_ID.mux, IDENTITY_COUNT)}
-    sdo.send(UploadInitiate(IDENTITY_COUNT))
-    sdo.send(UploadInitiate(VENDOR_ID.mux))
+    with sdo.channel.without_pause():
+        sdo.send(UploadInitiate(IDENTITY_COUNT))
+        sdo.send(UploadInitiate(VENDOR_ID.mux))
     # Only behind the first answer: a third request would take the place of both where there is one.
     answers = [sdo.receive(), *sdo.fence()]
     for response in answers:

@@ -37,6 +37,9 @@ class Channel:
     tells of an error. ``pace`` is how fast the device answers there. It is ``at_rest``
     when the last frame on it was a response, and no abort. It ``is_calm`` when nothing but what was
     due came before the answer to what was sent last.
+
+    A device may have room for one request: behind a frame without an answer there is a pause in
+    which it may be served.
     """
 
     def __init__(
@@ -76,6 +79,9 @@ class Channel:
         self.in_doubt = False
         self.waited_again = False
         self.strangers = Strangers(self.ids)
+        # Until when the frame that was sent last may take up the room for a request.
+        self._served_at = 0.0
+        self._pauses = True
         self._responses: Waiting = deque()
         # Aborts on the identifier of the requests of which it is open whose they are.
         self._held: Waiting = deque()
@@ -91,16 +97,25 @@ class Channel:
         """Take no more frames from the link."""
         self.link.remove_receiver(self._take)
 
-    def send(self, request: Message | Unknown | bytes) -> None:
-        """Send a request: a message, or data bytes as they are."""
+    def send(self, request: Message | Unknown | bytes, *, in_burst: bool = False) -> None:
+        """Send a request: a message, or data bytes as they are.
+
+        ``in_burst``: it is a segment behind another one of a sub-block, which leaves no pause.
+        """
         data = request if isinstance(request, bytes) else request.encode()
-        self.send_frame(self.ids.request.frame(data))
+        self._send(self.ids.request.frame(data), in_burst=in_burst)
 
     def send_frame(self, frame: CanFrame) -> None:
         """Send any frame."""
+        self._send(frame)
+
+    def _send(self, frame: CanFrame, *, in_burst: bool = False) -> None:
+        if self._served_at and self._pauses and not in_burst:
+            self._leave_room()
         self.at_rest = self.is_calm = False
         self._rest()
         self.strangers.asked(frame)
+        self._served_at = self.link.now() + self.pace.room(self.response_timeout)
         self.link.send(frame)
         if self.rest_behind_abort and frame.data[:1] == ABORTS:
             self._rests_until = self.link.deadline(self.rest_behind_abort)
@@ -121,6 +136,24 @@ class Channel:
             yield
         finally:
             self.rest_behind_abort = rest
+
+    @contextmanager
+    def without_pause(self) -> Iterator[None]:
+        """Send requests right behind one another, where that is the point."""
+        self._pauses = False
+        try:
+            yield
+        finally:
+            self._pauses = True
+
+    def _leave_room(self) -> None:
+        """Wait until what was sent last is answered, or may be served without an answer."""
+        left = self._served_at - self.link.now()
+        patience = self.link.patience(max(left, 0.0), plain=True)
+        while self._served_at and left > 0 and (frame := self.link.receive_with(patience)):
+            if self._served_at:
+                self._check_own(frame)
+                patience.looked(silent=False)
 
     def send_nmt(self, message: NmtMessage) -> None:
         """Send an NMT command; error control frames that came before it are forgotten."""
@@ -245,6 +278,7 @@ class Channel:
 
     def _take(self, frame: CanFrame) -> None:
         if self.is_response(frame):
+            self._served_at = 0.0
             self._responses.append((frame, self.link.arrived))
             return
         if self.strangers.is_abort(frame):

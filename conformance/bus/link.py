@@ -244,7 +244,9 @@ class Link:
         self._bus.shutdown()
 
     def _publish(self, direction: Direction, frame: CanFrame) -> None:
-        captured = Captured(time.time(), direction, frame)
+        # What is waited for on a bus with a clock of its own takes no time, and has passed.
+        waited = 0.0 if self._own_clock is None else self._own_clock()
+        captured = Captured(time.time() + waited, direction, frame)
         for listener in self._listeners:
             listener(captured)
 

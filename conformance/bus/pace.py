@@ -6,7 +6,7 @@ read at once, and take its time for what goes into an EEPROM.
 
 from collections import Counter, defaultdict, deque
 
-from conformance.bus.kinds import Kind, Task, Tasks
+from conformance.bus.kinds import READING, Kind, Task, Tasks
 from conformance.sdo.nmt import NmtState
 
 # Requests that were left unanswered for the whole time-out, before it is cut short.
@@ -22,6 +22,8 @@ SLOWER = 2.0
 SLOWEST = 2.0
 # The seconds that each segment of a burst may take as long as no burst was acknowledged.
 SEGMENT_TIME = 0.02
+# The seconds that a device takes at least for a frame that it does not answer.
+SHORTEST_OF_ROOM = 0.002
 # Of this number of answers, the machine may have delayed one.
 NEARLY_ALL = 100
 # What is likely to have taken the time where several tasks were done, the most likely last.
@@ -117,6 +119,15 @@ class Pace:
     def look(self, timeout: float, tasks: Tasks | None = None) -> float:
         """Return how long to look for what comes so soon, where it may come later as well."""
         return self._sure(self._limit(timeout, tasks), SHORTEST_OF_LOOK, tasks)
+
+    def room(self, timeout: float) -> float:
+        """Return after how long a device has room for a request behind a frame without an answer.
+
+        That is as long as a read takes, and no longer: in a sub-block a silence has a meaning. As
+        long as nothing is known of a device it may be any slow.
+        """
+        usual = self._usual(READING)
+        return min(timeout, max(usual * SLOWEST, SHORTEST_OF_ROOM) if usual else SHORTEST_OF_OPEN)
 
     def _limit(self, timeout: float, tasks: Tasks | None) -> float:
         """Return how long the tasks may take at the most, where one of them has ``timeout``."""

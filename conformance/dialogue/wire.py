@@ -124,7 +124,8 @@ class Wire:
         within = running is not None
         decoded = self.tracker.request(data, built)
         self.delivered.request(decoded)
-        if self.segments and isinstance(decoded, BlockSegment):
+        in_burst = self.segments > 0 and isinstance(decoded, BlockSegment)
+        if in_burst and isinstance(decoded, BlockSegment):
             self._about_to_send_another(decoded)
         else:
             self._sub_blocks.request(data)
@@ -134,7 +135,7 @@ class Wire:
                 # What a careless device may take it for decides on what it may write.
                 decoded = decode_request(whole_frame(data))
             self._about_to_send(decoded)
-        self.channel.send(data)
+        self.channel.send(data, in_burst=in_burst)
         self.pauses.sent(within=within)
         if not within and isinstance(decoded, UPLOADS):
             self._read = data

@@ -143,10 +143,33 @@ class GapByTimeout(OwnClock):
         )
 
     def _start(self) -> None:
-        self.own_due = self.now + PART * (self.server_timeout or OWN_TIMEOUT)
+        self.own_due = self.now + self.patience()
+
+    def patience(self) -> float:
+        """Return how many seconds it waits for what is due."""
+        return PART * (self.server_timeout or OWN_TIMEOUT)
 
     def when_due(self) -> list[bytes]:
         server, transfer = self.server, self.server.transfer
         if isinstance(server, Server) and isinstance(transfer, BlockDownload):
             return [server.acknowledge(transfer).encode()]
         return []
+
+
+@unusual("gap-acknowledged-after-50-ms")
+class GapAfter50ms(GapByTimeout):
+    """Acknowledges a gap after a silence of 50 ms."""
+
+    def patience(self) -> float:
+        return 0.05
+
+
+@unusual("gap-ends-transfer-after-1-s")
+class GapEnds(GapByTimeout):
+    """Waits for a second for what is due in a sub-block, and ends the transfer then."""
+
+    def patience(self) -> float:
+        return 1.0
+
+    def when_due(self) -> list[bytes]:
+        return self.server.expire()
