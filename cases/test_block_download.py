@@ -103,7 +103,7 @@ def test_without_crc(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, si
     "block-download.last-segment",
     "block-download.stored",
     "data.type-length",
-    length=[1, 2, 4, 8],
+    length=[1, 2, 4, 5, 6, 7, 8],
 )
 def test_number(sdo: Dialogue, blocks: Blocks, roles: Roles, length: int) -> None:
     """A number may come in a block, however short it is."""

@@ -32,9 +32,7 @@ class Roles:
             for known in found:
                 if _is_plain(known, wanted):
                     return known
-        kind = {1: "unsigned8", 2: "unsigned16", 3: "unsigned24", 4: "unsigned32"}.get(
-            length or 4, "unsigned64"
-        )
+        kind = f"unsigned{8 * (length or 4)}"
         size = "" if length is None else f" of {length} byte{'s' * (length > 1)}"
         raise self._lacking(
             f"a writable number{size}",

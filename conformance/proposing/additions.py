@@ -50,7 +50,9 @@ class Permission:
     @property
     def needed_by(self) -> str:
         """How many cases need it, in words."""
-        return f"{self.cases} cases" if self.cases else "With an EDS, cases on these objects"
+        if not self.cases:
+            return "With an EDS, cases on these objects"
+        return f"{self.cases} case{'s' * (self.cases > 1)}"
 
 
 PERMISSIONS = (
@@ -64,24 +66,24 @@ PERMISSIONS = (
     Permission(
         NMT,
         "1017h, and NMT commands: the device is stopped and reset, and left in Pre-operational",
-        20,
+        35,
     ),
     Permission(
         OTHER_NODES, "SDO requests to other node-IDs: a transfer of those nodes may be aborted", 20
     ),
     Permission("pdo-parameters", "1400h to 1BFFh: COB-IDs and mapping of PDOs, restored", 10),
-    Permission("sync-parameters", "1005h to 1007h, 1019h: COB-ID and period of SYNC, restored", 3),
+    Permission("sync-parameters", "1005h to 1007h, 1019h: COB-ID and period of SYNC, restored", 8),
     Permission("time-parameters", "1012h, 1013h: the COB-ID of TIME, restored", 3),
     Permission("emergency-parameters", "1014h, 1015h: the COB-ID of EMCY, restored", 3),
     Permission(CLEAR_ERRORS, "1003h: clears the list of errors, for good", 3),
-    Permission("heartbeat-parameters", "1016h: whose heartbeat the device awaits, restored"),
+    Permission("heartbeat-parameters", "1016h: whose heartbeat the device awaits, restored", 1),
     Permission(STORE_PARAMETERS, "1010h: the device stores its parameters, which wears its memory"),
     Permission(
         LOAD_DEFAULTS,
         "1011h: loads the defaults, which erases what was stored; takes nmt, and more than that",
     ),
     Permission("configuration-date", "1020h: the date and time of the configuration, restored"),
-    Permission("error-behaviour", "1029h: what the device does on errors, restored"),
+    Permission("error-behaviour", "1029h: what the device does on errors, restored", 2),
     Permission("operating-system", "1023h to 1026h: commands of its own", proposed=False),
     Permission("safety-parameters", "1300h to 13FFh: what protects people", proposed=False),
     Permission("programs-and-network", "1F00h to 1FFFh: may replace its program", proposed=False),

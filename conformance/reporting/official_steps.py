@@ -140,6 +140,15 @@ OFFICIAL_STEPS = (
     _step("COM 12", "writes wrong signatures to 1011h from 02h on", "od.load-signature-of-part"),
     _step("COM 13", "compares 1003h:01 with an emergency", "communication.emergency-listed"),
     _step("COM 14", "stores 1020h", "communication.configuration-date"),
+    _step(
+        "COM 15",
+        "reads and writes numbers of 5, 6 and 7 bytes",
+        *(
+            f"{stem}[{length}]"
+            for stem in ("upload.length", "segmented-download.number", "block-download.number")
+            for length in (5, 6, 7)
+        ),
+    ),
     _step("COB 01", "sets bit 29 of COB-IDs", "communication.extended-bit["),
     _step("COB 02", "sets bit 30 of 1005h", "communication.sync-producer"),
     _step("COB 03", "changes bit 30 of 1800h:01", "communication.remote-bit"),

@@ -27,8 +27,8 @@ download.too-long[2-into-1]: FAIL (MUST, CiA 301 clause 7.2.4.3.17, node 5)
 
 SUMMARY = """\
 ================================= conformance ==================================
-found by reading: 20 objects, by length in bytes 1: 9, 2: 1, 3: 1, 4: 7, more: 2
-    (up to 28, 1008h:00); block upload: served
+found by reading: 22 objects, by length in bytes 1: 10, 2: 1, 3: 1, 4: 8, more:
+    2 (up to 28, 1008h:00); block upload: served
 6 pass, 1 non-strict, 3 not testable
 non-strict: frame.extended-ignored: upload initiate response 1018h:01,
     expedited, 4 bytes: 00 00 0C 5D [43 18 10 01 00 00 0C 5D]
