@@ -5,7 +5,7 @@ frame.
 """
 
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 
 import pytest
 
@@ -77,12 +77,17 @@ def try_again(
 
 
 def conclude_tries(
-    item: pytest.Item, run: CaseRun, error: BaseException | None, begin_again: Callable[[], CaseRun]
+    item: pytest.Item,
+    run: CaseRun,
+    error: BaseException | None,
+    begin_again: Callable[[], CaseRun],
+    before: Callable[[], str] = lambda: "",
 ) -> tuple[CaseRun, BaseException | None, CaseResult]:
     """Conclude a case that was ended by ``error``, if by any; return the try that counts.
 
     What a lost frame may explain is tried again from the start: what it read can be read again,
-    and what it wrote is back. It fails where that is certain.
+    and what it wrote is back. It fails where that is certain. What does not fail again by itself is
+    tried once more behind the case ``before`` it, which that performs and names.
     """
     run, error = try_again(item, run, error, begin_again)
     result = _conclude(item, run, error)
@@ -100,9 +105,65 @@ def conclude_tries(
         item.stash[CASE_RUN] = run
         run, error = try_again(item, run, perform(item, run), begin_again)
         result = _conclude(item, run, error)
-    if tries and (result.verdict not in BREACHES or len(tries) == doubts.MOST_TRIES):
-        doubt(run, failed, tries[-1])
+    if not tries or (result.verdict in BREACHES and len(tries) < doubts.MOST_TRIES):
+        return run, error, result
+    if isinstance(item, CaseFunction) and len(tries) == 1 and result.verdict not in BREACHES:
+        shown = run.session.frames
+        again = _behind(item, before, begin_again, tries[0])
+        if again is not None:
+            return again
+        item.stash[CASE_RUN] = run
+        run.session.show(shown)
+    doubt(run, failed, tries[-1])
     return run, error, result
+
+
+def _behind(
+    item: CaseFunction,
+    before: Callable[[], str],
+    begin_again: Callable[[], CaseRun],
+    stumbled: Stumble,
+) -> tuple[CaseRun, BaseException | None, CaseResult] | None:
+    """Try a case behind the one before it; return the try if it fails as it did, else None.
+
+    Then the failure depends on what came before, and no frame was lost.
+    """
+    name = before()
+    if not name:
+        return None
+    run = begin_again()
+    item.stash[CASE_RUN] = run
+    error = perform(item, run)
+    result = _conclude(item, run, error)
+    if result.verdict not in BREACHES or result.cause != stumbled.cause:
+        take_back(run)
+        return None
+    result.notes.append(f"the case fails behind {name} each time, and does not fail by itself")
+    return run, error, result
+
+
+@dataclass(frozen=True, slots=True)
+class Performed:
+    """A case of the suite that was performed, and what it was ``given``."""
+
+    item: CaseFunction
+    given: dict[str, object]
+
+    def repeat(self, begin_again: Callable[[], CaseRun]) -> str:
+        """Perform it once more for what it leaves behind; return its id, empty if it could not be.
+
+        What it meets has been judged.
+        """
+        run = begin_again()
+        self.item.given.update(self.given)
+        try:
+            run.conclude(perform(self.item, run))
+        except BenchError:
+            return ""
+        finally:
+            self.item.given.clear()
+        take_back(run)
+        return self.item.case_id
 
 
 def _conclude(item: pytest.Item, run: CaseRun, error: BaseException | None) -> CaseResult:

@@ -11,8 +11,9 @@ from conformance.bus.counters import lost_frames
 from conformance.bus.errors import BenchError, DeviceLost, NotWritten, OtherDevice
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
-from conformance.plugin.attempts import begin, conclude_tries, is_told
+from conformance.plugin.attempts import Performed, begin, conclude_tries, is_told
 from conformance.plugin.bench_opening import open_bench
+from conformance.plugin.items import CaseFunction
 from conformance.plugin.outcome import attach, end_with
 from conformance.plugin.state import (
     CASE_RUN,
@@ -42,6 +43,8 @@ class CaseEngine:
         self._config = config
         self._state = state
         self._losses: defaultdict[int, Losses] = defaultdict(Losses)
+        # The case that each device has had last.
+        self._latest: dict[int, Performed] = {}
 
     def open(self) -> str:
         """Open the bench; say why the run was stopped meanwhile, empty where it was not.
@@ -95,7 +98,10 @@ class CaseEngine:
         state = self._state
         session = state.session(case_of(item).node_id)
         again = partial(begin, session, case_of(item))
-        run, error, result = conclude_tries(item, run, error, again)
+        before = partial(self._repeat, self._latest.get(case_of(item).node_id), session)
+        run, error, result = conclude_tries(item, run, error, again, before)
+        if isinstance(item, CaseFunction) and item.is_own:
+            self._latest[item.node_id] = Performed(item, dict(item.given))
         self._look_after(item, session, result, run)
         account(result, state.options.deviations, strict=state.options.strict)
         result.notes += [
@@ -110,6 +116,12 @@ class CaseEngine:
         if is_told(error) and error is not None and result.verdict is Verdict.NOT_TESTABLE:
             raise error
         end_with(result, run.bench_error or error, strict=state.options.strict)
+
+    def _repeat(self, before: Performed | None, session: DeviceSession) -> str:
+        """Perform a case once more, unless it may stop the device; return its id."""
+        if before is None or before.item.risk is not None:
+            return ""
+        return before.repeat(partial(begin, session, case_of(before.item)))
 
     def _look_after(
         self, item: pytest.Item, session: DeviceSession, result: CaseResult, run: CaseRun

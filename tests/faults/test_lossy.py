@@ -74,3 +74,30 @@ def test_wrong_data_behind_a_confirmation_is_no_lost_frame() -> None:
         run = run_cases(None, "-k", "segmented-download.size or block-download.size")
     assert len(run.failed()) == 1
     assert "failed once, but not when" not in run.output
+
+
+class Remembers(Server):
+    """Does not answer the first read of 1018h:01 behind a request that begins with A6h or C7h."""
+
+    met = False
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        if frame[:1] in (b"\xa6", b"\xc7"):
+            self.met = True
+        elif self.met and frame[:4] == bytes.fromhex("40181001"):
+            self.met = False
+            return []
+        return super().receive(frame)
+
+
+def test_what_depends_on_the_case_before_is_no_lost_frame() -> None:
+    def opened(node_ids: list[int], *_: object, **__: object) -> can.BusABC:
+        node_id = node_ids[0]
+        node = assemble(Node, Remembers, node_id, reference_device(node_id), None)
+        return LossyBus(SimulatedBus([node]), 10**9, 1)
+
+    with patch("conformance.plugin.bench_opening.simulated_bus", opened):
+        run = run_cases(None, "-k", "sub-command or upload.identity")
+    assert run.failed() == ["upload.identity"]
+    assert "fails behind specifier.sub-command" in run.output
+    assert "lost frames" not in run.output
