@@ -17,9 +17,12 @@ _NAMED = re.compile(
 )
 # What an object is called that changes who the device is, or what nobody could restore.
 _DELICATE = re.compile(
-    r"node.?id|baud|bit.?rate|cob.?id|can.?id|passw|firmware|boot|flash|calibrat|reset|serial|unlock",
+    r"node.?id|baud|bit.?rate|cob.?id|can.?id|passw|firmware|boot|flash|calibrat|reset|serial|unlock"
+    r"|program|download|updat|upgrad|eeprom|eras|factory|licen[cs]e|restor|\bstor(?:e|age)\b",
     re.IGNORECASE,
 )
+# From there on are the objects of device profiles: drives and outputs move when they are written.
+FIRST_OF_PROFILE = 0x6000
 EXAMPLE = "2001, 2010:01, 2010:01=unsigned16 or 2020=visible_string,rw"
 
 
@@ -90,6 +93,11 @@ class KnownObject:
     def is_delicate(self) -> bool:
         """Whether its name is that of something which decides who the device is, or is lost."""
         return _DELICATE.search(self.name) is not None
+
+    @property
+    def may_do_harm(self) -> bool:
+        """Whether nobody should be advised to let it be written: by its name, or by its profile."""
+        return self.is_delicate or self.mux.index >= FIRST_OF_PROFILE
 
     @property
     def named(self) -> str:

@@ -3,7 +3,7 @@
 import re
 
 # What a user may add, as it stands in the sentences of NotTestable.
-_ADDITION = re.compile(r'writable = "all-rw"|--sdo-[a-z-]+(?:=[^\s,;)]+(?:,wo|,ro)?)?')
+_ADDITION = re.compile(r"--sdo-[a-z-]+(?:=[^\s,;)]+(?:,wo|,ro)?)?")
 
 
 def addition(sentence: str) -> str:

@@ -84,11 +84,16 @@ class Permits:
         of_device = FIRST_OF_DEVICE <= known.mux.index <= LAST_OF_DEVICE
         if self.all_rw and known.access is Access.RW and (of_device or lifted):
             return ""
+        if known.may_do_harm:
+            return (
+                "writing it is not permitted, and may do harm: by its name, or because drives and "
+                "outputs may move ('conformance init' lists such objects)"
+            )
         name = f"--sdo-object={known.named}"
         if known.access is Access.RW and of_device:
             return (
-                'writing it is not permitted: add writable = "all-rw" to [objects] in device.toml, '
-                f"for all that the EDS calls rw from 2000h on, or name some, as {name}"
+                "writing it is not permitted: name what may be written in device.toml, which "
+                f"'conformance init' drafts, or with --sdo-object, as {name}"
             )
         return f"writing it is not permitted: add {name}"
 

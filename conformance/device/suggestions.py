@@ -7,28 +7,34 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.permits import FIRST_OF_DEVICE, LAST_OF_DEVICE
 
-FIRST_OF_PROFILE = 0x6000
 Fits = Callable[[KnownObject], bool]
 
 
 def lacking(device: Device, what: str, example: str, *fits: Fits) -> NotTestable:
     """Build what is said where no object ``fits``: ``what`` is needed, ``example`` names one.
 
-    With an EDS it names an object of the device, one that fits in the first way if it can.
+    With an EDS it names an object of the device, one that fits in the first way if it can, and none
+    that may do harm when it is written.
     """
     if not device.listing.is_complete:
         return NotTestable(
             f"needs {what}: name one of the device with its type, as in --sdo-object={example} "
             f"({example[:4]}h is an example; 'conformance init' looks for objects)"
         )
-    known = next(filter(None, (_fitting(device, each) for each in fits)), None)
+    found = [known for each in fits for known in _fitting(device, each)]
+    known = next((one for one in found if not (one.access.writable and one.may_do_harm)), None)
+    if known is None and found:
+        return NotTestable(
+            f"needs {what}: by its name or its profile, each that the EDS lists may do harm when "
+            "it is written ('conformance init' lists them)"
+        )
     if known is None:
         return NotTestable(f"needs {what}: the EDS lists none that could be added")
     tried = "may be written" if known.access.writable else "has to refuse downloads"
     return NotTestable(f"needs {what}: add --sdo-object={known.named} if {known.title} {tried}")
 
 
-def _fitting(device: Device, fits: Fits) -> KnownObject | None:
+def _fitting(device: Device, fits: Fits) -> list[KnownObject]:
     """Return what would fit if the user named it: first what is likely to do no harm."""
     found = [
         known
@@ -40,13 +46,12 @@ def _fitting(device: Device, fits: Fits) -> KnownObject | None:
         and known.mux not in device.beliefs.unreadable
         and not device.policy.permits(known.mux)
     ]
-    return min(found, key=_harm, default=None)
+    return sorted(found, key=_harm)
 
 
-def _harm(known: KnownObject) -> tuple[bool, bool, bool, bool, tuple[int, int]]:
+def _harm(known: KnownObject) -> tuple[bool, bool, bool, tuple[int, int]]:
     return (
-        known.is_delicate,
-        known.mux.index >= FIRST_OF_PROFILE,
+        known.may_do_harm,
         known.is_limited,
         not known.is_steady,
         (known.mux.index, known.mux.sub_index),

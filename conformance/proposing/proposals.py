@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from conformance.device.known_objects import KnownObject, name_of
+from conformance.device.known_objects import FIRST_OF_PROFILE, KnownObject, name_of
 from conformance.device.numbers import bounds, decode_number, is_number
 from conformance.proposing.finding import Found
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import TEXT_TYPES, Access, DataType
 
-FIRST_OF_DEVICE, FIRST_OF_PROFILE = 0x2000, 0x6000
+FIRST_OF_DEVICE = 0x2000
 # Fewer bytes do not show whether the counters of a server overflow.
 LONG_VALUE = 4100
 MOST_SHOWN = 24

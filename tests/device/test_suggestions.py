@@ -78,10 +78,36 @@ def test_what_does_least_harm_comes_first() -> None:
     assert "=2009=unsigned16" in said(lambda: Roles(device(*known)).number(2))
     without = [one for one in known if one is not other]
     assert "=2003=unsigned16" in said(lambda: Roles(device(*without)).number(2))
-    assert "=6040=unsigned16" in said(lambda: Roles(device(known[0], known[4])).number(2))
-    assert "=2000=unsigned16 if 2000h:00 (Node-ID) may" in said(
-        lambda: Roles(device(known[0])).number(2)
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        *(
+            entry(0x2011, DataType.UNSIGNED16, name=name)
+            for name in ("Node-ID", "Firmware", "Program data", "Download area", "Update image")
+        ),
+        entry(0x6060, DataType.UNSIGNED16, name="Modes of operation"),
+    ],
+    ids=str,
+)
+def test_what_may_do_harm_is_never_suggested(known: KnownObject) -> None:
+    """Of them, ``init`` says why; to be read they may be named."""
+    advice = said(lambda: Roles(device(known)).number(2))
+    assert advice == (
+        "needs a writable number of 2 bytes: by its name or its profile, each that the EDS lists "
+        "may do harm when it is written ('conformance init' lists them)"
     )
+    assert addition(advice) == ""
+    refusal = Permits().refusal(known)
+    assert "may do harm" in refusal
+    assert addition(refusal) == ""
+
+
+def test_a_domain_for_firmware_is_no_example_of_what_is_write_only() -> None:
+    firmware = entry(0x2011, DataType.DOMAIN, Access.WO, name="Firmware")
+    assert "--sdo-object" not in said(Roles(device(firmware)).write_only)
+    assert "=2006=octet_string,wo if" in said(Roles(device(firmware, TRACE)).write_only)
 
 
 def test_where_the_eds_has_none() -> None:
@@ -115,7 +141,7 @@ def test_without_an_eds_it_is_an_example() -> None:
         ("add --sdo-object=2020=unsigned32,wo if it may", "--sdo-object=2020=unsigned32,wo"),
         ("--sdo-object=2010:01=unsigned8 (an example)", "--sdo-object=2010:01=unsigned8"),
         ("needs an EDS, --sdo-eds=FILE, which", "--sdo-eds=FILE"),
-        ('add writable = "all-rw" or --sdo-object=2001', 'writable = "all-rw"'),
+        ("or with --sdo-object, as --sdo-object=2001", "--sdo-object"),
         ("2001h:00 takes no value of 5 bytes: name a larger one", ""),
     ],
 )

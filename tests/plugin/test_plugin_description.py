@@ -83,8 +83,8 @@ def test_without_permission_nothing_is_written(pytester: pytest.Pytester) -> Non
     assert result.ret == pytest.ExitCode.OK
     result.stdout.fnmatch_lines(
         [
-            'not testable (* cases): writing it is not permitted: add writable = "all-rw" to '
-            "[[]objects[]] in device.toml, for all that the EDS calls rw from 2000h on, *",
+            "not testable (* cases): writing it is not permitted: name what may be written in "
+            "device.toml, which 'conformance init' drafts, or with --sdo-object, as *",
             "not testable (* cases): a faulty device would accept the write (of the value "
             "that it has): add --sdo-allow=read-only-probes",
         ]

@@ -34,7 +34,7 @@ def test_what_an_eds_calls_writable() -> None:
             listed(0x2003, "Below", high=9),
             listed(0x2004, "Measured", floats=True, low=0, high=0xFFFF),
             KnownObject(Multiplexer(0x2005), DataType.UNSIGNED8, Access.RO, name="Input"),
-            KnownObject(Multiplexer(0x2006, 2), DataType.DOMAIN, Access.WO, name="Program"),
+            KnownObject(Multiplexer(0x2006, 2), DataType.DOMAIN, Access.WO, name="Trace"),
             KnownObject(Multiplexer(0x2007), None, name="Own type"),
             listed(0x1017, "Heartbeat"),
             listed(0x6040, "Controlword"),
@@ -46,7 +46,7 @@ def test_what_an_eds_calls_writable() -> None:
         "2002=unsigned16": "Above; 1 or more",
         "2003=unsigned16": "Below; 9 at most",
         "2004=unsigned16": "Measured; the device changes it itself",
-        "2006:02=domain,wo": "Program; cannot be read, so it is not restored",
+        "2006:02=domain,wo": "Trace; cannot be read, so it is not restored",
         "2007": "Own type",
         "6040=unsigned16": "Controlword",
     }
@@ -63,6 +63,8 @@ def test_what_an_eds_calls_writable() -> None:
         "COB-ID of PDO 9",
         "Password",
         "Serial Number",
+        "Program data",
+        "Firmware update",
     ],
 )
 def test_who_the_device_is_stays(name: str) -> None:
