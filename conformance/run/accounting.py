@@ -46,12 +46,14 @@ def account(result: CaseResult, deviations: Sequence[KnownDeviation], *, strict:
 
 def _excuse(result: CaseResult, listed: Sequence[KnownDeviation]) -> None:
     for known in listed:
-        if known.excuses(result.case_id, result.broken_rules):
+        if known.excuses(result.case_id, result.broken_rules, result.tested_rules):
             result.verdict, result.reason = Verdict.KNOWN_DEVIATION, known.reason
             return
+    broken = result.broken_rule_id or "this"
     result.notes += [
-        f"listed as a known deviation from {known.rule} ({known.reason}), "
-        f"which does not excuse {result.broken_rule_id or 'this'}"
+        f"listed as a known deviation from {known.rule or 'the rules that the case tests'} "
+        f"({known.reason}), which does not excuse {broken}: if that is known as well, list it with "
+        f'rule = "{broken}"'
         for known in listed
         if known.is_exact
     ]
@@ -116,4 +118,6 @@ def _meets(result: CaseResult, known: KnownDeviation) -> bool:
     """Say whether a case has met what an entry is for; one that only might have has not."""
     if result.verdict not in MEETING:
         return False
-    return bool(result.broken_rules) and known.excuses(result.case_id, result.broken_rules)
+    return bool(result.broken_rules) and known.excuses(
+        result.case_id, result.broken_rules, result.tested_rules
+    )

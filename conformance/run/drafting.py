@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation
 from conformance.run.verdict import CaseResult, Verdict, rule_of_cause
@@ -35,8 +35,8 @@ def draft(
 
     A cause that one case has met is listed with that case, one of several cases by a glob with the
     rule or, where their ids have nothing in common, by the rule alone. A case that broke different
-    rules on different devices is listed without its rule. ``beside`` are rules that the device
-    broke outside of all cases. What was not judged is not drafted.
+    rules on different devices is listed with each. ``beside`` are rules that the device broke
+    outside of all cases. What was not judged is not drafted.
     """
     failing = {Verdict.FAIL} | ({Verdict.NON_STRICT} if strict else set())
     kept = [entry for entry in known if _is_met(entry, results, beside)]
@@ -62,7 +62,7 @@ def _is_met(entry: KnownDeviation, results: Iterable[CaseResult], beside: Collec
         return True
     return any(
         result.verdict is Verdict.KNOWN_DEVIATION
-        and entry.excuses(result.case_id, result.broken_rules)
+        and entry.excuses(result.case_id, result.broken_rules, result.tested_rules)
         for result in results
     )
 
@@ -92,13 +92,11 @@ def _in_common(cases: Sequence[str]) -> str:
 def _without_doubles(
     kept: Iterable[KnownDeviation], drafted: Sequence[KnownDeviation]
 ) -> list[KnownDeviation]:
-    """Leave out what a rule alone excuses, and list each case once."""
+    """Leave out what a rule alone excuses, and what is listed already."""
     found = {entry.key: entry for entry in kept}
     alone = {entry.rule for entry in (*found.values(), *drafted) if entry.case is None}
     for entry in drafted:
         if entry.case is not None and entry.rule in alone:
             continue
-        double = found.setdefault(entry.key, entry)
-        if double.rule != entry.rule:
-            found[entry.key] = replace(double, rule=None)
+        found.setdefault(entry.key, entry)
     return list(found.values())

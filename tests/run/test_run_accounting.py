@@ -57,6 +57,7 @@ def test_accounting(
     found: Verdict, listed: list[KnownDeviation], strict: bool, becomes: Verdict
 ) -> None:
     case = result(found)
+    case.rules = ["the.rule"]
     account(case, listed, strict=strict)
     assert case.verdict is becomes
     assert case.reason == ("ticket 1" if becomes is Verdict.KNOWN_DEVIATION else "")
@@ -71,11 +72,22 @@ def test_a_test_of_the_users_own_that_failed_by_itself() -> None:
     assert verdicts == [Verdict.FAIL, Verdict.KNOWN_DEVIATION]
 
 
+@pytest.mark.parametrize("listed", [LISTED, GLOB])
+def test_without_a_rule_only_what_the_case_tests_is_excused(listed: KnownDeviation) -> None:
+    case = result(Verdict.FAIL, rule="some.other-rule")
+    account(case, [listed], strict=False)
+    assert case.verdict is Verdict.FAIL
+    own = result(Verdict.FAIL, rule="a.case")
+    account(own, [listed], strict=False)
+    assert own.verdict is Verdict.KNOWN_DEVIATION, "the case is a rule itself"
+
+
 def test_another_cause_is_told() -> None:
     case = result(Verdict.FAIL)
     account(case, [FOR_ANOTHER], strict=False)
     assert case.notes == [
-        "listed as a known deviation from another.rule (ticket 1), which does not excuse the.rule"
+        "listed as a known deviation from another.rule (ticket 1), which does not excuse the.rule: "
+        'if that is known as well, list it with rule = "the.rule"'
     ]
 
 

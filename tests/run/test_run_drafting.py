@@ -59,7 +59,13 @@ TWO_DEVICES = [result("a.case"), result("a.case", cause="other.rule: abort")]
             ],
         ),
         (TWO_KINDS, [KnownDeviation(None, NO_REASON, "the.rule")]),
-        (TWO_DEVICES, [KnownDeviation("a.case", NO_REASON)]),
+        (
+            TWO_DEVICES,
+            [
+                KnownDeviation("a.case", NO_REASON, "the.rule"),
+                KnownDeviation("a.case", NO_REASON, "other.rule"),
+            ],
+        ),
     ],
 )
 def test_an_entry_for_each_cause(found: list[CaseResult], drafted: list[KnownDeviation]) -> None:
@@ -76,7 +82,7 @@ def test_a_cause_that_other_cases_have_stepped_round() -> None:
 
 def test_what_is_known_is_kept_as_it_is() -> None:
     known = [
-        KnownDeviation("excused", "ticket 7"),
+        KnownDeviation("excused", "ticket 7", "the.rule"),
         KnownDeviation("a.*", "ticket 8", "the.rule"),
         KnownDeviation("a.*", "ticket 9", "other.rule"),
         KnownDeviation(None, "ticket 10", "beside.rule"),
@@ -89,12 +95,13 @@ def test_what_is_known_is_kept_as_it_is() -> None:
 
 
 def test_a_case_with_another_cause_on_another_device() -> None:
-    """A list holds a case once."""
+    """A list holds a case once for each rule."""
     known = [KnownDeviation("a.case", "ticket 7", "the.rule")]
     results = [result("a.case"), result("a.case", cause="other.rule: abort")]
     for each in results:
         account(each, known, strict=False)
-    assert draft(results, known, strict=False) == [KnownDeviation("a.case", "ticket 7")]
+    other = KnownDeviation("a.case", NO_REASON, "other.rule")
+    assert draft(results, known, strict=False) == [*known, other]
 
 
 def test_what_was_not_judged_is_not_drafted() -> None:
