@@ -20,6 +20,7 @@ def result(verdict: Verdict, rule: str = "the.rule", case_id: str = "a.case") ->
     broken = f"{rule}: Its sentence: with a colon." if rule else ""
     made = CaseResult(case_id, "service", 5, "MUST", "7.2.4", "", verdict, broken_rule=broken)
     made.cause = "a.cause: no answer" if rule else ""
+    made.rules = ["the.rule"] if rule == "the.rule" else []
     return made
 
 
@@ -57,7 +58,6 @@ def test_accounting(
     found: Verdict, listed: list[KnownDeviation], strict: bool, becomes: Verdict
 ) -> None:
     case = result(found)
-    case.rules = ["the.rule"]
     account(case, listed, strict=strict)
     assert case.verdict is becomes
     assert case.reason == ("ticket 1" if becomes is Verdict.KNOWN_DEVIATION else "")
