@@ -1,5 +1,7 @@
 """Random conversations: what they send, how they are kept, and what is left of a failure."""
 
+import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,7 @@ from conformance.device.device import Device
 from conformance.device.known_objects import by_multiplexer
 from conformance.device.safety import WritePolicy, written_by
 from conformance.faults.hosting import simulated_bus
+from conformance.generated.conversations import hunt
 from conformance.generated.conversations.conversation import (
     Conversation,
     Disturbance,
@@ -28,6 +31,7 @@ from conformance.generated.conversations.device_objects import harmless
 from conformance.generated.conversations.plan import Plan
 from conformance.generated.conversations.search import Search
 from conformance.generated.conversations.store import FailingStore
+from conformance.generated.conversations.trials import Failure, Trials
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.discovery import discover
@@ -184,3 +188,34 @@ def test_no_link_is_followed(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="link"):
         store.save(())
     assert kept.read_text(encoding="utf-8") == "kept"
+
+
+def test_a_kept_conversation_about_an_object_that_is_gone(reference: Searched) -> None:
+    gone = Multiplexer(0x5FFF)
+    for transfer in (Transfer(Service.EXPEDITED, gone), Transfer(Service.UPLOAD, gone)):
+        reference.store.save((transfer,))
+        run = reference.search(Kind.SEQUENCES, Plan(5, seed=7))
+        assert any("not tried: 5FFFh:00 is gone" in note for note in run.sdo.record.notes)
+        assert reference.store.load() == (transfer,)
+
+
+def test_a_device_that_fails_by_chance_is_no_error_of_the_suite(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """hypothesis draws what it has seen fail once more, and it does not fail."""
+    number = itertools.count()
+    drawn = st.integers().map(lambda _: (Transfer(Service.UPLOAD, TEXT, content=next(number)),))
+    monkeypatch.setattr(hunt, "drawn", lambda kind, objects: drawn)
+    searched = Searched("upload-toggle-ignored", tmp_path)
+    failing = Failure((), Violation(RULE, expected="a", actual="b"), (), is_known=False)
+
+    def attempt(
+        trials: Trials, conversation: Conversation, like: Rule | None = None
+    ) -> Failure | None:
+        first = conversation and conversation[0].content == 2
+        return replace(failing, conversation=conversation) if first else None
+
+    monkeypatch.setattr(Trials, "attempt", attempt)
+    with pytest.raises(Violation) as found:
+        searched.search(Kind.SEQUENCES, Plan(20, seed=7))
+    assert found.value.rule is RULE

@@ -19,7 +19,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
 from conformance.dialogue.storing import NO_ROOM
-from conformance.generated.conversations.conversation import Transfer
+from conformance.generated.conversations.conversation import Service, Transfer
 from conformance.generated.lockstep import knowledge_of
 from conformance.generated.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
@@ -32,6 +32,7 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 ROOMS = (MOST_PLAIN, 64, 20)
 # Each conversation begins with a value in each string and domain that it may be about.
 MOST_TEXTS = 8
+DOWNLOADS = Service.EXPEDITED, Service.DOWNLOAD, Service.BLOCK_DOWNLOAD
 
 
 @dataclass(slots=True)
@@ -65,6 +66,15 @@ class DeviceObjects:
     def known(self, mux: Multiplexer) -> KnownObject | None:
         """Return what is known of an object."""
         return self.device.known.get(mux)
+
+    def offers(self, transfer: Transfer) -> bool:
+        """Say whether a transfer, drawn on this device or kept from an earlier run, can be tried.
+
+        An object that was there then may be gone, or be left alone by now.
+        """
+        if transfer.service in DOWNLOADS or transfer.size:
+            return transfer.target in self.rooms or transfer.target in self.numbers
+        return transfer.target in self.readable
 
     def data(self, transfer: Transfer) -> bytes:
         """Return what a download writes; to a number its value with the lowest bit as it may be."""

@@ -4,7 +4,7 @@ import time
 
 from conformance.device.lacking import NotTestable
 from conformance.generated.conversations.conversation import Conversation, Kind
-from conformance.generated.conversations.device_objects import survey
+from conformance.generated.conversations.device_objects import DeviceObjects, survey
 from conformance.generated.conversations.plan import Plan
 from conformance.generated.conversations.store import FailingStore
 from conformance.generated.conversations.trials import Failure, Trials
@@ -44,7 +44,7 @@ class Search:
         trials = Trials(self._session, sdo, objects)
         hunt = Hunt(trials, self._plan, sdo.info)
         begin = time.monotonic()
-        failure = self._failed_before(trials) or hunt.run(kind, objects, result.case_id)
+        failure = self._failed_before(trials, objects) or hunt.run(kind, objects, result.case_id)
         result.progress = (
             f"{hunt.done} of {self._plan.examples} examples in {time.monotonic() - begin:.1f} s"
         )
@@ -65,9 +65,16 @@ class Search:
             return f"it could not be kept for the next run: {error}"
         return f"the next run tries it first; it is kept in {self._store.path}"
 
-    def _failed_before(self, trials: Trials) -> Failure | None:
+    def _failed_before(self, trials: Trials, objects: DeviceObjects) -> Failure | None:
         conversation = self._store.load()
         if conversation is None:
+            return None
+        gone = [one.target for one in conversation if not objects.offers(one)]
+        if gone:
+            self._run.sdo.info(
+                f"a conversation that failed before was not tried: {gone[0]} is gone, or is not to "
+                f"be used for it; it is kept in {self._store.path}"
+            )
             return None
         failure = trials.attempt(conversation)
         if failure is not None:
