@@ -27,6 +27,7 @@ from conformance.dialogue.object_expectations import (
     whole_value,
     write_quickly,
 )
+from conformance.dialogue.payload import check_for_blocks
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.values import of_another_length, same_value, shown, with_spaces
 from conformance.run import object_choices as choose
@@ -403,6 +404,7 @@ def test_write_back_in_blocks(
     may_be_written(device, entry)
     blocks.require_download()
     value = whole_value(device, entry) or blocks.read(entry)
+    check_for_blocks(device, value)
     transfer = sdo.client.block_download(entry.mux, value)
     expect_written_back(sdo, entry, sdo.abort_of(transfer), value)
 

@@ -205,6 +205,16 @@ class Device:
             known = self.known.get(mux)
             self.keeping.changes.changes(mux, value, None if known is None else known.data_type)
 
+    def would_lose(self, mux: Multiplexer) -> bool:
+        """Say whether the device has an object, as far as is known, that could not be put back."""
+        first = Multiplexer(mux.index)
+        there = mux in self.known or first in self.known or mux.index in self.listing.objects
+        if not there or self.lacks(mux):
+            return False
+        known = self.known.get(mux)
+        named = known is not None and known.access.writable and self.may_put_back(mux)
+        return not named or self.kept(mux) is None
+
     def taken_for(self, mux: Multiplexer) -> list[Multiplexer]:
         """Return what a device may write instead of an entry that it lacks: its sub-index apart."""
         if not self.policy.is_missing(mux):

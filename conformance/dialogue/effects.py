@@ -5,10 +5,12 @@ from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import READ_ONLY_PROBES
 from conformance.device.safety import written_by
 from conformance.dialogue.record import CaseRecord
+from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
     BlockEndResponse,
+    BlockSegment,
     BlockUploadInitiate,
     BlockUploadStart,
     DownloadInitiate,
@@ -31,6 +33,8 @@ READING = (
     BlockAck,
     BlockEndResponse,
 )
+# The first segment of a sub-block that a server without a transfer may take for an initiate.
+FIRST_LIKE_INITIATE = 0x20
 
 
 class Effects:
@@ -87,6 +91,36 @@ class Effects:
         if target.index in COMMANDS and target.sub_index:
             device.keeping.brought_back.clear()
             device.keeping.stored = None
+
+    def note_segment(self, segment: BlockSegment) -> None:
+        """Note a segment of a block download that goes out behind others.
+
+        Raises NotTestable for one that writes where it must not if the server has left meanwhile.
+        """
+        self._device.extents.request(segment)
+        if segment.sequence >= FIRST_LIKE_INITIATE:
+            target = written_by(decode_request(segment.encode()))
+            if target is not None and self._device.would_lose(target):
+                raise NotTestable(
+                    f"a segment would be a write to {target} if the server had ended the transfer"
+                )
+
+    def note_taken_segment(self, mux: Multiplexer) -> None:
+        """Note that a server that had ended a block download has taken a segment for a write.
+
+        What it has written there is put back if it may be, or else is listed.
+        """
+        device, record = self._device, self._record
+        record.notes.append(
+            "the server has ended the block download, and has taken a segment that was on its way "
+            f"for a write to {mux}"
+        )
+        device.keeping.seen.clear()
+        if device.kept(mux) is None:
+            device.keeping.changes.takes(mux)
+        else:
+            device.will_change(mux)
+            record.written.add(mux)
 
     def answered(self, response: Response, ended: Multiplexer | None) -> None:
         """Take an answer: it may confirm a write that had to be refused.

@@ -18,11 +18,12 @@ from conformance.sdo.frames import (
     Abort,
     BlockEndResponse,
     BlockSegment,
+    DownloadInitiateResponse,
     Response,
     UploadInitiate,
     UploadInitiateResponse,
 )
-from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.rules import ANSWERED, CONSTANT, SPECIFIER, UNSOLICITED, Violation
 
 # Three sub-blocks that a server sends unasked are taken to their end.
@@ -119,8 +120,11 @@ class Silence:
             if self._is_read_otherwise(response):
                 wire.let_pass.append(frame.data)
                 break
-            if crossed and isinstance(response, Abort):
+            taken = self._taken_segment(response)
+            if crossed and (taken is not None or isinstance(response, Abort)):
                 crossed -= 1
+                if taken is not None:
+                    wire.effects.note_taken_segment(taken)
                 wire.let_pass.append(frame.data)
                 continue
             if wire.pauses.excuses(response):
@@ -158,6 +162,12 @@ class Silence:
         due = f"{DEVICE_TYPE} reads {hex_bytes(changed[DEVICE_TYPE])}, as at the beginning"
         self._wire.note(Violation(CONSTANT, expected=due, actual=in_words(response)))
         return True
+
+    def _taken_segment(self, response: Response) -> Multiplexer | None:
+        """Return the object that an answer says was written, if no case has meant to write it."""
+        if not isinstance(response, DownloadInitiateResponse):
+            return None
+        return None if response.mux in self._wire.record.written else response.mux
 
     def _no_answer(self, stray: list[Response]) -> Violation:
         heard = self._wire.heard_elsewhere()

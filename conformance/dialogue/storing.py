@@ -4,6 +4,7 @@ from collections.abc import Generator
 
 from conformance.dialogue.blocks import LONG
 from conformance.dialogue.causes import Way
+from conformance.dialogue.payload import endangered
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import BlockClient, Step
@@ -47,6 +48,8 @@ def write_in_blocks(sdo: Transfers, mux: Multiplexer, value: bytes) -> bool:
     """
     services = sdo.device.services
     if len(value) <= LONG or not services.takes_blocks or services.distrusted:
+        return False
+    if endangered(sdo.device, value) is not None:
         return False
     try:
         sdo.run(in_blocks(sdo.client, mux, value))

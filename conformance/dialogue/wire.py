@@ -194,7 +194,7 @@ class Wire:
         self.sent_before, self.last_sent = self.last_sent, segment
         self.segments += 1
         self.timing.sent(task_of(segment, None))
-        self.device.extents.request(segment)
+        self.effects.note_segment(segment)
 
     @property
     def has_aborted(self) -> bool:
