@@ -137,7 +137,7 @@ def test_error_list_cleared(sdo: Dialogue, parameters: Parameters) -> None:
         raise sdo.breach(f"{COUNT} reads 00", shown(found))
 
 
-@must("communication.error-list-count", value=[1, 255])
+@must("communication.error-list-count", value=[1, 5, 255])
 def test_error_list_count(sdo: Dialogue, parameters: Parameters, value: int) -> None:
     """1003h:00 refuses every value but 0, with 06090030h, and stays."""
     sdo.device.permits.require_write(ERROR_LIST)

@@ -4,17 +4,19 @@ from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.protected_objects import CLEAR_ERRORS, NMT, STORE_PARAMETERS
+from conformance.device.safety import IDENTITY
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
+from conformance.dialogue.object_expectations import expect_write_refused
 from conformance.dialogue.parameters import COB_ID_ENTRIES, PRODUCES, Parameters, number_of
 from conformance.dialogue.storage import Storage, require_command, write_signature
 from conformance.dialogue.values import of_another_length, shown
 from conformance.run.case import must
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
-from conformance.sdo.emergency import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.fixed_objects import FIXED_OBJECTS, FixedObject
-from conformance.sdo.frames import DownloadInitiate
+from conformance.sdo.frames import DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE, NmtCommand
 from conformance.sdo.rules import Rule, Violation
@@ -25,6 +27,7 @@ from conformance.sdo.rules.communication_values import (
     SYNC_COUNTER,
     SYNC_COUNTER_IN_USE,
 )
+from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
 from conformance.sdo.storage_commands import SAVE_ALL
 
 SYNC_ID = 0x080
@@ -43,6 +46,15 @@ FIXED = {
     f"{fixed.indices[0]:04X}h": fixed
     for fixed in FIXED_OBJECTS
     if any(entry.data_type is not None and entry.data_type.length for _, entry in fixed)
+}
+BOUNDED = {
+    f"{fixed.indices[0]:04X}h": fixed
+    for fixed in FIXED_OBJECTS
+    if fixed.first_forbidden is not None
+}
+# Of what is read-only, these objects need no permission of their own.
+READ_ONLY_OBJECTS = {
+    f"{fixed.indices[0]:04X}h": fixed for fixed in FIXED_OBJECTS if fixed.indices[0] in IDENTITY
 }
 
 
@@ -63,6 +75,32 @@ def test_type(sdo: Dialogue, parameters: Parameters, of: FixedObject) -> None:
             continue  # whether it has to be there is not the question
         if len(data) != entry.data_type.length:
             raise of_another_length(KnownObject(mux, entry.data_type), data)
+
+
+@must("communication.no-further-entry", "object.sub-index-missing", clause="7.5.2", of=BOUNDED)
+def test_no_further_entry(sdo: Dialogue, parameters: Parameters, of: FixedObject) -> None:
+    """The first sub-index that CiA 301 gives to no such object is refused as missing: 1000h:01."""
+    index = of.indices[0]
+    parameters.present(Multiplexer(index))
+    mux = Multiplexer(index, of.first_forbidden or 0)
+    sdo.send(UploadInitiate(mux))
+    sdo.expect_abort(*SUB_INDEX_MISSING.codes, of=mux)
+
+
+@must("communication.read-only", "object.read-only", clause="7.5.2", of=READ_ONLY_OBJECTS)
+def test_read_only(sdo: Dialogue, parameters: Parameters, of: FixedObject) -> None:
+    """What CiA 301 makes read-only refuses even the value that it has."""
+    index = of.indices[0]
+    first = parameters.present(Multiplexer(index))
+    for sub_index, entry in of:
+        mux = Multiplexer(index, sub_index)
+        value = first if sub_index == 0 else sdo.read_if_there(mux)
+        if value is None:
+            continue
+        known = KnownObject(mux, entry.data_type, entry.access)
+        expect_write_refused(sdo, known, value or b"\0", *READ_ONLY.codes)
+        if mux != ERROR_REGISTER and (found := sdo.upload(mux)) != value:
+            raise sdo.breach(f"{mux} reads {shown(value)} as before", shown(found))
 
 
 @must("communication.default-identifier", entry=["1005h", "1014h"])

@@ -18,7 +18,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
-IDENTITY = (0x1000, 0x1008, 0x1009, 0x100A, 0x1018)
+IDENTITY = (0x1000, 0x1001, 0x1008, 0x1009, 0x100A, 0x1018)
 WRITING = DownloadInitiate, BlockDownloadInitiate
 NO_PERMISSIONS: frozenset[str] = frozenset()
 

@@ -57,6 +57,16 @@ class FixedObject:
             return _STRUCTURE_ENTRY
         return next((entry for subs, entry in self.entries if sub_index in subs), None)
 
+    @property
+    def is_variable(self) -> bool:
+        """Whether it has sub-index 0 only."""
+        return self.entry(1) is None
+
+    @property
+    def first_forbidden(self) -> int | None:
+        """The first sub-index that no such object has; None if it may have all of them."""
+        return next((sub for sub in range(STRUCTURE) if self.entry(sub) is None), None)
+
     def __iter__(self) -> Iterator[tuple[int, FixedEntry]]:
         """Yield the sub-indices of the entries, each with its entry."""
         for sub_indices, entry in self.entries:

@@ -21,7 +21,7 @@ from conformance.sdo.channel_parameters import Check, CheckedEntry
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE
-from conformance.sdo.objects import DataType, Entry
+from conformance.sdo.objects import Access, DataType, Entry
 
 fault = partial(registry.fault, about=About.OBJECTS)
 
@@ -165,3 +165,20 @@ class DateNotStored(AlteredNode):
             before if any(before[0] is date for date in dates) else stored
             for before, stored in zip(earlier, self.power_on, strict=True)
         ]
+
+
+@fault("product-code-written", Defect.ACCESS_OR_SIZE, "communication.read-only[1018h]")
+class ProductCodeWritten(AlteredNode):
+    """Lets its product code (1018h:02) be written."""
+
+    def alter(self) -> None:
+        self.objects.find(Multiplexer(0x1018, 2)).access = Access.RW
+
+
+@fault("identity-has-a-fifth-entry", Defect.ACCESS_OR_SIZE, "communication.no-further-entry[1018h]")
+class FifthEntry(AlteredNode):
+    """Serves a sub-index 05h of its identity."""
+
+    def alter(self) -> None:
+        entry = Entry(bytes(4), DataType.UNSIGNED32, Access.CONST)
+        self.objects.add({Multiplexer(0x1018, 5): entry})
