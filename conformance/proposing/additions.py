@@ -17,7 +17,7 @@ from conformance.device.protected_objects import (
     STORE_PARAMETERS,
 )
 
-ALL_CASES = 3100
+ALL_CASES = 3300
 # By what may be written, most cases first.
 BY_OBJECT = {
     "a string or domain": 2600,
@@ -60,7 +60,7 @@ PERMISSIONS = (
         READ_ONLY_PROBES,
         "downloads that a right device refuses: to what is read-only, with the value that it has, "
         "and to what is missing",
-        90,
+        100,
     ),
     Permission(SDO_PARAMETERS, "1200h to 12FFh: moves further SDO channels, and back", 70),
     Permission(
@@ -71,7 +71,7 @@ PERMISSIONS = (
     Permission(
         OTHER_NODES, "SDO requests to other node-IDs: a transfer of those nodes may be aborted", 20
     ),
-    Permission("pdo-parameters", "1400h to 1BFFh: COB-IDs and mapping of PDOs, restored", 10),
+    Permission("pdo-parameters", "1400h to 1BFFh: COB-IDs and mapping of PDOs, restored", 27),
     Permission("sync-parameters", "1005h to 1007h, 1019h: COB-ID and period of SYNC, restored", 8),
     Permission("time-parameters", "1012h, 1013h: the COB-ID of TIME, restored", 3),
     Permission("emergency-parameters", "1014h, 1015h: the COB-ID of EMCY, restored", 3),
