@@ -18,7 +18,7 @@ from conformance.reference.communication import (
 from conformance.reference.dictionary import TYPES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.channel_parameters import Check, CheckedEntry
-from conformance.sdo.cob_id import EXTENDED
+from conformance.sdo.cob_id import EXTENDED, NOT_VALID
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal
 from conformance.sdo.pdos import (
@@ -180,4 +180,18 @@ class MapsDummyAndBit(AlteredNode):
         self.objects.find(Multiplexer(RECEIVED + MAPPING_OF, 2)).value = bytes(DUMMY)
         self.objects.find(Multiplexer(RECEIVED + MAPPING_OF)).value = b"\2"
         self.objects.find(Multiplexer(SENT + MAPPING_OF, 1)).value = bytes(BIT)
+        self.defaults = self.power_on = self.present()
+
+
+@unusual("pdo-not-in-use")
+class NotInUse(AlteredNode):
+    """Has PDOs that are not valid and map nothing until they are configured."""
+
+    def alter(self) -> None:
+        for index in (RECEIVED, SENT):
+            cob_id = self.objects.find(Multiplexer(index, COB_ID))
+            number = int.from_bytes(cob_id.value, "little") | NOT_VALID
+            cob_id.value = number.to_bytes(4, "little")
+            self.objects.find(Multiplexer(index + MAPPING_OF)).value = b"\0"
+            self.objects.find(Multiplexer(index + MAPPING_OF, 1)).value = bytes(4)
         self.defaults = self.power_on = self.present()

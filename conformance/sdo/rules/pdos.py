@@ -33,7 +33,7 @@ ACCESS = Rule(
     "A received PDO maps no object that is read-only, a sent one none that is write-only.",
     reaction="abort",
     codes=(AbortCode.NOT_MAPPABLE, AbortCode.OBJECT_MISSING),
-    tolerated=_IMPRECISE,
+    tolerated=(*_IMPRECISE, AbortCode.READ_OF_WRITE_ONLY),
     open="the moment: the entry, or the number of entries",
 )
 IN_USE = Rule(
@@ -56,16 +56,16 @@ PROCEDURE = Rule(
         AbortCode.DEVICE_STATE,
         AbortCode.VALUE_INVALID,
         AbortCode.GENERAL_ERROR,
+        AbortCode.WRITE_OF_READ_ONLY,
     ),
     tolerated=(
-        AbortCode.WRITE_OF_READ_ONLY,
         AbortCode.LOCAL_CONTROL,
         AbortCode.NOT_TRANSFERABLE,
         AbortCode.PARAMETER_INCOMPATIBLE,
         AbortCode.INTERNALLY_INCOMPATIBLE,
         AbortCode.MAPPING_TOO_LONG,
     ),
-    open="which of the codes",
+    open="which of the codes; whether an entry can be changed at all",
 )
 REMAPPED = Rule(
     "pdo.mapping-taken",
