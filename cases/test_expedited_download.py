@@ -7,13 +7,14 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
-from conformance.run.case import may, must
+from conformance.run.case import may, must, should
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
     DownloadInitiateResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import same_data
 from conformance.sdo.rules import MISSING_REFUSED, RESERVED, accepted
 from conformance.sdo.rules.download_initiates import (
     DOWNLOAD_RESERVED_BIT,
@@ -26,6 +27,8 @@ from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
 DOWNLOAD = "7.2.4.3.3"
 ABORT = "7.2.4.3.17"
 EXPEDITED = 4
+AS_WRITTEN_SIZES = (5, 64)
+MOST_STRINGS = 3
 
 
 @must(
@@ -88,6 +91,18 @@ def test_text(sdo: Dialogue, room: Room, variable: KnownObject, size: int) -> No
     data = sdo.payload(size)
     room.store(variable, data)
     sdo.expect_value(variable, data)
+
+
+@should("download.as-written", "data.as-written")
+def test_as_written(sdo: Dialogue, roles: Roles, variable: KnownObject) -> None:
+    """A string keeps what was written: it is neither cut nor filled up with blanks."""
+    for known in dict.fromkeys([variable, *roles.varying()[:MOST_STRINGS]]):
+        for size in AS_WRITTEN_SIZES:
+            data = sdo.payload(size)
+            if sdo.try_download(known, data) is None:
+                found = sdo.upload(known)
+                if not same_data(known.data_type, found, data):
+                    raise sdo.breach(f"{known} reads {shown(data)}", shown(found))
 
 
 @must("download.size-not-indicated")

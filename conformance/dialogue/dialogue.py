@@ -360,7 +360,7 @@ class Dialogue(Transfers):
             if self.record.causes.nothing_is_stored:
                 raise not_stored(known, due)
             raise self._reads_wrong(known, due, found)
-        if not same_data(known.data_type, found, due):
+        if not same_data(known.data_type, found, due) and not known.habits.adapts:
             self.note(not_as_written(known, due, found))
 
     def _reads_wrong(self, known: KnownObject, due: bytes, found: bytes) -> Violation:
@@ -381,7 +381,7 @@ class Dialogue(Transfers):
             return
         fills = known.data_type is DataType.VISIBLE_STRING or known.habits.filled > 0
         filled = fills and (len(found) >= before or not counted)
-        if found.strip(b"\0") or (len(found) > 1 and not filled):
+        if found.strip(b"\0" + known.habits.padding) or (len(found) > 1 and not filled):
             raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
 
     @contextmanager

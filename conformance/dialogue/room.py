@@ -153,6 +153,12 @@ class Room:
         """
         lengths = self._device.lengths[known.mux]
         lengths.check_lasting(known, size)
+        cut = self._device.known[known.mux].habits.cut
+        if 0 < cut < size:
+            raise NotTestable(
+                f"{known} keeps the first {cut} bytes of a longer value: name a larger string or "
+                "domain"
+            )
         if lengths.fixed and size != lengths.most:
             raise NotTestable(
                 f"{known} takes values of {lengths.most} bytes only (others are refused with "

@@ -26,6 +26,7 @@ from conformance.dialogue.values import (
     same_value,
     tail_kept,
 )
+from conformance.run.adapting import find_cut
 from conformance.run.states import look_where_it_writes, was_download_refused
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
@@ -52,6 +53,8 @@ GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEEN = "the beginning of the run"
 # Two lengths in bytes, of which a wrong count cannot turn one into the other.
 SHORT, LONGER = 7, 15
+# With what a device fills up a value that is shorter than its buffer.
+PADDINGS = (b"\0", b" ")
 
 
 def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
@@ -93,6 +96,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
                 _find_miscount(sdo, known)
             if sdo.device.lengths[known.mux].least > SHORT_VALUE:
                 Blocks(sdo).read_alike()  # on that hangs what it is used for
+            find_cut(sdo, sdo.device.known[known.mux])
         except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
             asked = sdo.wire.last_sent
             if not sdo.silence.recover():
@@ -244,7 +248,7 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:
     Returns the breach where that is the one before itself.
     """
     before = sdo.device.values[known.mux]
-    if not before[SHORT:].strip(b"\0"):
+    if not before[SHORT:].strip(b"\0 "):
         before = sdo.payload(LONGER)
         sdo.download(known, before)
     due = sdo.payload(SHORT)
@@ -259,8 +263,8 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:
         sdo.note(tail_kept(known, due))
     elif found == sdo.device.values[known.mux] != due:
         return [not_stored(known, due)]
-    elif len(found) > LONGER and found == due.ljust(len(found), b"\0"):
-        _find_filled(sdo, known, len(found))
+    elif len(found) > LONGER and found in [due.ljust(len(found), each) for each in PADDINGS]:
+        _find_filled(sdo, known, len(found), found[-1:])
     return []
 
 
@@ -295,7 +299,7 @@ def _find_missing_end(sdo: Dialogue, known: KnownObject, count: int) -> None:
         sdo.note(end_missing(known, due, count))
 
 
-def _find_filled(sdo: Dialogue, known: KnownObject, length: int) -> None:
+def _find_filled(sdo: Dialogue, known: KnownObject, length: int, padding: bytes) -> None:
     """Find out whether a device has one ``length`` for an object and fills up what is shorter.
 
     Two short values that read alike long tell that from a wrong count of their bytes. A string may
@@ -304,10 +308,11 @@ def _find_filled(sdo: Dialogue, known: KnownObject, length: int) -> None:
     due = sdo.payload(LONGER)
     sdo.download(known, due)
     found = sdo.upload(known)
-    if found != due.ljust(length, b"\0"):
+    if found != due.ljust(length, padding):
         return
-    sdo.device.known[known.mux] = replace(known, habits=Habits(filled=length))
+    habits = Habits(filled=length, padding=padding, cut=known.habits.cut)
+    sdo.device.known[known.mux] = known = replace(known, habits=habits)
     sdo.device.lengths[known.mux].filled = length
     sdo.device.lengths[known.mux].taken |= {SHORT, LONGER, length}
-    if known.data_type is not DataType.VISIBLE_STRING:
+    if known.data_type is not DataType.VISIBLE_STRING and not habits.adapts:
         sdo.note(filled_up(known, due, found))

@@ -69,10 +69,11 @@ TEXT_TYPES = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
 class Habits:
     """How an entry reads otherwise than it was written, as was seen of a device.
 
-    Shorter values than ``filled`` bytes are filled up with 00h. One that ``keeps_tails`` leaves the
-    end of a longer value behind a shorter one. The last bytes of a value are left out, as many as
-    it ``lacks``. A number that is ``too_long`` reads with bytes behind those that its type has, a
-    value that is ``miscounted`` with another number of the 4 bytes of its answer than it has.
+    Shorter values than ``filled`` bytes are filled up with its ``padding``; of longer values than
+    ``cut`` bytes, where that is not 0, the first of them are kept. One that ``keeps_tails`` leaves
+    the end of a longer value behind a shorter one. The last bytes of a value are left out, as many
+    as it ``lacks``. A number that is ``too_long`` reads with bytes behind those that its type has,
+    a value that is ``miscounted`` with another number of the 4 bytes of its answer than it has.
     """
 
     filled: int = 0
@@ -80,6 +81,13 @@ class Habits:
     lacks: int = 0
     too_long: bool = False
     miscounted: bool = False
+    padding: bytes = b"\0"
+    cut: int = 0
+
+    @property
+    def adapts(self) -> bool:
+        """Whether values are made to fit, where CiA 301 asks that they be kept or refused."""
+        return self.cut > 0 or (self.filled > 0 and self.padding.strip(b"\0") != b"")
 
 
 AS_WRITTEN = Habits()
@@ -99,7 +107,10 @@ def same_data(
         return due.ljust(EXPEDITED_LENGTH, b"\0").startswith(found)
     if habits.keeps_tails or habits.too_long:
         return found.startswith(due)
-    return found in (due, due.ljust(habits.filled, b"\0"), due[: len(due) - habits.lacks])
+    if habits.cut:
+        due = due[: habits.cut]
+    filled = due.ljust(habits.filled, habits.padding)
+    return found in (due, filled, due[: len(due) - habits.lacks])
 
 
 class Access(StrEnum):

@@ -20,6 +20,7 @@ from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
 
 FIRST_OF_DEVICE = 0x2000
 # Bytes of every string and domain of a server that knows no other length; text fills its segments.
+KEPT = 40
 FIXED_LENGTH, FIXED_TEXT = 300, 301
 
 
@@ -400,3 +401,13 @@ class StringsPadded(Server):
     def is_fixed(self, entry: Entry) -> bool:
         """Say whether an entry ought to take values of different lengths."""
         return entry.data_type.length is None and entry.access.writable
+
+
+@fault("strings-cut-to-40-bytes", Defect.ACCESS_OR_SIZE, "download.as-written", soft=True)
+class StringsCutToCapacity(Server):
+    """Takes strings of any length and keeps their first 40 bytes."""
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        if entry.data_type is DataType.VISIBLE_STRING:
+            data = data[:KEPT]
+        super().store(entry, data)

@@ -268,3 +268,46 @@ class DomainOfTwoMegabytes(_LongDomain):
     """Has a domain of 2 MB, more than anybody would read in segments."""
 
     size = 2_000_000
+
+
+class _Adapting(AlteredObjects):
+    """Keeps strings in a buffer: values are made to fit, not refused."""
+
+    longest = 20
+
+    def alter(self, entry: Entry) -> None:
+        if entry.data_type is DataType.VISIBLE_STRING:
+            entry.value = self.adapted(entry.value)
+
+    def adapted(self, data: bytes) -> bytes:
+        """Return what is kept of a value."""
+        raise NotImplementedError
+
+    def store(self, entry: Entry, data: bytes) -> None:
+        if entry.data_type is DataType.VISIBLE_STRING:
+            data = self.adapted(data)
+        super().store(entry, data)
+
+
+@unusual("strings-cut-to-20-bytes", soft=True)
+class CutTo20(_Adapting):
+    """Takes strings of any length, and keeps their first 20 bytes."""
+
+    def adapted(self, data: bytes) -> bytes:
+        return data[: self.longest]
+
+
+@unusual("one-string-padded-with-blanks-and-cut", soft=True, lacking=_VARYING - {STRING})
+class PaddedAndCut(_Adapting):
+    """Has one string, fills it up with blanks to 20 bytes, and cuts what is longer."""
+
+    def adapted(self, data: bytes) -> bytes:
+        return data[: self.longest].ljust(self.longest)
+
+
+@unusual("one-string-cut-and-empty-as-00h", soft=True, lacking=_VARYING - {STRING})
+class CutAndEmptyAs00(_Adapting):
+    """Has one string, cuts it to 20 bytes, and reads it as 00h while it is empty."""
+
+    def adapted(self, data: bytes) -> bytes:
+        return data[: self.longest] or b"\0"

@@ -2,7 +2,7 @@
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MAY, MUST, Rule
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 DOWNLOAD = "7.2.4.3.3"
 UPLOAD = "7.2.4.3.6"
@@ -19,6 +19,15 @@ VARIABLE_LENGTH = Rule(
     reaction="served; abort for what the room does not take",
     codes=(*accepted.NO_ROOM, AbortCode.LENGTH_TOO_LOW),
     open="whether a string ends with 00h; whether an OCTET_STRING has a length of its own",
+)
+AS_WRITTEN = Rule(
+    "data.as-written",
+    STRINGS,
+    SHOULD,
+    "A string or domain keeps the bytes that were written, or refuses them.",
+    reaction="served; abort for what the room does not take",
+    codes=accepted.NO_ROOM,
+    open="whether a string ends with 00h",
 )
 TYPE_LENGTH = Rule(
     "data.type-length",
@@ -100,5 +109,6 @@ SIZE_RULES = (
         untestable="Any effect is right, and a value above 1 might set off one in the device.",
     ),
     VARIABLE_LENGTH,
+    AS_WRITTEN,
     UNICODE,
 )
