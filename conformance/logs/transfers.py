@@ -38,7 +38,9 @@ class Transfer:
 
     ``crc`` is None where client and server do not both compute one. ``held`` are the bytes of the
     last segment, of which the end of a block transfer says how many count. ``sent`` counts the
-    segments of a sub-block, ``in_order`` are those that the other side can take.
+    segments of a sub-block, ``in_order`` are those that the other side can take. Once it has all,
+    the transfer is ``complete``: what is sent then are the last segment and its acknowledgement
+    again.
     """
 
     word: str
@@ -52,7 +54,8 @@ class Transfer:
     sub_blocks: int = 0
     crc: int | None = 0
     sent: int = 0
-    in_order: list[bytes] = field(default_factory=list)
+    in_order: list[BlockSegment] = field(default_factory=list)
+    complete: bool = False
     held: bytes = b""
     end: BlockEnd | None = None
 
@@ -63,19 +66,25 @@ class Transfer:
 
     def send(self, segment: BlockSegment) -> None:
         """Take a segment of a sub-block, which is still to be acknowledged."""
+        if self.complete:
+            self.again += 1
+            return
         self.sent += 1
         if segment.sequence == len(self.in_order) + 1:
-            self.in_order.append(segment.payload)
+            self.in_order.append(segment)
 
     def acknowledge(self, sequence: int) -> None:
         """Take that the first segments of a sub-block have come over; the others come again."""
+        if self.complete:
+            return
         self.sub_blocks += 1
         self.again += max(0, self.sent - sequence)
-        for payload in self.in_order[:sequence]:
+        for segment in self.in_order[:sequence]:
             if self.crc is not None:
                 self.crc = crc16(self.held, self.crc)
-            self.held = payload
-            self.confirm(payload)
+            self.held = segment.payload
+            self.confirm(segment.payload)
+            self.complete = segment.last
         self.sent = 0
         self.in_order.clear()
 

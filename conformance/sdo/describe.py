@@ -223,6 +223,9 @@ class Decoder:
         self._acknowledges_last = False
         self._last_sequence = 0
         self._last_marked = False
+        # Whether the very last segment was sent, by either side; and that of the client itself.
+        self._ended = False
+        self._last_segment = b""
         self._asked: Request | None = None
         self._latest: Multiplexer | None = None
         self._uploaded: Multiplexer | None = None
@@ -236,6 +239,12 @@ class Decoder:
         message: Request
         if not self._client_sends_segments:
             message = built if built is not None and is_plain(built) else decode_request(frame)
+            if self._last_segment and frame == self._last_segment:
+                self._asked = again = BlockSegment.decode(frame)
+                return again
+        elif self._is_end(frame):
+            self._asked = end = BlockEnd.decode(frame)
+            return end
         elif isinstance(built, BlockSegment) and built.sequence:
             message = built
         else:
@@ -243,7 +252,9 @@ class Decoder:
         self._asked = message
         self._follow(message)
         if isinstance(message, BlockSegment):
+            self._last_segment = frame if message.last else self._last_segment
             return message
+        self._last_segment = b""
         if isinstance(message, INITIATES):
             self._latest = message.mux
             if isinstance(message, BlockUploadInitiate):
@@ -257,6 +268,8 @@ class Decoder:
     def response(self, frame: bytes) -> Response:
         """Read a frame of the server and follow where it leads."""
         message: Response
+        if self._server_sends_segments and self._is_end(frame):
+            return BlockEnd.decode(frame)
         if self._server_sends_segments:
             message = decode_segment(frame)
             if isinstance(message, BlockSegment) and message.last:  # as an abort has this bit set
@@ -279,6 +292,16 @@ class Decoder:
         elif isinstance(message, BlockAck):
             self._client_sends_segments &= not self._acknowledges_last
         return message
+
+    def _is_end(self, frame: bytes) -> bool:
+        """Say whether a frame is the end of a block transfer, though segments may come yet.
+
+        It is where the last one was sent, and this is no number that could follow.
+        """
+        if not self._ended or len(frame) != FRAME_LENGTH or not BlockEnd.matches(frame[0]):
+            return False
+        segment, end = BlockSegment.decode(frame), BlockEnd.decode(frame)
+        return segment.sequence != self._last_sequence + 1 and not end.reserved_fields()
 
     def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
         """Say whether a frame is rather an unwanted segment than any other message."""
@@ -307,8 +330,9 @@ class Decoder:
         if isinstance(message, BlockSegment):
             self._last_sequence = message.sequence
             self._last_marked = message.last
+            self._ended |= message.last
         elif isinstance(message, BlockAck):
             self._acknowledges_last = self._last_marked and message.sequence == self._last_sequence
         elif not isinstance(message, Unknown):
             self._client_sends_segments = self._server_sends_segments = False
-            self._last_marked = False
+            self._last_marked = self._ended = False

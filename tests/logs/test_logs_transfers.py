@@ -179,3 +179,16 @@ def test_other_frames_of_canopen(frame: str, words: str) -> None:
     assert [line.split(maxsplit=4)[4] for line in lines] == ([words] if words else [])
     other = Words(9).lines(Seen(1, 0.0, "can0", CanFrame.parse(frame)))
     assert not list(other), "neither of this node nor to it"
+
+
+def test_a_last_segment_that_comes_again_is_counted_once() -> None:
+    crc = crc16(b"ABCDEFG").to_bytes(2, "little").hex().upper()
+    assert told(
+        client("C6 1020 00 07"), server("A4 1020 00 7F"),
+        client("81 41424344454647"), server("A2 01 7F"),
+        client("81 41424344454647"), server("A2 01 7F"),
+        client(f"C1 {crc}"), server("A1"),
+    ) == [
+        "node 5: block download of 7 bytes to 2010h:00 in 1 sub-block, 1 segment sent again, "
+        "CRC right, 7.0 ms"
+    ]  # fmt: skip

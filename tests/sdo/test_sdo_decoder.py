@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from sdo_strategies import REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 from sdo_vectors import load
 
-from conformance.sdo.describe import Decoder
+from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.frames import (
     Abort,
     BlockEnd,
@@ -284,3 +284,36 @@ def following(conversation: list[str]) -> Decoder:
         read = decoder.request if line[0] == ">" else decoder.response
         read(bytes.fromhex(line[1:]))
     return decoder
+
+
+DOWNLOAD = "> C6 10 20 00 07 \n < A4 10 20 00 7F \n > 81 00 00 00 00 30 09 06"
+UPLOAD = "> A4 10 20 00 7F \n < C6 10 20 00 07 \n > A3 \n < 81 00 00 00 00 30 09 06"
+
+
+@pytest.mark.parametrize(
+    ("conversation", "words"),
+    [
+        (f"{DOWNLOAD} \n < A2 01 7F \n > 81 00 00 00 00 30 09 06",
+         "block segment 1, last: 00 00 00 00 30 09 06"),
+        (f"{DOWNLOAD} \n > C1 0A 3A", "block end, n=0, CRC 3A0Ah"),
+        (f"{DOWNLOAD} \n > 81 00 00 00 00 30 09 06 \n > C1 0A 3A", "block end, n=0, CRC 3A0Ah"),
+        (f"{DOWNLOAD} \n > DD 00", "block end, n=7, CRC 0000h"),
+        (f"{DOWNLOAD} \n > C1 0A 3A \n < A2 00 7F \n > 81 00 00 00 00 30 09 06",
+         "block segment 1, last: 00 00 00 00 30 09 06"),
+        (f"{UPLOAD} \n < DD 00", "block end, n=7, CRC 0000h"),
+        (f"{UPLOAD} \n < C1 0A 3A", "block end, n=0, CRC 3A0Ah"),
+        (f"{UPLOAD} \n > A2 00 7F \n < C1 0A 3A", "block end, n=0, CRC 3A0Ah"),
+        (f"{UPLOAD} \n > A2 01 7F \n < 81 00 00 00 00 30 09 06",
+         "block segment 1, last: 00 00 00 00 30 09 06"),
+        (f"{UPLOAD} \n > A2 00 7F \n < 81 00 00 00 00 30 09 06",
+         "block segment 1, last: 00 00 00 00 30 09 06"),
+    ],
+)  # fmt: skip
+def test_what_follows_the_last_segment_is_read_by_the_state(conversation: str, words: str) -> None:
+    decoder = Decoder()
+    message = None
+    for line in map(str.strip, conversation.split("\n")):
+        frame = bytes.fromhex(line[1:]).ljust(8, b"\0")
+        message = decoder.request(frame) if line[0] == ">" else decoder.response(frame)
+    assert message is not None
+    assert describe(message) == words
