@@ -67,15 +67,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     device, 10 for a device that does not answer.
     """
     given = sys.argv[1:] if arguments is None else arguments
+    _open_streams()
     parser = command_line([name for name in COMMANDS if name in given[:1]] or COMMANDS)
     if given and not given[0].startswith("-") and given[0] not in COMMANDS:
         parser.error(f"{given[0]!r} is no command. {did_you_mean(given[0], COMMANDS)}")
     options, unknown = parser.parse_known_args(given)
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}.{_hint(options, unknown[0])}")
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # where it takes less than there may be
-            stream.reconfigure(errors="backslashreplace")
     try:
         status = int(options.run(options))
         sys.stdout.flush()
@@ -96,6 +94,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _broken(error, WRONG_USE)
     except KeyboardInterrupt:
         return INTERRUPTED
+
+
+def _open_streams() -> None:
+    """Let what is shown be text of any kind, and let there be where it goes.
+
+    A program that was started with a closed stdout or stderr has none.
+    """
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115 - kept open
+        elif isinstance(stream, io.TextIOWrapper):  # where it takes less than there may be
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _broken(error: Exception, status: int) -> int:

@@ -15,6 +15,7 @@ from conformance.logs.decoded_lines import Judgement, decoded, judged
 from conformance.logs.live import LiveLog
 from conformance.logs.object_names import ObjectNames
 from conformance.logs.reading import RecordedLog
+from conformance.sdo.cob_id import HIGHEST_NODE_ID
 
 HELP = "show a bus log, or a bus, in words"
 
@@ -44,6 +45,8 @@ def run(options: argparse.Namespace) -> int:
     is_live = bool(options.can_interface or options.can_channel)
     if is_live == bool(options.log):
         raise ValueError("decode takes either a log, or a bus that --can-channel names")
+    if options.node_id is not None and not 1 <= options.node_id <= HIGHEST_NODE_ID:
+        raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
     listing = read_eds(Path(options.eds), options.node_id or 1) if options.eds else Listing()
     names = ObjectNames(listing)
     with ExitStack() as stack:

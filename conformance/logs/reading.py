@@ -192,6 +192,10 @@ class RecordedLog:
     def _open(self, stack: ExitStack) -> BinaryIO:
         if self._name == STANDARD_INPUT:
             file = cast(io.BufferedReader, sys.stdin.buffer)
+        elif Path(self._name).is_dir():
+            raise LogError(
+                f"{self._name} is a folder: name a log in it, such as the bus.log of a run."
+            )
         else:
             file = stack.enter_context(open(self._name, "rb"))  # noqa: SIM115 - the stack is one
         if file.peek(len(PACKED))[: len(PACKED)] == PACKED:

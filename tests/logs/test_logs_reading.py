@@ -2,10 +2,12 @@
 
 import gzip
 import io
+import os
 import struct
 import sys
 import zlib
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import can
@@ -231,7 +233,7 @@ def test_interface_names_are_made_inert(tmp_path: Path, capsys: pytest.CaptureFi
 @pytest.mark.parametrize(
     ("prepared", "status"),
     [
-        (lambda path: path.mkdir(), BROKEN_BENCH),
+        (lambda path: path.mkdir(), WRONG_USE),
         (lambda path: None, BROKEN_BENCH),
         (lambda path: path.write_bytes(b"\x80" * 10_000), WRONG_USE),
     ],
@@ -266,3 +268,20 @@ def test_network_management_is_shown_in_words(
     assert [line.split()[3] for line in lines] == shown
     if "706#05" in shown:
         assert any(line.endswith("heartbeat of node 6: operational") for line in lines)
+
+
+def test_a_folder_is_no_log(tmp_path: Path) -> None:
+    assert refused(tmp_path).startswith(f"{tmp_path} is a folder: name a log in it")
+
+
+def test_a_device_that_never_ends_is_no_log() -> None:
+    assert refused(Path("/dev/zero")).startswith("/dev/zero, line 1: more than 8192 bytes")
+
+
+def test_a_named_pipe_is_read_while_it_is_written(tmp_path: Path) -> None:
+    pipe = tmp_path / "bus.fifo"
+    os.mkfifo(pipe)
+    with ThreadPoolExecutor(1) as pool:
+        writing = pool.submit(pipe.write_text, "".join(LINES))
+        assert read(pipe) == ["605#4018100100000000", "585#4318100104000000"]
+        writing.result()
