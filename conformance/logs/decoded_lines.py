@@ -3,7 +3,9 @@
 from collections.abc import Iterator
 from operator import itemgetter
 
-from conformance.logs.judging import PATIENCE, Finding, LogJudge, NotFollowed
+from conformance.logs.findings import Found, NotFollowed, Remark
+from conformance.logs.judged_channel import QUIET, Channel
+from conformance.logs.judging import LogJudge
 from conformance.logs.other_frames import describe_other
 from conformance.logs.reading import Log, Seen
 from conformance.logs.transfers import Transfers
@@ -13,11 +15,12 @@ from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.nmt import ALL_NODES, NMT_ID, describe_nmt
 
+MOST_NUMBERS = 10
 # Stands in place of the frame where a line sums up those before.
 ENDED = f"{'=':<20}"
 NOT_FOLLOWED = (
     "not judged from here until the channel is quiet for "
-    f"{PATIENCE * 1000:.0f} ms: the client does not wait for its answers, so the responses are "
+    f"{QUIET * 1000:.0f} ms: the client does not wait for its answers, so the responses are "
     "ambiguous"
 )
 
@@ -119,29 +122,40 @@ class Judgement:
         not_judged = 0
         for (bus, node_id), channel in sorted(self._judge.channels.items(), key=itemgetter(0)):
             if self._only in (None, node_id):
-                counts = f"{channel.requests} requests, {channel.responses} responses"
-                left_out = f", {channel.not_judged} not judged" if channel.not_judged else ""
-                not_judged += channel.not_judged
-                yield f"{bus}, node {node_id}: {counts}{left_out}"
-                for line in channel.oracle.profile.lines():
-                    yield f"    {line}"
+                not_judged += len(channel.not_judged)
+                yield from self._summed_up(f"{bus}, node {node_id}", channel)
         all_of = f"all responses but the {not_judged} not judged" if not_judged else "all responses"
         yield f"{self.failures} not allowed" if self.failures else f"{all_of} allowed"
 
-    def _told(self, finding: Finding | NotFollowed) -> Iterator[str]:
-        if self._only not in (None, finding.node_id):
-            return
-        if isinstance(finding, NotFollowed):
-            yield f"{self._place(finding)}: {NOT_FOLLOWED}"
-            return
-        self.failures += finding.is_failure
-        violation = finding.violation
-        rule = f"{violation.rule.id} ({violation.level}) {violation.rule.sentence}"
-        yield f"{self._place(finding)}: {rule}"
-        yield f"    expected: {violation.expected}"
-        yield f"    actual:   {violation.actual} [{finding.seen.frame}]"
+    def _summed_up(self, node: str, channel: Channel) -> Iterator[str]:
+        left_out = len(channel.not_judged)
+        counts = f"{channel.requests} requests, {channel.responses} responses"
+        yield f"{node}: {counts}{f', {left_out} not judged' if left_out else ''}"
+        if left_out:
+            shown = ", ".join(map(str, channel.not_judged[:MOST_NUMBERS]))
+            more = ", …" if left_out > MOST_NUMBERS else ""
+            yield f"    not judged, as the state of the server was open: {self._unit} {shown}{more}"
+        for line in channel.oracle.profile.lines():
+            yield f"    {line}"
 
-    def _place(self, found: Finding | NotFollowed) -> str:
+    def _told(self, found: Found) -> Iterator[str]:
+        if self._only not in (None, found.node_id):
+            return
+        place = self._place(found)
+        if isinstance(found, NotFollowed):
+            yield f"{place}: {NOT_FOLLOWED}"
+            return
+        if isinstance(found, Remark):
+            yield f"{place}: remark: {found.words} [{found.seen.frame}]"
+            return
+        self.failures += found.is_failure * found.times
+        violation = found.violation
+        again = f" ({found.times} times more up to here)" if found.more else ""
+        yield f"{place}: {violation.rule.id} ({violation.level}) {violation.rule.sentence}{again}"
+        yield f"    expected: {violation.expected}"
+        yield f"    actual:   {violation.actual} [{found.seen.frame}]"
+
+    def _place(self, found: Found) -> str:
         seen = found.seen
         place = f"{self._unit} {seen.number}, {seen.time * 1000:.1f} ms, {seen.bus}"
         return f"{place}, node {found.node_id}"

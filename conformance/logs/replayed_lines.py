@@ -15,7 +15,9 @@ class Replayed:
     def __init__(self, replay: Replay) -> None:
         """Take what is to be sent, on a server that is idle."""
         self._replay = replay
-        self._judgement = Judgement("frame", judge=LogJudge(begins_idle=True))
+        self._judgement = Judgement(
+            "frame", judge=LogJudge(begins_idle=True, patience=replay.response_timeout)
+        )
 
     @property
     def failures(self) -> int:

@@ -50,7 +50,8 @@ class Exchange:
 class Replay:
     """Sends a plan, with a server that is idle before and afterwards; it closes the link.
 
-    ``stopped`` is a sentence on what was not sent, empty for nothing.
+    ``response_timeout`` is how long an answer is waited for, in seconds; ``stopped`` a sentence on
+    what was not sent, empty for nothing.
     """
 
     def __init__(self, link: Link, bus: str, plan: Plan, response_timeout: float) -> None:
@@ -58,7 +59,7 @@ class Replay:
         self._link = link
         self._bus = bus
         self._plan = plan
-        self._response_timeout = response_timeout
+        self.response_timeout = response_timeout
         self._decoders: dict[int, Decoder] = {}
         self._number = 0
         self._begin = self._link.now()
@@ -132,7 +133,7 @@ class Replay:
         """Yield what comes until all answers of the log are there, or the time is over."""
         then = [answer.frame for answer in step.answers]
         due = Counter(frame.can_id for frame in then)
-        seconds = self._response_timeout
+        seconds = self.response_timeout
         if due:
             seconds = max(seconds, BOOT_TIME) if any(map(is_boot_up, then)) else seconds
         elif step.waited is not None:

@@ -7,7 +7,7 @@ from plugin_runs import self_test, the_report
 
 from conformance.__main__ import main
 from conformance.commands.status import DONE, NOT_ALLOWED
-from conformance.logs import judging
+from conformance.logs import judged_channel
 
 pytest_plugins = ["pytester"]
 CASES = "block-upload.acknowledged or segmented-upload.toggle or frame or block-download.lost"
@@ -90,7 +90,7 @@ def test_line_and_time_are_those_of_the_response(
 
 def test_an_answer_that_never_comes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     aborted, asked = "605#8018100100000408", "605#4018100100000000"
-    log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}", f"0.500 {aborted}")
+    log = written(tmp_path, f"0.000 {aborted}", f"0.001 {asked}", f"1.500 {aborted}")
     status, text = judged(log, capsys)
     assert status == NOT_ALLOWED
     assert text.startswith("line 2, 1.0 ms, can0, node 5: response.answered (MUST)")
@@ -176,17 +176,19 @@ READ, ANSWER = "605#4018100100000000", "585#4318100104000000"
 STOP, START, STOP_ALL = "000#0205", "000#0105", "000#0200"
 
 
-@pytest.mark.parametrize("stop", [STOP, STOP_ALL])
+@pytest.mark.parametrize(
+    "stop", [(STOP,), (STOP_ALL, "0.050 705#04")], ids=["by-command", "by-its-word"]
+)
 def test_an_answer_in_stopped_is_found(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], stop: str
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], stop: tuple[str, ...]
 ) -> None:
     log = written(
-        tmp_path, f"0.000 {stop}", f"0.010 {READ}", f"0.011 {ANSWER}",
-        f"0.020 {START}", f"0.030 {READ}", f"0.031 {ANSWER}",
+        tmp_path, *(f"0.000 {stop[0]}", *stop[1:]), f"0.110 {READ}", f"0.111 {ANSWER}",
+        f"0.120 {START}", f"0.130 {READ}", f"0.131 {ANSWER}",
     )  # fmt: skip
     status, text = judged(log, capsys)
     assert status == NOT_ALLOWED
-    assert text.startswith("line 3, 11.0 ms, can0, node 5: nmt.stopped (MUST)")
+    assert text.startswith(f"line {2 + len(stop)}, 111.0 ms, can0, node 5: nmt.stopped (MUST)")
     assert text.splitlines()[-1] == "1 not allowed"
 
 
@@ -255,8 +257,8 @@ def test_answers_that_come_requests_late_are_judged(
 
 @pytest.fixture
 def _little_effort(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(judging, "MOST_EFFORT", 100)
-    monkeypatch.setattr(judging, "MOST_EFFORT_OF_ALL", 100)
+    monkeypatch.setattr(judged_channel, "MOST_EFFORT", 100)
+    monkeypatch.setattr(judged_channel, "MOST_EFFORT_OF_ALL", 100)
 
 
 @pytest.mark.usefixtures("_little_effort")
@@ -316,7 +318,7 @@ def test_an_exchange_that_was_right_before_is_judged_again_when_it_differs(
         again = (*right, f"0.008 {request}", f"0.009 585#{answer}")
         text = judged(written(tmp_path, *again), capsys)[1]
         assert text.startswith("line 10, 9.0 ms, can0, node 5: ")
-    silent = judged(written(tmp_path, *right, f"0.008 {read}", f"0.500 {read}"), capsys)[1]
+    silent = judged(written(tmp_path, *right, f"0.008 {read}", f"1.500 {read}"), capsys)[1]
     assert silent.startswith("line 9, 8.0 ms, can0, node 5: response.answered (MUST)")
     unasked = judged(written(tmp_path, *right, right[1].replace("0.001", "0.008")), capsys)[1]
     assert unasked.startswith("line 9, 8.0 ms, can0, node 5: response.unsolicited (MUST)")

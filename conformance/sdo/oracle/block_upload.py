@@ -242,7 +242,7 @@ class Sending(_BlockUpload):
         end = min(len(data), self.size) if self.size is not None else len(data)
         if not facts.begins(data[: min(end, len(due))], due):
             expected = f"{self.mux} to read as {hex_bytes(due)}"
-            raise Misfit(partial(_breach, NOT_REFUSED, expected, frame), near=1)
+            raise Misfit(partial(_breach, facts.reads_by, expected, frame), near=1)
 
     def _sent(self, response: BlockSegment, memory: Memory) -> Iterable[Branch]:
         start = (self.number - 1) * SEGMENT_LENGTH

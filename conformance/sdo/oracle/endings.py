@@ -20,7 +20,8 @@ from conformance.sdo.oracle.answers import (
 )
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, quiet
-from conformance.sdo.oracle.states import IDLE, Lost, Running, most_answers
+from conformance.sdo.oracle.lost import Lost, most_answers
+from conformance.sdo.oracle.states import IDLE, Running
 from conformance.sdo.rules import ABORT_CODE, MULTIPLEXER, Violation, idle
 
 

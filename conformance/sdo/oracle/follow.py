@@ -17,7 +17,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.decoding import CODES, decode_response
 from conformance.sdo.frames import Abort
-from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import violation
 from conformance.sdo.oracle.block_download import SubBlock
@@ -34,14 +34,17 @@ from conformance.sdo.oracle.hearing import (
 )
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
 from conformance.sdo.oracle.levels import must
+from conformance.sdo.oracle.losing import bearing, bears, lost_from, rested
+from conformance.sdo.oracle.lost import LOST, Lost
 from conformance.sdo.oracle.merging import merged
 from conformance.sdo.oracle.no_requests import hear_no_request
 from conformance.sdo.oracle.profile import Profile
-from conformance.sdo.oracle.states import IDLE, LOST, Lost, Running
+from conformance.sdo.oracle.states import IDLE, Running
+from conformance.sdo.oracle.wire_shape import shaped
 from conformance.sdo.rules import (
     ANSWERED,
-    FRAME_SHAPE,
     NOT_REFUSED,
+    SPECIFIER,
     UNSOLICITED,
     Rule,
     Violation,
@@ -51,6 +54,8 @@ from conformance.sdo.rules import (
 from conformance.sdo.rules import block_upload as block_uploads
 
 NODE_IDS = range(1, 128)
+# So many requests in a row are waited on together for answers that come late.
+MOST_OVERDUE = 4
 
 
 class Awaited(Enum):
@@ -80,9 +85,13 @@ class Oracle:
         self._other_asked = False
         # Requests since the last response: an abort of the server may have crossed with them.
         self._sent: list[bytes] = []
+        # Where an answer was wrong, the right one may still come: the wrong one was another then.
+        self._still_due: list[Branch] = []
         self.ended: Ended | None = None
         # Whether there have been too many ways to go on, so that something was not judged.
         self.given_up = False
+        # Whether the latest response was let pass because the state of the server was not known.
+        self.unjudged = False
 
     @property
     def awaited(self) -> Awaited:
@@ -102,6 +111,12 @@ class Oracle:
     def lost(self) -> bool:
         """Whether the server broke the protocol so that it cannot be followed for now."""
         return any(isinstance(branch.state, Lost) for branch in self._branches)
+
+    @property
+    def is_unwatched(self) -> bool:
+        """Whether a transfer may be running of which nothing was seen."""
+        states = (branch.state for branch in self._branches)
+        return any(isinstance(state, Lost) and not state.watched for state in states)
 
     @property
     def in_sub_block(self) -> bool:
@@ -168,23 +183,29 @@ class Oracle:
             frame = frame.data
         self._asked = True
         self._sent.append(frame)
+        self._still_due.clear()
         hear = self._hearing.hear
         self._go_to([after for branch in self._branches for after in hear(branch, frame)])
 
     def response(self, frame: bytes | CanFrame) -> list[Violation]:
         """Take what the server sent; return what was wrong with it."""
-        data, findings = self._shaped(frame)
+        data, findings = shaped(frame, self._node_id)
         fits: list[Branch] = []
         misfits: list[Misfit] = []
-        for branch, due in answers_due(self._branches, data):
+        still_due, self._still_due = self._still_due, []
+        for branch, due in answers_due([*self._branches, *still_due], data):
             try:
                 fits += self._hearing.take(branch, due, data)
             except Misfit as misfit:
                 misfits.append(misfit)
         near = any(misfit.near for misfit in misfits)
+        found = bool(fits)
         if self.lost:
-            fits += [_bearing(each) for each in self._branches if _bears(each, fits, near=near)]
+            fits += [
+                bearing(each) for each in self._branches if bears(each, data, fits=found, near=near)
+            ]
         self.ended = None
+        self.unjudged = not found and bool(fits)
         unfit = not fits or min(branch.failures for branch in fits) > 0
         abort = decode_response(data)
         refused = bool(fits) and isinstance(abort, Abort) and abort.code in CODES
@@ -226,24 +247,49 @@ class Oracle:
 
     def settled(self) -> list[Violation]:
         """Take that nothing more came, as a fence or a time-out proves; return what is missing."""
-        resting = [_rested(branch) for branch in self._branches if branch.due is None]
-        asked = self._asked
-        self._asked = self._other_asked = False
-        self._sent.clear()
+        resting = [rested(branch) for branch in self._branches if branch.due is None]
+        silent = None if resting else self._silent(self._branches)
+        self._forget_requests()
+        if silent is not None:
+            memory = self._branches[0].memory.in_doubt()
+            self._go_to(
+                [quiet(lost_from(self._branches, self._sent), memory, self._branches[0].rule)]
+            )
+            return [silent]
         if resting == self._branches and len(resting) == 1:
             return self._keep_best(resting) if resting[0].findings else []
-        if resting:
-            return self._keep_best(resting)
-        due = [branch.due for branch in self._branches if branch.due is not None]
-        expected = " or ".join(dict.fromkeys(answer.words for answer in due))
-        where = AT_THE_END if asked and waits_for_the_end(self._branches) else ""
-        memory = self._branches[0].memory.in_doubt()
-        self._go_to([quiet(LOST, memory, due[0].rule)])
+        return self._keep_best(resting)
+
+    def overdue(self) -> Violation | None:
+        """Take that the answer may never come, since it has not for long; a later one is right.
+
+        Returns the breach that it is if none comes; None where none has to.
+        """
+        latest = [branch for branch in self._branches if not branch.backlog]
+        if self.awaited is not Awaited.ANSWER or not latest:
+            return None
+        silent = self._silent(latest)
+        nearest = min(latest, key=lambda branch: branch.failures)
+        lost = quiet(lost_from(self._branches, self._sent), nearest.memory.in_doubt(), nearest.rule)
+        waiting_on = [each for each in self._branches if len(each.backlog) < MOST_OVERDUE]
+        del self._sent[:-MOST_OVERDUE]
+        self._go_to([*waiting_on, lost.noting(*nearest.findings, silent)])
+        return silent
+
+    def rested(self) -> None:
+        """Take that the bus was quiet: a server that is lost hardly owes anything any more."""
+        if self.lost:
+            self._go_to([rested(each) if each.due is None else each for each in self._branches])
+
+    def _silent(self, branches: list[Branch]) -> Violation:
+        """Build the breach that no answer came, where each of these branches owes one."""
+        due = [branch.due for branch in branches if branch.due is not None]
+        expected = " or ".join(dict.fromkeys(answer.words for answer in due if answer.words))
         # A sub-block that stops in the middle was answered, but not to its end.
-        rule = ANSWERED if asked else must(due[0].rule)
+        rule = ANSWERED if self._asked else must(due[0].rule)
         silent = Violation(rule, expected=expected, actual="no answer")
-        silent.asked = where
-        return [silent]
+        silent.asked = AT_THE_END if self._asked and waits_for_the_end(branches) else ""
+        return silent
 
     def silence(self) -> list[Violation]:
         """Take that the client was silent for longer than a server's time-out may be."""
@@ -258,10 +304,27 @@ class Oracle:
         return findings
 
     def lose(self) -> None:
-        """Take that the state of the server is unknown: it was reset, stopped, or not watched."""
+        """Take that the state of the server is unknown: it was stopped, or not watched."""
         due = any(branch.due is not None for branch in self._branches)
         lost = Lost(due + self._most_waiting())
+        self._forget_requests()
         self._go_to([quiet(lost, self._branches[0].memory.in_doubt(), channels.NMT_INTERRUPTED)])
+
+    def reset(self, *, booted: bool, on_its_way: bytes | None = None) -> None:
+        """Take that the node was reset, and that it has ``booted``: its server is idle then.
+
+        A request that was ``on_its_way`` may be answered, or not.
+        """
+        memory = self._branches[0].memory.after_reset()
+        self._forget_requests()
+        rest = quiet(IDLE if booted else LOST, memory, channels.NMT_INTERRUPTED)
+        self._go_to([rest, *(rest.state.receive(on_its_way, memory) if on_its_way else ())])
+        self._asked = on_its_way is not None
+
+    def _forget_requests(self) -> None:
+        self._asked = self._other_asked = False
+        self._sent.clear()
+        self._still_due.clear()
 
     def observe(self, frame: CanFrame) -> list[Violation]:
         """Take any CAN frame from the bus; return what was wrong with it."""
@@ -278,28 +341,6 @@ class Oracle:
         other = not self._is_addressed(frame) and frame.can_id - REQUEST_BASE in NODE_IDS
         return other and not frame.extended and not frame.remote
 
-    def _shaped(self, frame: bytes | CanFrame) -> tuple[bytes, list[Violation]]:
-        """Return 8 data bytes, and what is wrong with the frame as a CAN frame."""
-        if isinstance(frame, bytes):
-            frame = CanFrame(RESPONSE_BASE + (self._node_id or 0), frame)
-        wrong = []
-        if self._node_id is not None and frame.can_id == REQUEST_BASE + self._node_id:
-            wrong.append("on the identifier of the requests")
-        elif self._node_id is not None and frame.can_id != RESPONSE_BASE + self._node_id:
-            wrong.append(f"identifier {frame.can_id:03X}h")
-        if frame.extended:
-            wrong.append("a 29-bit identifier")
-        if frame.remote:
-            wrong.append("a remote frame")
-        if frame.dlc != FRAME_LENGTH:
-            wrong.append(f"DLC {frame.dlc}")
-        data = whole_frame(frame.data)
-        if not wrong:
-            return data, []
-        actual = f"{frame} ({', '.join(wrong)})"
-        expected = "a data frame of 8 bytes on the COB-ID of the channel"
-        return data, [Violation(FRAME_SHAPE, expected=expected, actual=actual)]
-
     def _misfit(self, misfits: list[Misfit], data: bytes) -> list[Violation]:
         if not misfits:
             if self._other_asked:
@@ -312,14 +353,30 @@ class Oracle:
         if nearest.near:
             return [found]
         expected = " or ".join(dict.fromkeys(misfit.violation.expected for misfit in misfits))
-        return [Violation(found.rule, expected=expected, actual=found.actual)]
+        # Who refuses what is to be served has understood the request, others have not.
+        other = found.rule is NOT_REFUSED and not isinstance(decode_response(data), Abort)
+        return [
+            Violation(SPECIFIER if other else found.rule, expected=expected, actual=found.actual)
+        ]
 
     def _recover(self, data: bytes) -> None:
         """Think where a server may be that broke the protocol."""
-        memory = self._branches[0].memory.in_doubt()
+        doubted = [replace(each, memory=each.memory.in_doubt()) for each in self._branches]
+        memory = doubted[0].memory
         owed = self._most_waiting()
-        aborted = isinstance(decode_response(data), Abort) and not owed
-        self._go_to([quiet(IDLE if aborted else Lost(owed), memory, idle.ABORT_NOT_ANSWERED)])
+        if isinstance(decode_response(data), Abort) and not owed:
+            self._go_to([quiet(IDLE, memory, idle.ABORT_NOT_ANSWERED)])
+            return
+        lost = quiet(
+            replace(lost_from(self._branches, self._sent), owed=owed),
+            memory,
+            idle.ABORT_NOT_ANSWERED,
+        )
+        if self._asked:
+            self._still_due = [each for each in doubted if each.due is not None]
+            self._go_to([lost])
+        else:
+            self._go_to([*(each for each in doubted if each.due is None), lost])
 
     def _most_waiting(self) -> int:
         """Return how many responses the requests may bring that wait for the answer before."""
@@ -355,26 +412,3 @@ class Oracle:
 
 def _is_given_up(branch: Branch) -> bool:
     return isinstance(branch.state, Lost) and branch.state.given_up
-
-
-def _bears(branch: Branch, fits: list[Branch], *, near: bool) -> bool:
-    """Say whether a server that is lost may have sent a response that fits elsewhere, or nowhere.
-
-    Not where it is the answer due: it has been found then. Nor where it is nearly that.
-    """
-    if branch.due is not None or not isinstance(branch.state, Lost):
-        return False
-    return branch.state.owed > 0 or not (fits or near)
-
-
-def _bearing(branch: Branch) -> Branch:
-    """Return a branch that is lost when one of the answers that it may owe has come."""
-    state = branch.state
-    if isinstance(state, Lost) and state.owed:
-        return replace(branch, state=replace(state, owed=state.owed - 1))
-    return replace(branch, state=LOST)
-
-
-def _rested(branch: Branch) -> Branch:
-    """Return what a branch at rest is when nothing is on its way any more."""
-    return replace(branch, state=LOST) if isinstance(branch.state, Lost) else branch

@@ -16,8 +16,9 @@ from conformance.sdo.oracle.answers import Refusal, refusing
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, State, quiet
 from conformance.sdo.oracle.knowledge import Memory
+from conformance.sdo.oracle.lost import Lost, most_answers
 from conformance.sdo.oracle.merging import merged
-from conformance.sdo.oracle.states import IDLE, Lost, most_answers
+from conformance.sdo.oracle.states import IDLE
 from conformance.sdo.rules import freedoms, idle
 
 ABORT_COMMAND = 0x80
@@ -50,7 +51,7 @@ class Hearing:
         self.effort += 1
         if branch.due is None:
             for after in self._received(branch.state, frame, branch.memory):
-                yield after.choosing(*branch.freedoms)
+                yield after.choosing(*branch.freedoms).noting(*branch.findings)
             return
         yield branch.waiting(frame)
         if _is_abort(frame):
@@ -90,8 +91,7 @@ class Hearing:
 
         In a sub-block segments are taken in order; any other request may have been dropped.
         """
-        for after in self.hear(branch, request):
-            yield after.noting(*branch.findings)
+        yield from self.hear(branch, request)
         if branch.due is None and not (in_order and isinstance(branch.state, SubBlock)):
             yield branch.choosing(DROPPED)
 

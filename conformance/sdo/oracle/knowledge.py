@@ -7,15 +7,20 @@ from typing import Self
 
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import AS_WRITTEN, Access, DataType, Habits, same_data
+from conformance.sdo.rules import Rule, idle
 
 
 class Presence(Enum):
-    """Whether an object exists."""
+    """Whether an object exists.
+
+    ``FORBIDDEN`` is a sub-index that an object cannot have; whether there is the object is open.
+    """
 
     OPEN = auto()
     PRESENT = auto()
     NO_OBJECT = auto()
     NO_SUB_INDEX = auto()
+    FORBIDDEN = auto()
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +31,9 @@ class Facts:
     compared. ``low`` and ``high`` are limits of a number, both included; ``any_value`` says that
     every value within them is taken. A string or domain surely has room for ``capacity`` bytes.
     Its ``habits`` are told elsewhere: they are allowed here.
+
+    ``reads_by`` is the rule by which it reads as it does, ``read_only`` that by which it refuses
+    every download, ``takes_by`` that by which it refuses all values but those that it ``takes``.
     """
 
     presence: Presence = Presence.OPEN
@@ -38,6 +46,10 @@ class Facts:
     any_value: bool = False
     capacity: int | None = None
     habits: Habits = AS_WRITTEN
+    reads_by: Rule = idle.NOT_REFUSED
+    read_only: Rule = idle.READ_ONLY
+    takes: frozenset[bytes] | None = None
+    takes_by: Rule = idle.NOT_REFUSED
 
     @property
     def length(self) -> int | None:
@@ -122,8 +134,7 @@ class Memory:
             return None
         if mux in self.values:
             return self.values[mux]
-        constant = facts.access is Access.CONST
-        return facts.value if constant or not self.doubtful else None
+        return facts.value if self._is_constant(mux) or not self.doubtful else None
 
     def now(self, mux: Multiplexer) -> bytes | None:
         """Return what an object holds if it keeps its value by itself; None for anything."""
@@ -136,7 +147,8 @@ class Memory:
 
         Of an object of which nothing is known no value is compared, so none is remembered.
         """
-        if self.facts(mux).presence is Presence.OPEN:
+        facts = self.facts(mux)
+        if facts.presence is Presence.OPEN and not facts.steady:
             return self
         if self.values.get(mux, b"") == value and mux in self.values:
             return self
@@ -154,4 +166,12 @@ class Memory:
 
     def in_doubt(self) -> "Memory":
         """Forget all values but constants: the server has broken the protocol."""
-        return Memory(self.knowledge, served=self.served, doubtful=True)
+        kept = {mux: value for mux, value in self.values.items() if self._is_constant(mux)}
+        return Memory(self.knowledge, kept, self.served, doubtful=True)
+
+    def after_reset(self) -> "Memory":
+        """Forget all that was learned: it may be another program, or another device."""
+        return Memory(self.knowledge, doubtful=True)
+
+    def _is_constant(self, mux: Multiplexer) -> bool:
+        return self.facts(mux).access is Access.CONST

@@ -61,6 +61,9 @@ def presence_reasons(facts: Facts) -> Iterable[Reason]:
         yield Reason(MISSING_REFUSED)
     elif facts.presence is Presence.NO_SUB_INDEX:
         yield Reason(idle.SUB_INDEX_MISSING)
+    elif facts.presence is Presence.FORBIDDEN:
+        # The object may be missing as well, or may not be had in the present state.
+        yield Reason(idle.SUB_INDEX_MISSING, accepted.ABOUT_OBJECTS)
     elif facts.presence is Presence.OPEN:
         yield Reason(NOT_REFUSED, binding=False, late=True)
 
@@ -80,7 +83,7 @@ def write_reasons(facts: Facts) -> Reasons:
     """Return why a download is refused whatever it carries; the access may be checked late."""
     reasons = list(presence_reasons(facts))
     if facts.access in (Access.RO, Access.CONST):
-        reasons.append(Reason(idle.READ_ONLY, late=True))
+        reasons.append(Reason(facts.read_only, late=True))
     return tuple(reasons)
 
 
@@ -160,6 +163,8 @@ def value_reasons(facts: Facts, data: bytes) -> Reasons:
         too_low = facts.low is not None and number < facts.low
         if too_high or too_low:
             return (Reason(initiates.LIMITS),)
+        if facts.takes is not None and data not in facts.takes:
+            return (Reason(facts.takes_by),)
     if facts.any_value and not (facts.data_type is DataType.BOOLEAN and max(data, default=0) > 1):
         return ()
     return (Reason(NOT_REFUSED, accepted.OF_ITS_OWN, binding=False),)

@@ -126,7 +126,7 @@ def require_value(
         require(fits, TYPE_LENGTH, f"{facts.reads} bytes, as the type has", frame)
     if due is not None:
         holds = facts.same(data, due) if whole else facts.begins(data, due)
-        require(holds, NOT_REFUSED, f"{mux} to read as {hex_bytes(due)}", frame)
+        require(holds, facts.reads_by, f"{mux} to read as {hex_bytes(due)}", frame)
 
 
 @dataclass(frozen=True, slots=True)

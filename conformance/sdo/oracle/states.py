@@ -24,13 +24,11 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import Refusal
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.short_frames import completed
 from conformance.sdo.rules import (
-    ANSWERED,
     RESTART,
     Rule,
     Violation,
@@ -243,50 +241,6 @@ class Running(Answering):
             quiet(self, memory, timing.SERVER_TIME_OUT),
             refusal.branch(self, IDLE, memory, Freedom("server time-out", "aborts")),
         ]
-
-
-@dataclass(frozen=True, slots=True)
-class Lost:
-    """The state of the server is unknown: it has broken the protocol. Anything goes for now.
-
-    ``owed`` answers may still come to what was sent before. They cannot be told from those to
-    later requests, so nothing is certain until as many have come, or the bus has been quiet.
-    ``begun`` says that an initiate was sent last: by its answer the server is found. ``given_up``
-    says that there were too many ways to go on.
-    """
-
-    owed: int = 0
-    begun: bool = False
-    given_up: bool = False
-    name: ClassVar[str] = "lost"
-
-    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
-        """Find the way back with an abort of the client, or with a new transfer."""
-        request = decode_request(frame)
-        # Where nothing else is owed, the answer to an initiate is followed as such.
-        owed = self.owed + 1 if self.owed and self.begun else self.owed
-        if isinstance(request, Abort) and not request.reserved_bits:
-            return [quiet(Lost(owed) if owed else IDLE, memory, idle.ABORT_NOT_ANSWERED)]
-        if not isinstance(request, Initiate):
-            return [quiet(Lost(owed + most_answers(frame)), memory, ANSWERED)]
-        return [
-            quiet(Lost(owed, begun=True), memory, ANSWERED),
-            *IDLE.receive(frame, memory),
-            Refusal(RESTART).branch(self, IDLE, memory),
-        ]
-
-    def pass_time(self, memory: Memory) -> list[Branch]:
-        """Stay lost."""
-        return [quiet(self, memory, timing.SERVER_TIME_OUT)]
-
-
-LOST = Lost()
-
-
-def most_answers(frame: bytes) -> int:
-    """Return how many responses a request may bring at the most, whatever state it meets."""
-    sub_block = isinstance(decode_request(frame), BlockUploadStart | BlockAck)
-    return LARGEST_BLOCK if sub_block else 1
 
 
 def plain(request: Request) -> Request:

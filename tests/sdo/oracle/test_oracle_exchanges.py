@@ -196,7 +196,7 @@ NOT_ALLOWED = {
     ),
     "block-upload.no-switch": (
         "> A0 00 10 00 7F 00 00 00 \n < 43 00 10 00 91 01 0F 00",
-        "response.not-refused",
+        "response.specifier",
     ),
     "segmented-download.toggle confirmed": (
         f"{DOWNLOAD} \n > 10 41 42 43 44 45 46 47 \n < 30 00 00 00 00 00 00 00",
