@@ -305,7 +305,7 @@ class Lockstep:
         if self.oracle.awaited is Awaited.NOTHING and not self.oracle.idle:
             self._look_for_abort()
         for target in self._may_run(mux):
-            if abort or not self.oracle.is_without_transfer:
+            if abort or not self.oracle.idle:
                 self._sdo.send(Abort(target, AbortCode.GENERAL_ERROR))
                 abort = False
         try:
@@ -318,8 +318,13 @@ class Lockstep:
         self.check()
 
     def _may_run(self, mux: Multiplexer) -> Iterable[Multiplexer]:
-        """Return the objects that a transfer may be about, the likeliest first."""
-        running = (*self.oracle.running, self._sdo.tracker.open)
+        """Return the objects that a transfer may be about, the likeliest first.
+
+        What was asked for last may begin one yet: a frame of another length than 8, say.
+        """
+        asked = self._sdo.wire.last_sent
+        begun = asked.mux if isinstance(asked, INITIATES) else None
+        running = (*self.oracle.running, self._sdo.tracker.open, begun)
         return dict.fromkeys(each for each in (*running, mux) if each is not None)
 
     def check(self) -> None:

@@ -77,7 +77,7 @@ SPECIFIC = (
     "nmt-heartbeat-never",
     "response-copied-to-other-id",
     "block-upload-next-request-lost",
-    "download-empty-last-refused",
+    "number-empty-accepted",
     "unknown-specifier-ignored",
     "download-toggle-ignored",
     "nmt-stopped-answers",

@@ -254,7 +254,12 @@ class FillerChecked(_Taking):
         return request.data
 
 
-@fault("download-short-segments-padded", Defect.UNUSED_COUNT, "segmented-download.short-segments")
+@fault(
+    "download-short-segments-padded",
+    Defect.UNUSED_COUNT,
+    "segmented-download.short-segments",
+    soft=True,
+)
 class ShortSegmentsPadded(_Taking):
     """Takes all 7 bytes of every segment but the last."""
 
@@ -262,7 +267,12 @@ class ShortSegmentsPadded(_Taking):
         return request.data if request.last else request.payload
 
 
-@fault("download-empty-last-refused", Defect.ZERO_LENGTH, "segmented-download.empty-last")
+@fault(
+    "download-empty-last-refused",
+    Defect.ZERO_LENGTH,
+    "segmented-download.empty-last",
+    soft=True,
+)
 class EmptyLastRefused(_Taking):
     """Refuses a last segment without data."""
 

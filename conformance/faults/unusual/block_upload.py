@@ -8,12 +8,17 @@ from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
     BlockAck,
+    BlockEndResponse,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
+    BlockUploadStart,
+    Request,
     Response,
 )
 from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import Refusal
+
+CONFIRMED = b"\xa1"
 
 
 @unusual("block-upload-size-not-indicated")
@@ -84,3 +89,40 @@ class LastBlockSizeIgnored(ReadsAcknowledgements):
         end = transfer.offset + request.sequence * SEGMENT_LENGTH
         last = request.sequence == transfer.sent and end >= len(transfer.data)
         return replace(request, block_size=transfer.block_size) if last else request
+
+
+class _OutOfPlaceAtEnd(Server):
+    """Treats A1h to A3h, with or without reserved bits, alike where its end is to be confirmed."""
+
+    def react(self, request: Request) -> list[Response]:
+        at_end = isinstance(self.transfer, BlockUpload) and self.transfer.ended
+        inner = isinstance(request, BlockAck | BlockEndResponse | BlockUploadStart)
+        if not (at_end and inner) or request.encode()[:1] == CONFIRMED:
+            return super().react(request)
+        return self.out_of_place(request)
+
+    def out_of_place(self, request: Request) -> list[Response]:
+        """Keep silent."""
+        del request
+        return []
+
+
+@unusual("out-of-place-at-block-upload-end-ignored")
+class OutOfPlaceIgnored(_OutOfPlaceAtEnd):
+    """Ignores A2h, A3h and A5h to A7h where the end of a block upload is to be confirmed."""
+
+
+@unusual("out-of-place-at-block-upload-end-not-valid")
+class OutOfPlaceNotValid(_OutOfPlaceAtEnd):
+    """Calls A2h, A3h and A5h to A7h no valid command where the end is to be confirmed."""
+
+    def out_of_place(self, request: Request) -> list[Response]:
+        return self.refuse(request, AbortCode.COMMAND_NOT_VALID)
+
+
+@unusual("out-of-place-at-block-upload-end-out-of-sequence")
+class OutOfPlaceOutOfSequence(_OutOfPlaceAtEnd):
+    """Calls A2h, A3h and A5h to A7h out of sequence where the end is to be confirmed."""
+
+    def out_of_place(self, request: Request) -> list[Response]:
+        return self.refuse(request, AbortCode.INVALID_SEQUENCE_NUMBER)

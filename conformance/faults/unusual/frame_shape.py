@@ -7,7 +7,13 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
+    BlockDownloadInitiate,
+    BlockEnd,
+    BlockSegment,
+    BlockUploadInitiate,
     DownloadInitiate,
+    DownloadSegment,
     Request,
     Response,
     UploadInitiate,
@@ -15,6 +21,9 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.objects import Refusal
+
+# The bytes of an initiate that holds its multiplexer and no more.
+SHORTEST_INITIATE = 4
 
 
 @unusual("strict-about-reserved-bits")
@@ -67,3 +76,49 @@ class ShortFramesRefused(Server):
             return []
         self.transfer = None
         return [Abort(Multiplexer(0), AbortCode.LENGTH_MISMATCH).encode()]
+
+
+def _holds_all(request: Request, length: int) -> bool:
+    """Say whether the bytes of a frame cut short are all that a request needs."""
+    match request:
+        case DownloadInitiate(expedited=True):
+            return length >= SHORTEST_INITIATE + len(request.data)
+        case DownloadInitiate(sized=True) | BlockDownloadInitiate(sized=True):
+            return False
+        case DownloadSegment():
+            return length > len(request.data)
+        case BlockSegment():
+            return False
+        case BlockUploadInitiate():
+            return length > SHORTEST_INITIATE
+        case DownloadInitiate() | UploadInitiate() | BlockDownloadInitiate() | Abort():
+            return length >= SHORTEST_INITIATE
+        case BlockAck() | BlockEnd():
+            return length >= 3
+        case _:
+            return length >= 1
+
+
+@unusual("whole-short-frames-served")
+class WholeShortFramesServed(Server):
+    """Serves any request of fewer than 8 bytes that holds all it needs, also within a transfer."""
+
+    def on_wrong_length(self, frame: bytes) -> list[bytes]:
+        whole = frame.ljust(FRAME_LENGTH, b"\0")
+        if not frame or not _holds_all(self.decode(whole), len(frame)):
+            return []
+        return self.receive(whole)
+
+
+@unusual("short-frames-called-not-valid")
+class ShortFramesNotValid(Server):
+    """Calls any frame of fewer than 8 bytes no valid command, whatever it begins with."""
+
+    def on_wrong_length(self, frame: bytes) -> list[bytes]:
+        mux = Multiplexer(0)
+        if self.transfer is not None:
+            mux = self.transfer.mux
+        elif len(frame) >= SHORTEST_INITIATE:
+            mux = UploadInitiate.decode(frame.ljust(FRAME_LENGTH, b"\0")).mux
+        self.transfer = None
+        return [Abort(mux, AbortCode.COMMAND_NOT_VALID).encode()]

@@ -1,5 +1,7 @@
 """Servers that are right in downloads in their own way: when they check, and when they write."""
 
+from dataclasses import replace
+
 from conformance.faults.own_clock import AnswersLater
 from conformance.faults.registry import About, unusual
 from conformance.reference.node import Node
@@ -83,6 +85,25 @@ class UnusedBinding(Server):
         if len(request.data) > transfer.room:
             raise Refusal(AbortCode.LENGTH_TOO_HIGH)
         return request.data
+
+
+@unusual("n-7-in-last-segment-refused", soft=True)
+class EmptyLastRefused(Server):
+    """Takes n = 0 to 6 in a last segment, and calls n = 7 no valid command."""
+
+    def segment_data(self, transfer: Download, request: DownloadSegment) -> bytes:
+        if request.last and not request.data:
+            raise Refusal(AbortCode.COMMAND_NOT_VALID)
+        return super().segment_data(transfer, request)
+
+
+@unusual("n-of-last-segment-only", soft=True)
+class UnusedOfLastOnly(Server):
+    """Takes 7 bytes of each segment before the last, whatever n says."""
+
+    def segment_data(self, transfer: Download, request: DownloadSegment) -> bytes:
+        whole = request if request.last else replace(request, unused=0)
+        return super().segment_data(transfer, whole)
 
 
 class _WritesThrough(Server):

@@ -18,6 +18,7 @@ from conformance.sdo.frames import (
     BlockUploadStart,
     Request,
 )
+from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
     BLOCK_UPLOAD,
@@ -50,6 +51,8 @@ from conformance.sdo.rules import (
 )
 from conformance.sdo.rules import block_upload as rules
 from conformance.sdo.rules.sizes import TYPE_LENGTH
+
+BEHIND_THE_END = "an inner frame behind the end of a block upload"
 
 
 @begin.register
@@ -310,23 +313,43 @@ class BlockUploadEnd(_BlockUpload):
     abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT_AT_END
     foreign_rule: ClassVar[Rule] = rules.OVER
 
+    def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
+        """Take a confirmation with reserved bits for what is out of place, too."""
+        branches = Running.receive(self, frame, memory)
+        if len(frame) == FRAME_LENGTH and isinstance(
+            request := self.decode(frame), BlockEndResponse
+        ):
+            branches += self._out_of_place(memory) if request.reserved_bits else []
+        return branches
+
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Be idle when the client has everything."""
         if isinstance(request, BlockEndResponse):
             steady = memory.facts(self.mux).steady
             after = memory.learned(self.mux, self.data) if steady else memory
             return [quiet(IDLE, after, rules.OVER)]
+        if isinstance(request, BlockUploadStart):
+            return self._out_of_place(memory)
         if not isinstance(request, BlockAck):
             return self.foreign(memory)
         rule = rules.ACKNOWLEDGED_AGAIN
-        topic = "an acknowledgement behind the end of a block upload"
         end = BlockEnd.decode(self.ended_with)
         again = answered(
             BlockEnd, rule, f"{describe(end)}, again", self, quiet(self, memory, rule),
             unused=end.unused, crc=end.crc,
         )  # fmt: skip
         return [
-            again.choosing(Freedom(topic, "end repeated")),
-            quiet(self, memory, rule, Freedom(topic, "ignored")),
-            *(branch.choosing(Freedom(topic, "refused")) for branch in self.foreign(memory, rule)),
+            again.choosing(Freedom(BEHIND_THE_END, "end repeated")),
+            *self._out_of_place(memory),
+        ]
+
+    def _out_of_place(self, memory: Memory) -> list[Branch]:
+        """Ignore or refuse what belongs earlier in the transfer, or to no place of it."""
+        rule = rules.ACKNOWLEDGED_AGAIN
+        return [
+            quiet(self, memory, rule, Freedom(BEHIND_THE_END, "ignored")),
+            *(
+                branch.choosing(Freedom(BEHIND_THE_END, "refused"))
+                for branch in self.foreign(memory, rule)
+            ),
         ]

@@ -31,11 +31,16 @@ from conformance.sdo.oracle.reasons import (
     write_reasons,
 )
 from conformance.sdo.oracle.states import IDLE, Running, begin
-from conformance.sdo.rules import NOT_REFUSED, Rule, sizes
+from conformance.sdo.rules import NOT_REFUSED, Rule, Violation, sizes
 from conformance.sdo.rules import download_initiates as initiates
 from conformance.sdo.rules import segmented_download as rules
 
 SHORT = 4
+# By these a server refuses what it should take: their codes are tolerated at most.
+NO_EMPTY_LAST, NO_SHORT_SEGMENTS = (
+    (Reason(rule, (), rule.tolerated, binding=False),)
+    for rule in (rules.EMPTY_LAST, rules.SHORT_SEGMENTS)
+)
 FOREIGN_RULES: dict[type, Rule] = {
     UploadSegment: rules.UPLOAD_SEGMENT,
     Unknown: rules.UNKNOWN_SPECIFIER,
@@ -130,30 +135,55 @@ class SegmentedDownload(Running):
                 quiet(self, memory, rules.TOGGLE, Freedom(topic, "ignored")),
             ]
         return [
-            branch.choosing(*freedoms)
+            after
             for data, freedoms in self._readings(request, memory)
-            for branch in self._taken(data, request.last, memory)
+            for after in self._read_as(data, request, freedoms, memory)
         ]
+
+    def _read_as(
+        self,
+        data: bytes,
+        request: DownloadSegment,
+        freedoms: tuple[Freedom, ...],
+        memory: Memory,
+    ) -> Iterable[Branch]:
+        """Yield how to go on with a segment that is taken for these bytes."""
+        missed: tuple[Violation, ...] = ()
+        if len(data) > len(request.data):
+            expected = f"the {len(request.data)} bytes of a segment that states n"
+            missed = (Violation(rules.SHORT_SEGMENTS, expected=expected, actual=f"{len(data)}"),)
+        for branch in self._taken(data, request, memory):
+            yield branch.choosing(*freedoms).noting(*missed)
 
     def _readings(
         self, request: DownloadSegment, memory: Memory
     ) -> Iterable[tuple[bytes, tuple[Freedom, ...]]]:
-        """Yield what a segment may hold: n = 0 in the last one also means "not stated"."""
+        """Yield what a segment may hold: n = 0 in the last one also means "not stated".
+
+        A server that looks at n there only takes 7 bytes of any other, or as many as there is
+        room for.
+        """
         yield request.data, ()
         limit = self.size if self.size is not None else memory.facts(self.mux).length
-        if request.last and not request.unused and limit is not None:
-            room = limit - len(self.data)
-            if 0 <= room < len(request.data):
-                yield request.data[:room], (Freedom("n = 0 in a short last segment", "not stated"),)
+        room = len(request.payload) if limit is None else max(limit - len(self.data), 0)
+        if request.last and not request.unused and room < len(request.data):
+            yield request.data[:room], (Freedom("n = 0 in a short last segment", "not stated"),)
+        if not request.last and request.unused:
+            chosen = (Freedom("n before the last segment", "ignored"),)
+            yield request.payload, chosen
+            if len(request.data) < room < len(request.payload):
+                yield request.payload[:room], chosen
 
-    def _taken(self, data: bytes, last: bool, memory: Memory) -> list[Branch]:
-        facts = memory.facts(self.mux)
+    def _taken(self, data: bytes, request: DownloadSegment, memory: Memory) -> list[Branch]:
+        facts, last = memory.facts(self.mux), request.last
         whole = self.data + data
         reasons = self.reasons + excess_reasons(facts, self.size, len(whole), rules.TOO_MANY)
         if last:
             reasons += final_reasons(facts, self.size, whole, rules.TOO_FEW, block=False)
+            reasons += () if request.data else NO_EMPTY_LAST
         reasons = distinct(reasons)
-        branches = refused(self, self.mux, reasons, memory)
+        at_once = NO_SHORT_SEGMENTS if request.unused and not last else ()
+        branches = refused(self, self.mux, (*reasons, *at_once), memory)
         if last and must_refuse(reasons):
             return branches
         after = quiet(IDLE, memory.learned(self.mux, whole), rules.STORED)

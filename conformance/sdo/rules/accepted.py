@@ -11,6 +11,8 @@ IMPOSSIBLE_NUMBER = (
     AbortCode.INVALID_BLOCK_SIZE,
     AbortCode.COMMAND_NOT_VALID,
 )
+# An inner frame of a block transfer where another is due: no valid command there, or out of turn.
+OUT_OF_PLACE = (AbortCode.COMMAND_NOT_VALID, AbortCode.INVALID_SEQUENCE_NUMBER)
 TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH)
 TOO_SHORT = (AbortCode.LENGTH_TOO_LOW, AbortCode.LENGTH_MISMATCH)
 WRONG_LENGTH = (
@@ -63,3 +65,5 @@ NOT_MAPPED = (
 # block transfer is wrong, that it is no valid command.
 GENERAL = (AbortCode.GENERAL_ERROR,)
 IMPRECISE = (AbortCode.GENERAL_ERROR, AbortCode.COMMAND_NOT_VALID)
+# Of a segment whose length is called wrong, or its n no valid one.
+ANY_LENGTH_ERROR = (*WRONG_LENGTH, *IMPRECISE)

@@ -108,10 +108,10 @@ ACKNOWLEDGED_AGAIN = Rule(
     "block-upload.acknowledged-again",
     END,
     MAY,
-    "An acknowledgement once more, where the end is to be confirmed, does no harm.",
-    reaction="the end again, silence, or abort",
-    codes=accepted.NOT_VALID,
-    open="whether the end is repeated or the upload aborted",
+    "An acknowledgement or a start, where the end is to be confirmed, does no harm.",
+    reaction="silence, or abort; for an acknowledgement the end again, too",
+    codes=accepted.OUT_OF_PLACE,
+    open="whether the end is repeated or the upload aborted, and the code",
 )
 CLIENT_ABORT_AT_END = Rule(
     "block-upload.client-abort-at-end",

@@ -1,7 +1,7 @@
 """Requests to a server in the middle of a segmented download."""
 
 from conformance.sdo.rules import accepted
-from conformance.sdo.rules.model import MAY, MUST, Rule
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 DOWNLOAD = "7.2.4.3.2"
 INITIATE = "7.2.4.3.3"
@@ -89,6 +89,25 @@ EMPTY = Rule(
     open="served or refused",
 )
 
+SHORT_SEGMENTS = Rule(
+    "segmented-download.short-segments",
+    SEGMENT,
+    SHOULD,
+    "Of a segment before the last that holds fewer than 7 bytes only these are stored.",
+    reaction="20h, 30h",
+    tolerated=accepted.ANY_LENGTH_ERROR,
+    open="whether a server looks at n in any segment but the last",
+)
+EMPTY_LAST = Rule(
+    "segmented-download.empty-last",
+    SEGMENT,
+    SHOULD,
+    "A last segment without data (n = 7) is taken when all bytes have come.",
+    reaction="20h or 30h, idle",
+    tolerated=accepted.ANY_LENGTH_ERROR,
+    open="whether a server takes n = 7",
+)
+
 ABORT_RESERVED_BITS = Rule(
     "segmented-download.abort-reserved-bits",
     ABORT,
@@ -105,20 +124,8 @@ SEGMENTED_DOWNLOAD_RULES = (
     TOGGLE,
     TOO_MANY,
     TOO_FEW,
-    Rule(
-        "segmented-download.short-segments",
-        SEGMENT,
-        MUST,
-        "A segment before the last may hold fewer than 7 bytes.",
-        reaction="20h, 30h",
-    ),
-    Rule(
-        "segmented-download.empty-last",
-        SEGMENT,
-        MUST,
-        "The last segment may be empty when all bytes have come.",
-        reaction="20h or 30h, idle",
-    ),
+    SHORT_SEGMENTS,
+    EMPTY_LAST,
     Rule(
         "segmented-download.unused-not-stated",
         SEGMENT,
