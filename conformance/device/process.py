@@ -7,6 +7,7 @@ recover = "./power-cycle.sh"         # for a bench device
 
 import os
 import shlex
+import signal
 import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -153,11 +154,21 @@ class DeviceProcess:
 
     def check(self) -> None:
         """Raise ProcessFailed when the program has ended by itself."""
-        if self._process is not None and self._process.poll() is not None:
+        if ended := self.ended:
             raise ProcessFailed(
-                f"The device's program has ended with exit status {self._process.returncode} "
-                f"before it answered: {shlex.join(self._settings.command)}.{self.last_words()}"
+                f"{ended} before it answered: {shlex.join(self._settings.command)}."
+                f"{self.last_words()}"
             )
+
+    @property
+    def ended(self) -> str:
+        """How the program has ended by itself, as the beginning of a sentence; empty if it runs."""
+        status = None if self._process is None else self._process.poll()
+        if status is None:
+            return ""
+        if status < 0:
+            return f"The device's program was ended by {_signal(-status)}"
+        return f"The device's program has ended with exit status {status}"
 
     def tail(self) -> list[str]:
         """Return the last lines that were written; what would steer a terminal stands as text."""
@@ -173,6 +184,14 @@ class DeviceProcess:
         """Return the last lines as the end of an error message."""
         lines = [f"    {line}" for line in self.tail()]
         return "\n".join([" Its output ends with:", *lines]) if lines else ""
+
+
+def _signal(number: int) -> str:
+    """Return the name of a signal, such as SIGSEGV."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 def _named(command: Sequence[str], node_id: int) -> list[str]:

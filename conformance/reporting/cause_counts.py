@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.summary import counted
-from conformance.run.verdict import FAILED, CaseResult, Verdict
+from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
 
 
 @dataclass(slots=True)
@@ -19,8 +19,22 @@ class CauseCount:
 
     @property
     def cases(self) -> list[CaseResult]:
-        """All of them; the first one shows the cause."""
-        return [*self.failed, *self.kept_away]
+        """All of them; the first one shows the cause: the plainest that failed."""
+        return [*sorted(self.failed, key=self._irregularity), *self.kept_away]
+
+    def _irregularity(self, result: CaseResult) -> tuple[bool, bool, int, int]:
+        """Return a key by which the plainest failure comes first.
+
+        It breaks the rule of the cause and no other, and tests that rule; the case has met no other
+        cause, and has few frames.
+        """
+        rule = rule_of_cause(self.cause)
+        return (
+            result.broken_rules != {rule},
+            rule not in result.tested_rules,
+            len(result.met),
+            len(result.trace),
+        )
 
     @property
     def told(self) -> str:

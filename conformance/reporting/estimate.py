@@ -12,7 +12,7 @@ from typing import Self
 
 from conformance.generated.conversations.plan import SEARCH_SECONDS
 from conformance.reporting.workload import RANDOM, Work, work_of
-from conformance.run.verdict import CaseResult, Verdict
+from conformance.run.verdict import NOT_TESTED, CaseResult
 
 # The weight of an answer, where a second of work weighs 1: cases count by what they have to do.
 ANSWER = 0.001
@@ -21,7 +21,6 @@ ANSWER = 0.001
 DOUBT, DOUBT_SHARE = 3.0, 0.2
 # What is left of a case where the same was not testable for another service: for want of room, say.
 LACKING = 0.05
-UNTRIED = (Verdict.NOT_RUN, Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED)
 
 
 @dataclass(slots=True)
@@ -61,7 +60,7 @@ class Taken:
         """
         if result is None:
             return cls(seconds, tried=False)
-        tried = result.verdict not in UNTRIED
+        tried = result.verdict not in NOT_TESTED
         seconds = max(seconds, result.duration)
         return cls(seconds, result.answers, result.answering, result.waited, tried)
 

@@ -7,7 +7,7 @@ from conformance import __version__
 from conformance.device.device import Device
 from conformance.device.lacking import addition
 from conformance.run.bench import RunSettings
-from conformance.run.verdict import CaseResult, Verdict
+from conformance.run.verdict import NOT_TESTED, CaseResult, Verdict
 
 FOUND = "found-by-reading"
 # What a device refuses by its state.
@@ -101,6 +101,17 @@ def verdict_counts(results: Sequence[CaseResult]) -> list[str]:
     return [f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict]]
 
 
+def tested_share(results: Sequence[CaseResult]) -> str:
+    """Say how many cases say something of the device, and of how many.
+
+    >>> tested_share([])
+    '0 cases tested'
+    """
+    tested = sum(result.verdict not in NOT_TESTED for result in results)
+    of_all = "" if tested == len(results) else f" of {len(results)}"
+    return f"{tested}{of_all} {'case' if len(results) == 1 else 'cases'} tested"
+
+
 def summary_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
     """Return the number of each verdict, and what is to be said of those that did not just pass.
 
@@ -109,6 +120,7 @@ def summary_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
     waited = sum(result.waited for result in results)
     return [
         ", ".join(verdict_counts(results)),
+        *_share_lines(results),
         *_remark_lines(results, whole=whole),
         *_known_lines(results),
         *(_progress_lines(results) if whole else []),
@@ -119,6 +131,14 @@ def summary_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:
             else []
         ),
     ]
+
+
+def _share_lines(results: Sequence[CaseResult]) -> list[str]:
+    """Return the share of the cases that were tested, where some were not."""
+    tested = sum(result.verdict not in NOT_TESTED for result in results)
+    if tested == len(results):
+        return []
+    return [f"{tested_share(results)} ({100 * tested // len(results)} %)"]
 
 
 def _remark_lines(results: Sequence[CaseResult], *, whole: bool) -> list[str]:

@@ -296,7 +296,11 @@ class CaseRun:
             return
         if leaving.afterwards is Afterwards.LOST:
             session.lost = True
-            self.result.output = session.revival.process.tail() if session.revival else []
+            if session.revival is not None:
+                process = session.revival.process
+                self.result.output = process.tail()
+                if process.ended:
+                    self.result.notes.append(process.ended)
         else:
             # A reset brings back what is stored: that is verified, for the next reset to find it.
             # What a device has made of a request that it got wrong is for no other case to read.

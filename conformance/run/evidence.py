@@ -16,6 +16,8 @@ from conformance.sdo.rules import cited
 CANSEND_KNOWS = "socketcan"
 FIRST_LINES = 40
 LAST_LINES = 60
+# What the suite sends behind a request that stays unanswered: an abort, reads, a last abort.
+MOST_UNANSWERED = 4
 DECISIVE = "*"
 # Where the words of a frame begin in the text of a failure.
 WORDS_AT = 38
@@ -36,7 +38,8 @@ def trace_lines(
 
     ``channels`` are those whose frames are SDO; ``own`` is the number of frames after which the
     case was over and the suite looked after the device, which is shown if ``aside``. The last
-    response that ``actual`` shows is marked; else the last frame, if any of them is ``decisive``.
+    response that ``actual`` shows is marked; else, if any frame is ``decisive``, the first request
+    without an answer, or the last frame.
     The middle of a long trace is left out; ``gap`` says what was not even kept of it.
     """
     decoders = {ids: ChannelDecoder(ids) for ids in channels}
@@ -45,7 +48,7 @@ def trace_lines(
     aside_at = total if own is None else own
     marked = _shown(frames, aside_at, gap, actual)
     if marked is None and decisive:
-        marked = aside_at - 1
+        marked = _unanswered(frames, aside_at, gap)
     if not aside:
         frames = frames[: len(frames) - (total - aside_at)]
         total = aside_at
@@ -84,6 +87,22 @@ def _shown(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str) -
         if received and f"[{hex_bytes(captured.frame.data)}]" in actual:
             return number
     return None
+
+
+def _unanswered(frames: Sequence[Captured], end: int, gap: Gap | None) -> int:
+    """Return the number of the first request before ``end`` that has no answer.
+
+    In a burst, a server has to answer the last frame alone.
+    """
+    first = end
+    for position in reversed(range(len(frames))):
+        number = position + (gap.frames if gap is not None and position >= gap.at else 0)
+        if number >= end:
+            continue
+        if frames[position].direction is Direction.RECEIVED:
+            break
+        first = number
+    return first if first < end <= first + MOST_UNANSWERED else end - 1
 
 
 def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None = None) -> list[str]:

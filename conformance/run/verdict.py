@@ -27,6 +27,8 @@ class Verdict(StrEnum):
 
 FAILED = (Verdict.FAIL, Verdict.BENCH_ERROR)
 BREACHES = (Verdict.FAIL, Verdict.NON_STRICT)
+# They say nothing of the device.
+NOT_TESTED = (Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED, Verdict.NOT_RUN)
 
 
 class Afterwards(StrEnum):

@@ -83,6 +83,14 @@ def test_one_that_ended_by_itself(tmp_path: Path) -> None:
     process.stop()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no signal ends a program there")
+def test_a_program_that_a_signal_ended_says_which(tmp_path: Path) -> None:
+    text = "import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)"
+    with DeviceProcess(program(text), tmp_path / "log") as process:
+        process.start()
+        become(lambda: process.ended == "The device's program was ended by SIGSEGV")
+
+
 def test_what_it_writes_steers_no_terminal(tmp_path: Path) -> None:
     (tmp_path / "log").write_bytes(b"\x1b]0;title\x07\tgone\x1b[2J\n\xff\n")
     process = DeviceProcess(program("pass"), tmp_path / "log")

@@ -5,8 +5,8 @@ from plugin_runs import self_test, the_report
 
 from conformance.reference import dictionary
 from conformance.reference.built_in_device import reference_entries
-from conformance.reporting.estimate import UNTRIED, Estimate, Taken
-from conformance.run.verdict import CaseResult
+from conformance.reporting.estimate import Estimate, Taken
+from conformance.run.verdict import NOT_TESTED, CaseResult
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry
 
@@ -36,7 +36,7 @@ class Cases:
             return
         result = CaseResult.from_dict(values)
         self.answers[report.nodeid] = result.answers
-        self.tried[report.nodeid] = result.verdict not in UNTRIED
+        self.tried[report.nodeid] = result.verdict not in NOT_TESTED
 
 
 def foreseen(cases: Cases) -> list[float]:

@@ -94,8 +94,9 @@ def test_lines_stay_whole_where_there_is_no_terminal(pytester: pytest.Pytester) 
 def test_a_run_without_failures_says_little(pytester: pytest.Pytester) -> None:
     text = printed(self_test(pytester, *GOOD))
     head = "================================= conformance"
-    _, counts, remark, lacks, reports = between(text, head, "====").splitlines()
+    _, counts, share, remark, lacks, reports = between(text, head, "====").splitlines()
     assert counts == "1 pass, 1 info, 18 not testable"
+    assert share == "2 of 20 cases tested (10 %)"
     assert remark.startswith("info: block-download.empty: ")
     assert lacks.startswith("not testable (")
     assert reports == "reports: FOLDER"

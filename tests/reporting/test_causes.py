@@ -1,5 +1,7 @@
 """The causes at the end of a run: each with its cases, most cases first."""
 
+from dataclasses import replace
+
 from reporting_results import result
 
 from conformance.reporting.cause_counts import cause_lines, counted_causes
@@ -55,3 +57,15 @@ def test_each_of_many_devices_has_its_own() -> None:
         f"node 6: {ECHO} (2 cases failed; first abort.frame)",
         f"node 5: {ECHO} (1 case failed; first abort.frame)",
     ]
+
+
+def test_the_plainest_failure_shows_a_cause() -> None:
+    """Not the first, which breaks another rule as well, or is not about this one."""
+    rule = TOGGLE.partition(":")[0]
+    other = result(Verdict.FAIL, case_id="a.b", cause=TOGGLE, broken_rule="response.filler: x")
+    beside = result(Verdict.FAIL, case_id="c.d", cause=TOGGLE, broken_rule=f"{rule}: x")
+    met = replace(beside, case_id="e.f", rules=[rule], met=[FILLER])
+    long = replace(beside, case_id="g.h", rules=[rule], trace=["a", "b", "c"])
+    plain = replace(beside, case_id="i.j", rules=[rule], trace=["a", "b"])
+    (count,) = counted_causes([other, beside, met, long, plain], strict=False)
+    assert [case.case_id for case in count.cases] == ["i.j", "g.h", "e.f", "c.d", "a.b"]

@@ -3,6 +3,7 @@
 import gzip
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -77,11 +78,12 @@ def page_of(
     *,
     ended: bool = True,
     log: str = LOG,
+    found: dict[str, list[str]] | None = None,
     **about: object,
 ) -> Reader:
     (folder / "bus.log").write_text(log, encoding="utf-8")
     places: list[Place | None] = [*PLACES, *[None] * len(results)][: len(results)]
-    end = {"at": "2026-05-06T09:09:09.500+02:00", **END} if ended else None
+    end = {"at": "2026-05-06T09:09:09.500+02:00", **END, **(found or {})} if ended else None
     run = RecordedRun({**ABOUT, **about}, [DEVICE], list(results), places, len(results), end)
     reader = Reader()
     reader.feed(write_page(folder, run).read_text(encoding="utf-8"))
@@ -92,7 +94,7 @@ def page_of(
 
 def test_the_verdict(tmp_path: Path) -> None:
     page = page_of(tmp_path, [result(), FAILED])
-    assert "Nodes 5, 9: 1 of 2 cases failed, for 1 cause." in page.text
+    assert "Nodes 5, 9: 2 cases tested, 1 failed, for 1 cause." in page.text
     assert "device name (1008h) Drive" in page.text
     assert "drive.eds, version 1.4 SHA-256" in page.text
     assert "pytest --node-id=5,9" in page.text
@@ -322,3 +324,22 @@ def test_the_command_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert (tmp_path / RESULTS).is_file()
     assert main(["report", str(tmp_path)]) == DONE
     assert f"written: {tmp_path / PAGE}" in capsys.readouterr().out
+
+
+def test_a_rule_is_red_where_it_is_broken(tmp_path: Path) -> None:
+    """Not where a case that tests it has failed for another."""
+    both = replace(FAILED, rules=["response.specifier", "response.multiplexer"])
+    page = page_of(tmp_path, [result(), both])
+    text = (tmp_path / PAGE).read_text(encoding="utf-8")
+    rows = re.findall(r'<tr( class="has-failed")?><th scope="row"><b>([^<]+)</b>', text)
+    assert {name for red, name in rows if red} >= {"response.specifier"}
+    assert "response.multiplexer" in {name for red, name in rows if not red}
+    assert "1 failed" in page.text
+
+
+def test_what_is_wrong_with_the_bench_stands_at_the_top(tmp_path: Path) -> None:
+    broken = result(Verdict.BENCH_ERROR, actual="lost")
+    found = {"unrestored": ["2001h:00 held 05"], "bench_errors": ["Node 5 is lost"]}
+    page = page_of(tmp_path, [result(), broken], found=found)
+    assert page.text.index("not put back: 2001h:00 held 05") < page.text.index("Cases by service")
+    assert page.text.index("Node 5 is lost") < page.text.index("Cases by service")

@@ -29,14 +29,15 @@ def test_verdicts_are_counted_and_remarks_told() -> None:
         result(waited=0.5),
         result(waited=0.75),
     ]
-    counts, filler, order, lacks, waited = [
+    counts, share, filler, order, lacks, waited = [
         "4 pass, 1 non-strict, 1 info, 2 not testable, 1 fail",
+        "7 of 9 cases tested (77 %)",
         "non-strict: upload.filler: FF in bytes without data",
         "info: upload.order: first this; then that",
         f"not testable (2 cases): {lack}",
         "waited 1.2 s in total for answers that did not come",
     ]
-    assert summary_lines(results, whole=False) == [counts, filler, order, lacks, waited]
+    assert summary_lines(results, whole=False) == [counts, share, filler, order, lacks, waited]
 
 
 def test_nothing_is_said_of_what_did_not_happen() -> None:
@@ -53,14 +54,15 @@ def test_how_far_a_search_came_is_told_where_all_is() -> None:
 def test_many_lines_of_a_kind_are_not_all_shown() -> None:
     lacks = [f"needs {number}" for number in range(12)]
     results = [result(Verdict.NOT_TESTABLE, actual=lack) for lack in [lacks[7], *lacks]]
-    _, *shown, rest = summary_lines(results, whole=False)
+    _, share, *shown, rest = summary_lines(results, whole=False)
+    assert share == "0 of 13 cases tested (0 %)"
     assert shown[0] == "not testable (2 cases): needs 7"
     assert len(shown) == MOST_REASONS
     assert (
         rest
         == f"{12 - MOST_REASONS} more reasons why cases are not testable: see the reports, or -v"
     )
-    assert len(summary_lines(results, whole=True)) == 1 + 12
+    assert len(summary_lines(results, whole=True)) == 2 + 12
 
 
 def test_what_one_addition_gives_is_one_reason() -> None:
@@ -72,6 +74,7 @@ def test_what_one_addition_gives_is_one_reason() -> None:
     ]
     results = [result(Verdict.NOT_TESTABLE, actual=reason) for reason in reasons]
     assert summary_lines(results, whole=False)[1:] == [
+        "0 of 10 cases tested (0 %)",
         f"not testable (5 cases): {reasons[3]}",
         "not testable (4 cases): needs permission: add --sdo-allow=nmt",
         "not testable (1 case): needs an EDS",

@@ -1,5 +1,6 @@
 """What a failure shows: the frames in words, the middle of many left out, and how to send them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
@@ -71,6 +72,24 @@ def test_the_frame_that_was_wrong_is_marked_though_others_follow() -> None:
     for actual, marked in (("abort [80 10 20 00 10 00 07 06]", 1), ("nothing", 3)):
         shown = trace_lines(frames, ids, decisive=True, actual=actual)
         assert [line.startswith("*") for line in shown] == [n == marked for n in range(4)]
+
+
+def marked(frames: Sequence[Captured]) -> list[int]:
+    shown = trace_lines(frames, [ChannelIds.default(5)], decisive=True, actual="no answer")
+    return [number for number, line in enumerate(shown) if line.startswith("*")]
+
+
+def test_of_a_silence_the_first_request_without_an_answer_is_marked() -> None:
+    """Behind it the suite aborts and reads, in vain."""
+    answered = [
+        captured(frame(0x605, "4000100000000000")),
+        captured(frame(0x585, "4300100091010F00"), 0.001, sent=False),
+    ]
+    lost = [captured(frame(0x605, data), 0.002) for data in ("E000", "8000", "4000100000000000")]
+    assert marked([*answered, *lost]) == [2]
+    assert marked([*answered, lost[0], *answered]) == [4], "the read behind it is answered"
+    burst = [captured(frame(0x605, f"{number:02X}" + "00" * 7)) for number in range(1, 10)]
+    assert marked([*answered, *burst]) == [10], "of a burst the last is to be answered"
 
 
 def test_no_frames() -> None:

@@ -10,13 +10,12 @@ from conformance.reporting.cause_counts import causes_of
 from conformance.reporting.page.writing import PAGE
 from conformance.reporting.recorded import NotRecorded, RecordedRun, read_run
 from conformance.reporting.results import RESULTS
-from conformance.run.verdict import FAILED, CaseResult, Verdict
+from conformance.run.verdict import FAILED, NOT_TESTED, CaseResult, Verdict
 
 NAME = "1008h:00"
 FIRMWARE = "100Ah:00"
 # What is the same device whatever program it runs.
 OWN = ("vendor-id", "product-code", "serial-number")
-NOT_TESTED = (Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED, Verdict.NOT_RUN)
 DAY, MINUTE = 10, 16
 
 

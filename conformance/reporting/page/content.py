@@ -21,8 +21,8 @@ from conformance.reporting.page.profile import Chosen
 from conformance.reporting.page.traffic import Times, Traffic
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import reproductions
-from conformance.reporting.summary import QUICK, counted, written_objects
-from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
+from conformance.reporting.summary import QUICK, tested_share, written_objects
+from conformance.run.verdict import FAILED, NOT_TESTED, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import RULES_BY_ID, Rule
 
 # What stands for a verdict where there is room for one character: not by colour alone.
@@ -39,7 +39,6 @@ MARKS = {
     Verdict.NOT_RUN: "·",
 }
 PASSED = (Verdict.PASS, Verdict.INFO)
-NOT_TESTED = (Verdict.NOT_TESTABLE, Verdict.UNIMPLEMENTED, Verdict.NOT_RUN)
 MATRIX = re.compile(r"matrix\.([^[]+)\[(.*)\]")
 BARS = 24
 # Milliseconds; what is shorter is below the resolution of a log.
@@ -129,6 +128,8 @@ class Group:
     name: str
     what: str
     cases: list[Case] = field(default_factory=list)
+    # A rule is broken where a cause is about it; else a group fails where a case of it does.
+    rule: Rule | None = None
 
     @cached_property
     def verdicts(self) -> Counter[Verdict]:
@@ -142,8 +143,11 @@ class Group:
 
     @property
     def failed(self) -> int:
-        """How many failed."""
-        return sum(self.verdicts[each] for each in FAILED)
+        """How many failed; of a rule, how many have broken it."""
+        if self.rule is None:
+            return sum(self.verdicts[each] for each in FAILED)
+        failed = (case.result for case in self.cases if case.result.verdict in FAILED)
+        return sum(self.rule.id in result.broken_rules for result in failed)
 
     @property
     def others(self) -> int:
@@ -234,14 +238,22 @@ class PageContent:
         """The verdict in one sentence."""
         nodes = ", ".join(map(str, self.about["node_ids"]))
         who = f"Node {nodes}" if self.alone else f"Nodes {nodes}"
-        tested = sum(case.result.verdict not in NOT_TESTED for case in self.cases)
+        share = tested_share(self.run.results)
         if self.failed:
             causes = len(self.causes)
             why = f", for {causes} {'cause' if causes == 1 else 'causes'}" if causes else ""
-            return f"{who}: {len(self.failed)} of {counted(tested)} failed{why}."
+            return f"{who}: {share}, {len(self.failed)} failed{why}."
         if self.outcome == "pass":
-            return f"{who}: {counted(tested)} tested, none failed."
+            return f"{who}: {share}, none failed."
         return f"{who}: no case has failed, but the run is not a pass; see below."
+
+    @property
+    def troubles(self) -> list[str]:
+        """What a reader has to know first: values not put back, a lost bench or device."""
+        if self.run.end is None:
+            return self.run.troubles
+        unrestored = [f"not put back: {line}" for line in self.run.end["unrestored"]]
+        return list(dict.fromkeys([*unrestored, *self.run.end["bench_errors"]]))
 
     @cached_property
     def verdicts(self) -> list[Verdict]:
@@ -323,7 +335,8 @@ class PageContent:
         for case in self.cases:
             tested = case.result.tested_rules | case.result.broken_rules
             for name in tested & RULES_BY_ID.keys():
-                group = groups.setdefault(name, Group(name, RULES_BY_ID[name].sentence))
+                rule = RULES_BY_ID[name]
+                group = groups.setdefault(name, Group(name, rule.sentence, rule=rule))
                 group.cases.append(case)
         return [groups[name] for name in RULES_BY_ID if name in groups]
 
