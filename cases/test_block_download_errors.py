@@ -3,7 +3,12 @@
 from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
-from conformance.dialogue.block_downloads import begin_block_download, send_blocks, unused_in
+from conformance.dialogue.block_downloads import (
+    begin_block_download,
+    send_blocks,
+    send_step_by_step,
+    unused_in,
+)
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
@@ -239,6 +244,25 @@ def test_client_abort_then_end(sdo: Dialogue, room: Room, text: KnownObject) -> 
         data = begin_block_download(sdo, text, None, size)
         sdo.send(Abort(text.mux, AbortCode.TIMED_OUT))
         sdo.expect_dead(BlockEnd(unused_in(data), crc16(data)))
+
+
+@must(
+    "block-download.end-repeated",
+    "server.nothing-afterwards",
+    "block-download.stored",
+    clause="7.2.4.3.11",
+)
+def test_end_repeated(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownObject) -> None:
+    """The end once more, behind its confirmation, is not confirmed again, and stores nothing."""
+    data = sdo.payload(room.fit(text, 14))
+    response = blocks.initiate_download(text, len(data))
+    *_, last = send_step_by_step(sdo, text, data, response)
+    sdo.expect_dead(last.request)
+    sdo.expect_value(text, data)
+    other = sdo.payload(len(data))
+    sdo.download(text, other)
+    sdo.expect_dead(last.request)
+    sdo.expect_value(text, other)
 
 
 @must("block-download.restart", "server.nothing-afterwards", "time-out.client")

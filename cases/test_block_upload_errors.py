@@ -2,7 +2,7 @@
 
 from conformance.device.device import IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import Unimplemented
+from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
@@ -20,11 +20,13 @@ from conformance.generated.variations import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import as_segment
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
     BlockEndResponse,
+    BlockSegment,
     BlockUploadInitiate,
     BlockUploadStart,
     DownloadSegment,
@@ -51,6 +53,8 @@ FOREIGN = {
     "70h": UploadSegment(1).encode(),
     "E0h": UNKNOWN_SPECIFIERS["E0h"],
 }
+# So many that a server has not sent them all when the abort comes.
+SEGMENTS_INSIDE = 20
 STATES: dict[str, State[Request]] = by_name(
     BLOCK_UPLOAD_INITIATED, BLOCK_UPLOAD_BETWEEN, BLOCK_UPLOAD_END
 )
@@ -128,6 +132,49 @@ def test_client_abort_then_ack(sdo: Dialogue) -> None:
     transfer = begin(sdo, BLOCK_UPLOAD_BETWEEN)
     sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
     sdo.expect_dead(transfer.due)
+
+
+@must(
+    "block-upload.client-abort-then-start",
+    "block-upload.client-abort",
+    "time-out.client",
+    "server.nothing-afterwards",
+)
+def test_client_abort_then_start(sdo: Dialogue) -> None:
+    """A start behind an abort brings no segments: the abort has ended the upload before it."""
+    transfer = begin(sdo, BLOCK_UPLOAD_INITIATED)
+    sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
+    sdo.expect_dead(transfer.due)
+
+
+@must(
+    "block-upload.client-abort-inside",
+    "block-upload.client-abort",
+    "time-out.client",
+    "server.nothing-afterwards",
+)
+def test_client_abort_inside(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
+    """An abort inside a sub-block that the server is sending stops it.
+
+    What was on its way comes before the answer to the next request, and nothing behind it.
+    """
+    try:
+        known, _ = room.long_object(SEGMENTS_INSIDE)
+    except NotTestable:
+        known, _ = room.long_object()
+    blocks.initiate_upload(known)
+    sdo.send(BlockUploadStart())
+    sdo.checks.block_segment(sdo.receive(), known.mux, 1)
+    sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
+    for response in sdo.fence():
+        if not isinstance(as_segment(response, known.mux), BlockSegment):
+            raise sdo.breach("no answer to the abort", in_words(response))
+    behind = sdo.silence.outlast()
+    if behind:
+        raise sdo.breach(
+            "no segment behind the answer to the next request",
+            f"{len(behind)} frames more, first {in_words(behind[0])}",
+        )
 
 
 def refused_block_upload(sdo: Dialogue, mux: Multiplexer, *codes: AbortCode) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from conformance.sdo.client import Client, Uploaded
 from conformance.sdo.crc import crc16
-from conformance.sdo.decoding import as_answer
+from conformance.sdo.decoding import as_answer, as_segment
 from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     BlockAck,
@@ -26,6 +26,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_CRC, SIZE, UPLOAD_ENDS, Violation
+from conformance.sdo.rules.block_details import NUMBERED_ANEW
 from conformance.sdo.rules.block_upload import ENDS
 from conformance.sdo.unsent import Unsent
 
@@ -116,16 +117,20 @@ class BlockClient(Client):
         response = self.checks.block_upload_initiate(answer, mux)
         data, segments, limit = bytearray(), 0, self.longest(mux)
         request: Request = BlockUploadStart()
-        complete, sub_block = False, list[BlockSegment]()
+        complete, sub_block, goes_on = False, list[BlockSegment](), 0
         while not complete:
-            sub_block = yield from self._sub_block(request, mux, block_size, before=len(sub_block))
+            sub_block = yield from self._sub_block(
+                request, mux, block_size, before=len(sub_block), goes_on=goes_on
+            )
             taken = acknowledge(len(sub_block))
             for segment in sub_block[:taken]:
                 data += segment.payload
             segments += taken
             complete = taken == len(sub_block) and sub_block[-1].last
             block_size = next_block_size(block_size) if next_block_size else block_size
-            request = BlockAck(taken, block_size)
+            number = sub_block[0].sequence - 1 + taken
+            goes_on = number if taken < len(sub_block) else 0
+            request = BlockAck(number, block_size)
             if not complete:
                 self._check_unfinished(len(data), response.size, limit, sub_block[-1])
         answer = yield request
@@ -140,16 +145,28 @@ class BlockClient(Client):
         return Uploaded(bytes(data), True, response.size, segments)
 
     def _sub_block(
-        self, request: Request, mux: Multiplexer, block_size: int, *, before: int
+        self, request: Request, mux: Multiplexer, block_size: int, *, before: int, goes_on: int
     ) -> Generator[Step, Response, list[BlockSegment]]:
+        """Take a sub-block: a server may count on behind the number where the last one ``goes_on``.
+
+        Then its numbers end at 127, and so does the sub-block.
+        """
         step, segments = Burst((request,), segments=block_size), list[BlockSegment]()
+        number = 1
         while True:
             answer = yield step
             for each in (answer, *step.more):
-                due = len(segments) + 1
-                segments.append(self.checks.block_segment(each, mux, due, before=before))
+                if goes_on and not segments and _is_numbered(each, mux, goes_on + 1):
+                    number += goes_on
+                    actual = in_words(as_segment(each, mux))
+                    self.checks.note(
+                        Violation(NUMBERED_ANEW, expected="block segment 1", actual=actual)
+                    )
+                segments.append(self.checks.block_segment(each, mux, number, before=before))
+                number += 1
                 before = 0
-            if segments[-1].last or len(segments) >= block_size:
+            full = len(segments) >= block_size or number > LARGEST_BLOCK
+            if segments[-1].last or full:
                 return segments
             step = Burst(segments=block_size - len(segments))
 
@@ -180,6 +197,11 @@ class BlockClient(Client):
                 expected=f"{announced} bytes, as announced",
                 actual=f"{len(data)} bytes by {in_words(end)}",
             )
+
+
+def _is_numbered(answer: Response, mux: Multiplexer, number: int) -> bool:
+    segment = as_segment(answer, mux)
+    return isinstance(segment, BlockSegment) and segment.sequence == number
 
 
 def wrong_count(expected: str, actual: str) -> Violation:

@@ -141,19 +141,18 @@ class RepeatsFromAckseq(ReadsAcknowledgements):
         return replace(request, sequence=request.sequence - 1) if some else request
 
 
-@fault("block-upload-numbering-goes-on", Defect.LOST_SEGMENTS, "block-upload.acknowledged[first]")
-class NumberingGoesOn(Server):
-    """Repeats lost segments under their old numbers."""
+@fault("block-upload-numbers-from-0", Defect.LOST_SEGMENTS, "block-upload.acknowledged[first]")
+class NumbersFrom0(Server):
+    """Numbers what it sends again from 0."""
 
     def on_block_ack(self, request: BlockAck) -> list[Response]:
         sent = self.transfer.sent if isinstance(self.transfer, BlockUpload) else 0
-        first = request.sequence if request.sequence < sent else 0
+        again = request.sequence < sent
         return [
-            replace(segment, sequence=segment.sequence + first)
+            replace(segment, sequence=segment.sequence - again)
             if isinstance(segment, BlockSegment)
             else segment
             for segment in super().on_block_ack(request)
-            if not isinstance(segment, BlockSegment) or segment.sequence + first <= LARGEST_BLOCK
         ]
 
 

@@ -3,19 +3,24 @@
 from dataclasses import replace
 
 from conformance.faults.block_servers import ReadsAcknowledgements
-from conformance.faults.registry import unusual
+from conformance.faults.own_clock import AnswersLater
+from conformance.faults.registry import About, unusual
+from conformance.reference.node import Node
 from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
+    Abort,
     BlockAck,
     BlockEndResponse,
+    BlockSegment,
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
     BlockUploadStart,
     Request,
     Response,
 )
-from conformance.sdo.limits import SEGMENT_LENGTH
+from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import Refusal
 
 CONFIRMED = b"\xa1"
@@ -126,3 +131,64 @@ class OutOfPlaceOutOfSequence(_OutOfPlaceAtEnd):
 
     def out_of_place(self, request: Request) -> list[Response]:
         return self.refuse(request, AbortCode.INVALID_SEQUENCE_NUMBER)
+
+
+@unusual("block-upload-numbering-goes-on", soft=True)
+class NumberingGoesOn(Server):
+    """Numbers what it sends again behind the acknowledged number, up to 127."""
+
+    before = 0
+
+    def on_block_upload_initiate(self, request: BlockUploadInitiate) -> list[Response]:
+        self.before = 0
+        return super().on_block_upload_initiate(request)
+
+    def on_block_ack(self, request: BlockAck) -> list[Response]:
+        transfer = self.transfer
+        if not isinstance(transfer, BlockUpload) or not transfer.sent or transfer.ended:
+            return super().on_block_ack(request)
+        count = max(request.sequence - self.before, 0)
+        again = count < transfer.sent
+        self.before = request.sequence if again else 0
+        return super().on_block_ack(replace(request, sequence=count))
+
+    def sub_block(self, transfer: BlockUpload) -> list[Response]:
+        transfer.block_size = min(transfer.block_size, LARGEST_BLOCK - self.before)
+        return [
+            replace(segment, sequence=segment.sequence + self.before)
+            if isinstance(segment, BlockSegment)
+            else segment
+            for segment in super().sub_block(transfer)
+        ]
+
+
+class _OneByOne(AnswersLater):
+    """Sends the segments of a sub-block one by one, and stops with an abort of the client."""
+
+    apart = 0.0011
+    """Seconds from one segment to the next."""
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        if self.is_addressed(frame) and self.stops(frame.data):
+            self.held.clear()
+        frames = Node.receive(self, frame)
+        for number, segment in enumerate(frames[1:], 1):
+            self.held.append((self.now + self.apart * number, segment))
+        return frames[:1]
+
+    def stops(self, data: bytes) -> bool:
+        """Say whether a request ends what is being sent."""
+        return Abort.matches(data[0]) if data else False
+
+
+@unusual("block-upload-segments-one-by-one", about=About.TIME)
+class OneByOne(_OneByOne):
+    """Sends the segments of a sub-block one by one, and none behind an abort of the client."""
+
+
+@unusual("block-upload-early-acknowledgement-starts-over", about=About.TIME)
+class EarlyStartsOver(_OneByOne):
+    """Leaves a sub-block that it is sending for the next one when an acknowledgement comes."""
+
+    def stops(self, data: bytes) -> bool:
+        return super().stops(data) or BlockAck.matches(data[0] if data else 0)

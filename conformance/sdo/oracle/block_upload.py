@@ -50,6 +50,7 @@ from conformance.sdo.rules import (
     upload_initiates,
 )
 from conformance.sdo.rules import block_upload as rules
+from conformance.sdo.rules.block_details import NUMBERED_ANEW
 from conformance.sdo.rules.sizes import TYPE_LENGTH
 
 BEHIND_THE_END = "an inner frame behind the end of a block upload"
@@ -137,12 +138,16 @@ class _BlockUpload(Running):
             return self.total
         return max(-(-self.size // SEGMENT_LENGTH), 1)
 
-    def sends(self, memory: Memory) -> list[Branch]:
-        """Send the next sub-block."""
+    def sends(self, memory: Memory, *goes_on: int) -> list[Branch]:
+        """Send the next sub-block, numbered from 1, or as the last one ``goes_on`` behind a number.
+
+        A server should not count on, but may.
+        """
         sending = Sending(
             self.mux, self.size, self.crc, self.block_size, self.data, self.sent, self.total
         )
-        return [sending.segment_due(memory)]
+        behind = (0, *dict.fromkeys(goes_on))
+        return [replace(sending, before=number).segment_due(memory) for number in behind]
 
     def ends(self, memory: Memory) -> Branch:
         """Send the end of the transfer: n, and the CRC."""
@@ -189,9 +194,13 @@ class NotStarted(_BlockUpload):
 
 @dataclass(frozen=True, slots=True)
 class Sending(_BlockUpload):
-    """The server sends a sub-block; ``number`` is that of the segment that is due."""
+    """The server sends a sub-block; ``number`` is that of the segment that is due.
+
+    ``before`` is the number behind which a server counts on, 0 where it begins anew.
+    """
 
     number: int = 1
+    before: int = 0
 
     def receive(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Wait: while a segment is due, requests stay in the backlog."""
@@ -200,16 +209,19 @@ class Sending(_BlockUpload):
     def segment_due(self, memory: Memory) -> Branch:
         """Build the branch of a server that sends the next segment."""
         rule = self._rule()
-        words = f"block segment {self.number}" + (", last" if self._is_last() else "")
+        due = self.before + self.number
+        words = f"block segment {due}" + (", last" if self._is_last() else "")
 
         def take(frame: bytes) -> Iterable[Branch]:
             response = decode_segment(frame)
             if not isinstance(response, BlockSegment):
                 raise Misfit(partial(_breach, must(rule), words, frame))
-            if response.sequence != self.number:
+            if response.sequence != due:
                 raise Misfit(partial(_breach, BLOCK_SEQUENCE, words, frame), near=1)
             self._check(response, rule, words, frame, memory)
-            return self._sent(response, memory)
+            counts_on = self.before and self.number == 1
+            missed = (_breach(NUMBERED_ANEW, "block segment 1", frame),) if counts_on else ()
+            return [branch.noting(*missed) for branch in self._sent(response, memory)]
 
         return owing(self, memory, Due(rule, words, take))
 
@@ -252,10 +264,11 @@ class Sending(_BlockUpload):
         known = self.sent[:start] + response.payload + self.sent[start + SEGMENT_LENGTH :]
         total = self._position if response.last else self.total
         following = replace(self, sent=known, total=total, number=self.number + 1)
-        if response.last or self.number == self.block_size:
+        full = self.number == self.block_size or response.sequence == LARGEST_BLOCK
+        if response.last or full:
             acknowledge = Unacknowledged(
                 self.mux, self.size, self.crc, self.block_size, self.data, known, total,
-                count=self.number,
+                count=self.number, before=self.before,
             )  # fmt: skip
             return [quiet(acknowledge, memory, rules.FIRST_SUB_BLOCK)]
         return [following.segment_due(memory)]
@@ -271,18 +284,24 @@ def _breach(rule: Rule, expected: str, frame: bytes) -> Violation:
 
 @dataclass(frozen=True, slots=True)
 class Unacknowledged(_BlockUpload):
-    """A sub-block of ``count`` segments was sent, the acknowledgement is due."""
+    """A sub-block of ``count`` segments was sent, the acknowledgement is due.
+
+    ``before`` is the number behind which it has counted on.
+    """
 
     count: int = 0
+    before: int = 0
     foreign_rule: ClassVar[Rule] = rules.FOREIGN
 
     def go_on(self, request: Request, memory: Memory) -> list[Branch]:
         """Send what is next, or what was lost, or the end."""
         if not isinstance(request, BlockAck):
             return self.foreign(memory)
-        if request.sequence > self.count:
+        if request.sequence > self.before + self.count:
             return [self._refused(Refusal(rules.ACKNOWLEDGES_TOO_MANY), memory)]
-        taken = request.sequence * SEGMENT_LENGTH
+        count = max(request.sequence - self.before, 0)
+        goes_on = {request.sequence, self.before} - {0} if count < self.count else ()
+        taken = count * SEGMENT_LENGTH
         following = replace(
             self,
             block_size=request.block_size,
@@ -292,7 +311,7 @@ class Unacknowledged(_BlockUpload):
         complete = bool(request.sequence) and following.acknowledged == self.segments
         ending = [following.ends(memory)] if complete else []
         if 1 <= request.block_size <= LARGEST_BLOCK:
-            return ending or following.sends(memory)
+            return ending or following.sends(memory, *goes_on)
         # Behind the last segment nothing is left that a block size could be about.
         topic = "an impossible block size in the last acknowledgement"
         invalid = Refusal(rules.ACKNOWLEDGES_BLOCK_SIZE)

@@ -28,6 +28,7 @@ from conformance.sdo.oracle.hearing import (
     ABORT_COMMAND,
     MOST_BRANCHES,
     Hearing,
+    acknowledged_early,
     answers_due,
     given_up,
     waiting,
@@ -52,6 +53,7 @@ from conformance.sdo.rules import (
     idle,
 )
 from conformance.sdo.rules import block_upload as block_uploads
+from conformance.sdo.rules.block_upload import EARLY_ACKNOWLEDGEMENT
 
 NODE_IDS = range(1, 128)
 # So many requests in a row are waited on together for answers that come late.
@@ -215,6 +217,10 @@ class Oracle:
             broken = [going_on]
             memory = self._branches[0].memory.in_doubt()
             self._go_to([quiet(Lost(LARGEST_BLOCK), memory, block_uploads.FOREIGN)])
+        elif unfit and any(map(acknowledged_early, self._branches)):
+            broken = []
+            memory = self._branches[0].memory.in_doubt()
+            self._go_to([quiet(Lost(LARGEST_BLOCK), memory, EARLY_ACKNOWLEDGEMENT)])
         elif unfit:
             broken = self._unfit(fits, misfits, data)
         else:

@@ -8,12 +8,13 @@ request that waits would multiply the ways to go on.
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from conformance.sdo.decoding import decode_response
-from conformance.sdo.frames import Abort
+from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.frames import Abort, BlockAck
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import Refusal, refusing
 from conformance.sdo.oracle.block_download import SubBlock
+from conformance.sdo.oracle.block_upload import Sending
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, State, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.lost import Lost, most_answers
@@ -122,6 +123,15 @@ def _refusals(branch: Branch) -> Iterator[tuple[Branch, Due]]:
     for place, request in enumerate(branch.backlog, start=1):
         if not _is_abort(request):
             yield replace(refused, backlog=branch.backlog[place:]), due
+
+
+def acknowledged_early(branch: Branch) -> bool:
+    """Say whether an acknowledgement has come while the server sends a sub-block.
+
+    That may have any effect: the server may start over, or count on from there.
+    """
+    waits = any(isinstance(decode_request(frame), BlockAck) for frame in branch.backlog)
+    return isinstance(branch.state, Sending) and waits
 
 
 def _is_abort(frame: bytes) -> bool:

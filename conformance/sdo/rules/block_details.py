@@ -1,6 +1,6 @@
 """The CRC of block transfers, and how their segments are counted, lost and sent again."""
 
-from conformance.sdo.rules.model import MAY, MUST, Rule
+from conformance.sdo.rules.model import MAY, MUST, SHOULD, Rule
 
 PROTOCOL_SWITCH = "7.2.4.3.5"
 SUB_BLOCK_DOWNLOAD = "7.2.4.3.10"
@@ -63,6 +63,15 @@ BLOCK_ACK = Rule(
     reaction="0 when not even the first segment has come",
 )
 
+NUMBERED_ANEW = Rule(
+    "block-upload.retransmission-numbering",
+    SUB_BLOCK_UPLOAD,
+    SHOULD,
+    "What is sent again is numbered from 1, as in any sub-block.",
+    reaction="segments from 1 on",
+    open="a minority counts on behind the acknowledged number",
+)
+
 BLOCK_DETAIL_RULES = (
     BLOCK_ACK,
     Rule(
@@ -84,13 +93,7 @@ BLOCK_DETAIL_RULES = (
         "A server that does not know the size of an object does not switch to another protocol.",
         untestable="The bus does not show whether a server knew the size before the upload.",
     ),
-    Rule(
-        "block-upload.retransmission-numbering",
-        SUB_BLOCK_UPLOAD,
-        MUST,
-        "What is sent again is numbered from 1, as in any sub-block.",
-        open="a minority goes on with the old numbers",
-    ),
+    NUMBERED_ANEW,
     Rule(
         "block-download.break-moment",
         SUB_BLOCK_DOWNLOAD,

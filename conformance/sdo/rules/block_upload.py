@@ -131,6 +131,15 @@ ACKNOWLEDGEMENT_RESERVED_BITS = Rule(
     open="served or refused",
 )
 
+EARLY_ACKNOWLEDGEMENT = Rule(
+    "block-upload.early-acknowledgement",
+    SUB_BLOCK,
+    MAY,
+    "An acknowledgement that comes while segments are being sent may have any effect.",
+    reaction="any, and the server serves the next transfer",
+    open="the effect: no client that keeps the rules does it",
+)
+
 BLOCK_UPLOAD_RULES = (
     FIRST_SUB_BLOCK,
     NOT_STARTED,
@@ -178,14 +187,7 @@ BLOCK_UPLOAD_RULES = (
         tolerated=(),
         open="whether there is a time-out, and its length",
     ),
-    Rule(
-        "block-upload.early-acknowledgement",
-        SUB_BLOCK,
-        MAY,
-        "An acknowledgement that comes while segments are being sent may have any effect.",
-        reaction="any, and the server serves the next transfer",
-        open="the effect: no client that keeps the rules does it",
-    ),
+    EARLY_ACKNOWLEDGEMENT,
     EMPTY,
     OVER,
     ACKNOWLEDGED_AGAIN,

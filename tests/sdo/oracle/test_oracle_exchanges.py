@@ -83,6 +83,14 @@ ALLOWED = {
         f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n > 01 30 31 32 33 34 35 36 \n "
         "< 80 10 20 00 03 00 04 05"
     ),
+    "block-upload.early-acknowledgement starts over": (
+        f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n > A2 00 02 00 00 00 00 00 \n "
+        "< 01 54 69 6E 79 20 4E 6F \n < 01 54 69 6E 79 20 4E 6F \n < 82 64 65 00 00 00 00 00"
+    ),
+    "block-upload.client-abort inside, a segment on its way": (
+        f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n > 80 08 10 00 00 00 00 08 \n {READ} \n "
+        "< 01 54 69 6E 79 20 4E 6F \n < 82 64 65 00 00 00 00 00 \n < 43 00 10 00 91 01 0F 00"
+    ),
     "block-download.gap at once": (
         f"{BLOCK_DOWNLOAD} \n > 02 30 31 32 33 34 35 36 \n < A2 00 04 00 00 00 00 00"
     ),
@@ -124,7 +132,46 @@ ALLOWED = {
 LONG_SUB_BLOCK = "> C4 10 20 00 00 00 00 00 \n < A4 10 20 00 7F 00 00 00 \n" + " \n ".join(
     f"> {number:02X} 41 42 43 44 45 46 47" for number in range(1, 21)
 )
+SENT_LOSSY = (
+    f"{BLOCK_DOWNLOAD} \n > 01 30 31 32 33 34 35 36 \n > 82 37 38 39 3A 3B 3C 3D \n "
+    "< A2 {} 04 00 00 00 00 00"
+)
 NOT_ALLOWED = {
+    "a segment lost, and taken when it is sent again": (
+        SENT_LOSSY.format("01") + " \n > 81 37 38 39 3A 3B 3C 3D \n < A2 01 04 00 00 00 00 00 \n "
+        "> C1 D2 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
+        "block-download.whole-sub-block",
+    ),
+    "nothing taken of a sub-block": (SENT_LOSSY.format("00"), "block-download.whole-sub-block"),
+    "a loss shown at once": (
+        f"{BLOCK_DOWNLOAD} \n > 01 30 31 32 33 34 35 36 \n > 02 30 31 32 33 34 35 36 \n "
+        "> 03 30 31 32 33 34 35 36 \n < A2 01 04 00 00 00 00 00",
+        "block-download.whole-sub-block",
+    ),
+    "more acknowledged than came in sequence": (
+        f"{BLOCK_DOWNLOAD} \n > 01 30 31 32 33 34 35 36 \n > 83 37 38 39 3A 3B 3C 3D \n "
+        "< A2 03 04 00 00 00 00 00",
+        "block.acknowledgement",
+    ),
+    "numbers that go on behind a loss": (
+        f"{BLOCK_RECEIVED} \n > A2 01 02 00 00 00 00 00 \n < 82 64 65 00 00 00 00 00",
+        "block-upload.retransmission-numbering",
+    ),
+    "the end of a block download confirmed again": (
+        f"{BLOCK_SENT} \n > C1 D2 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00 \n "
+        "> C1 D2 A8 00 00 00 00 00 \n < A1 00 00 00 00 00 00 00",
+        "specifier.out-of-block",
+    ),
+    "a start behind an abort served": (
+        f"{BLOCK_UPLOAD} \n > 80 08 10 00 00 00 00 08 \n > A3 00 00 00 00 00 00 00 \n "
+        "< 01 54 69 6E 79 20 4E 6F",
+        "specifier.out-of-block",
+    ),
+    "segments behind the answer that follows an abort": (
+        f"{BLOCK_UPLOAD} \n > A3 00 00 00 00 00 00 00 \n > 80 08 10 00 00 00 00 08 \n {READ} \n "
+        "< 01 54 69 6E 79 20 4E 6F \n < 43 00 10 00 91 01 0F 00 \n < 82 64 65 00 00 00 00 00",
+        "response.unsolicited",
+    ),
     "long sub-block: unknown code": (
         f"{LONG_SUB_BLOCK} \n < 80 10 20 00 99 99 99 99",
         "abort.code",
