@@ -10,6 +10,7 @@ from conformance.bus.bit_rate import parse_bit_rate
 from conformance.device.files import shown
 from conformance.device.known_deviations import KnownDeviation, deviations_in
 from conformance.device.known_objects import KnownObject, ObjectNameError, parse_object
+from conformance.device.named_objects import NamedObject
 from conformance.device.programs import words
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.toml_tables import Table, TomlFile, anything, text_of
@@ -40,7 +41,7 @@ class Description:
     channel: str | None = None
     bitrate: int | None = None
     can_options: tuple[tuple[str, str], ...] = ()
-    writable: tuple[KnownObject, ...] = ()
+    writable: tuple[NamedObject, ...] = ()
     all_rw: bool = False
     large: KnownObject | None = None
     never: frozenset[Multiplexer] = frozenset()
@@ -160,10 +161,10 @@ def _listed(value: object) -> Iterable[object]:
     return value
 
 
-def _objects(value: object) -> tuple[KnownObject, ...]:
+def _objects(value: object) -> tuple[NamedObject, ...]:
     if value == ALL_RW:
         return ()
-    return tuple(_object(one) for one in _listed(value) if one != ALL_RW)
+    return tuple(NamedObject.parse(text_of(one)) for one in _listed(value) if one != ALL_RW)
 
 
 def _has_all_rw(value: object) -> bool:

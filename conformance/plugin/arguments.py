@@ -9,7 +9,8 @@ import pytest
 
 from conformance.bus.arguments import bit_rate, named_value
 from conformance.device.client_channel import ClientRecord, parse_channel
-from conformance.device.known_objects import ObjectNameError, parse_object
+from conformance.device.known_objects import ObjectNameError
+from conformance.device.named_objects import NamedObject
 from conformance.device.programs import words
 from conformance.device.protected_objects import PermissionNameError, parse_permission
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
@@ -315,6 +316,6 @@ def _command(text: str) -> list[str]:
 
 def _object(text: str) -> object:
     try:
-        return parse_object(text)
+        return NamedObject.parse(text)
     except ObjectNameError as error:
         raise ArgumentTypeError(str(error)) from None

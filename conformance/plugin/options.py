@@ -1,5 +1,6 @@
 """What the command line and device.toml say together, read into settings."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
@@ -83,6 +84,7 @@ def read_options(config: pytest.Config) -> Options | None:
     neighbours = frozenset() if self_test else frozenset(node_ids) - frozenset(share.node_ids)
     try:
         find_deviation(server)
+        listings = _listings(config, description, share.node_ids, self_test=self_test)
         run = RunSettings(
             share.node_ids,
             _bus(config, description, self_test=self_test, simulated=simulated),
@@ -92,8 +94,8 @@ def read_options(config: pytest.Config) -> Options | None:
             seed=config.getoption("sdo_seed"),
             server_timeout=config.getoption("sdo_server_timeout") or description.server_timeout,
             sdo_channel=_sdo_channel(config, node_ids, self_test=self_test),
-            listings=_listings(config, description, share.node_ids, self_test=self_test),
-            permits=_permits(config, description, self_test=self_test),
+            listings=listings,
+            permits=_permits(config, description, listings, self_test=self_test),
             scan=config.getoption("sdo_scan"),
             neighbours=neighbours,
             process=_process(config, description, node_ids),
@@ -235,8 +237,16 @@ def _sdo_channel(
     return channel
 
 
-def _permits(config: pytest.Config, description: Description, *, self_test: bool) -> Permits:
-    named = list(config.getoption("sdo_object"))
+def _permits(
+    config: pytest.Config,
+    description: Description,
+    listings: Mapping[int, Listing],
+    *,
+    self_test: bool,
+) -> Permits:
+    # Devices of a run have one EDS.
+    listing = next(iter(listings.values()), Listing())
+    named = [known for given in config.getoption("sdo_object") for known in given.entries(listing)]
     in_haste = config.getoption("sdo_quick")
     if self_test and not named:
         permits = permits_for(described_node(config.getoption("sdo_fault"), SELF_TEST_NODE))
@@ -245,7 +255,8 @@ def _permits(config: pytest.Config, description: Description, *, self_test: bool
     if self_test:
         permissions = PERMISSIONS  # the device is our own
     overridden = {known.mux for known in named}
-    named += [known for known in description.writable if known.mux not in overridden]
+    described = [known for given in description.writable for known in given.entries(listing)]
+    named += [known for known in described if known.mux not in overridden]
     permits = Permits(
         tuple(named),
         description.all_rw,

@@ -12,6 +12,7 @@ from conformance.device.description import Description, read_description
 from conformance.device.files import FileError
 from conformance.device.known_deviations import KnownDeviation
 from conformance.device.known_objects import KnownObject
+from conformance.device.named_objects import NamedObject
 from conformance.device.protected_objects import PERMISSIONS, PROTECTED
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -73,9 +74,12 @@ def test_everything(tmp_path: Path) -> None:
         bitrate=250000,
         can_options=(("host", "bench7"), ("port", "29536"), ("tcp_tune", "True")),
         writable=(
-            KnownObject(Multiplexer(0x2001)),
-            KnownObject(Multiplexer(0x2010, 1)),
-            KnownObject(Multiplexer(0x2030), DataType.VISIBLE_STRING, Access.WO),
+            NamedObject(KnownObject(Multiplexer(0x2001)), is_whole=True),
+            NamedObject(KnownObject(Multiplexer(0x2010, 1)), is_whole=False),
+            NamedObject(
+                KnownObject(Multiplexer(0x2030), DataType.VISIBLE_STRING, Access.WO),
+                is_whole=False,
+            ),
         ),
         large=KnownObject(Multiplexer(0x2020), DataType.DOMAIN),
         never=said.never,

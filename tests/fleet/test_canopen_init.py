@@ -34,5 +34,6 @@ def test_a_draft_of_a_local_node(
     as_it_is = read_description(path)
     assert (as_it_is.node_id, as_it_is.writable) == (NODE_ID, ())
     path.write_text(re.sub(r"(?m)^#(?=\S)", "", path.read_text("utf-8")), encoding="utf-8")
-    writable = {known.mux: known.data_type for known in read_description(path).writable}
+    described = [one.known for one in read_description(path).writable]
+    writable = {known.mux: known.data_type for known in described}
     assert writable.items() >= NAMED.items()

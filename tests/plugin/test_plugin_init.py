@@ -89,7 +89,7 @@ def test_the_draft_with_every_proposal(device: Hosted, pytester: pytest.Pytester
     assert init(bus, "--node-id", "5", "-o", "all.toml") == 0
     with_all_proposals(pytester.path / "all.toml")
     description = read_description(pytester.path / "all.toml")
-    types = {known.mux.index: known.data_type for known in description.writable}
+    types = {one.known.mux.index: one.known.data_type for one in description.writable}
     assert types[0x2001] is DataType.UNSIGNED8
     assert types[0x2003] is DataType.UNSIGNED24
     assert types[0x2008] is DataType.UNSIGNED64
@@ -122,11 +122,11 @@ def test_a_device_and_its_eds(
     assert description.eds == pytester.path / "bench" / ".." / "eds" / "drive.eds"
     listing = read_eds(description.eds, NODE_ID)
     assert len(description.writable) > 10
-    for known in description.writable:
+    for known in (one.known for one in description.writable):
         listed = listing.find(known.mux)
         assert listed is not None
         assert (known.data_type, known.access) == (listed.data_type, listed.access)
-    assert Multiplexer(0x2020) in {known.mux for known in description.writable}, "write-only"
+    assert Multiplexer(0x2020) in {one.known.mux for one in description.writable}, "write-only"
     result = run(pytester, "--sdo-device=bench/drive.toml", "-k", "download.text or od.write-back")
     assert result.ret == pytest.ExitCode.OK
     assert result.parseoutcomes()["passed"] > 20

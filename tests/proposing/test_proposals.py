@@ -175,7 +175,7 @@ def test_nothing_that_a_device_says_becomes_a_setting(tmp_path: Path) -> None:
     assert said.writable == ()
     assert Multiplexer(0x2002, 7) in said.never
     draft.output.write_text(re.sub(r"(?m)^#(?=\S)", "", text), encoding="utf-8")
-    assert [known.mux for known in read_description(draft.output).writable] == [mux]
+    assert [one.known.mux for one in read_description(draft.output).writable] == [mux]
 
 
 def drafted(found: Proposals, indices: set[int]) -> str:
