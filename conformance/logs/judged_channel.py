@@ -6,12 +6,15 @@ from dataclasses import dataclass, field
 from conformance.logs.burst import Burst
 from conformance.logs.exchanges import ASKING, Exchanges, is_one_of
 from conformance.logs.findings import Finding, Found, NotFollowed, Remark
-from conformance.logs.patience import Patience
+from conformance.logs.patience import INITIATES, Patience
 from conformance.logs.reading import Seen
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.describe import describe
+from conformance.sdo.frames import Abort
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.fixed_knowledge import FixedKnowledge
-from conformance.sdo.rules import NO_REBOOT, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, NO_REBOOT, UNSOLICITED, Violation
 
 # The shortest time-out of a server that is met in the field is 25 ms.
 SERVER_TIMEOUT = 0.02
@@ -68,6 +71,7 @@ class Channel:
     _patience: Patience = field(default_factory=Patience)
     _exchanges: Exchanges = field(default_factory=Exchanges)
     _overdue: dict[Violation, Seen] = field(default_factory=dict)
+    _open: list[Seen] = field(default_factory=list)
     # What a node has not answered that was not heard of yet: it may not be there.
     _missing: list[Finding] = field(default_factory=list)
     _held: list[Finding] = field(default_factory=list)
@@ -109,6 +113,7 @@ class Channel:
         oracle = self.oracle
         if oracle.awaited is Awaited.NOTHING and not oracle.in_sub_block:
             oracle.settled()
+        self._follow_open(seen)
         self._patience.asked(seen.frame.data, in_sub_block=oracle.in_sub_block)
         self._burst.sent(seen.frame.data, in_sub_block=oracle.in_sub_block)
         if oracle.idle and is_one_of(ASKING, seen.frame):
@@ -133,6 +138,7 @@ class Channel:
                 yield from self._judged(seen, last)
             yield from self._limited(seen)
         self.asked = None
+        self._open.clear()
         self._patience.answered()
 
     def heard(self) -> Iterator[Found]:
@@ -177,6 +183,7 @@ class Channel:
         self.out = self.oracle.given_up = False
         self.effort = 0
         self._overdue.clear()
+        self._open.clear()
         self._burst.clear()
 
     def end(self, now: float) -> Iterator[Found]:
@@ -194,11 +201,14 @@ class Channel:
         return now - last.time >= self._patience.seconds
 
     def _wait_on(self, last: Seen) -> None:
-        """Wait on for an answer that has not come for long."""
+        """Wait on for answers that have not come for long."""
         self._tell()
-        missing = self.oracle.overdue()
+        first, *others = self._open or [last]
+        also = {_unanswered(seen): seen for seen in others}
+        missing = self.oracle.overdue(*also)
         if missing is not None:
-            self._overdue[missing] = last
+            self._overdue |= {missing: first, **also}
+            self._open.clear()
             self.effort_of_all.spent = max(0, self.effort_of_all.spent - self.effort)
             self.effort = 0
 
@@ -224,6 +234,14 @@ class Channel:
         flood, self._flood = self._flood, None
         if flood is not None and flood.more:
             yield Finding(self.node_id, flood.latest, flood.violation, flood.more, more=True)
+
+    def _follow_open(self, seen: Seen) -> None:
+        """Remember a request of which an answer has to come, unless the client gives up first."""
+        request = decode_request(seen.frame.data)
+        if isinstance(request, Abort):
+            self._open.clear()
+        elif isinstance(request, INITIATES) and not self.oracle.in_sub_block:
+            self._open.append(seen)
 
     def _tell(self) -> None:
         """Tell the oracle of the request that waits for its answer."""
@@ -287,6 +305,11 @@ class Channel:
         if self.oracle.given_up or too_much:
             self.out = True
             yield NotFollowed(self.node_id, seen)
+
+
+def _unanswered(seen: Seen) -> Violation:
+    words = f"an answer to {describe(decode_request(seen.frame.data))}"
+    return Violation(ANSWERED, expected=words, actual="no answer")
 
 
 def _rebooted(missing: Violation) -> Violation:

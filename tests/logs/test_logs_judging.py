@@ -68,6 +68,14 @@ def test_each_request_that_is_never_answered_is_found() -> None:
     ]  # fmt: skip
 
 
+def test_requests_that_follow_soon_are_counted_too() -> None:
+    missing = ["2 response.answered", "3 response.answered", "4 response.answered"]
+    assert found_in(IDLE, f"0.1 {READ}", f"0.6 {OTHER}", f"1.1 {WRITE}", END) == missing
+    assert found_in(IDLE, f"0.1 {READ}", f"0.6 {READ}", f"1.1 {READ}", END) == missing
+    given_up = (f"0.1 {READ}", f"0.6 {TIMED_OUT}", f"0.7 {OTHER}", f"0.701 {OTHER_SERVED}", END)
+    assert found_in(IDLE, *given_up) == []
+
+
 def test_one_that_was_skipped_is_found() -> None:
     lines = (f"0.1 {READ}", f"1.1 {OTHER}", f"1.2 {OTHER_SERVED}", END)
     assert found_in(IDLE, *lines) == ["2 response.answered"]
@@ -76,6 +84,27 @@ def test_one_that_was_skipped_is_found() -> None:
 def test_a_node_that_never_answers_has_no_endless_backlog() -> None:
     polls = [f"{1 + number * 1.5} > 40 {number % 250:02X} 20 00" for number in range(3000)]
     assert len(found_in(IDLE, *polls)) == 2999
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("0.1 605#40102000", f"0.2 {OTHER}", "0.201 < 41 10 20 00 07",
+         "0.202 < 80 10 20 00 01 00 04 05"),
+        ("0.1 605#40102000", f"0.2 {OTHER}", "0.201 < 80 00 00 00 01 00 04 05",
+         f"0.202 {OTHER_SERVED}"),
+        ("0.1 605#40102000", f"0.2 {OTHER}", f"0.202 {OTHER_SERVED}"),
+    ],
+    ids=["served", "refused", "ignored"],
+)  # fmt: skip
+def test_a_short_frame_may_be_served_refused_or_ignored(lines: tuple[str, ...]) -> None:
+    assert found_in(IDLE, *lines) == []
+
+
+def test_a_time_out_that_is_told_behind_the_abort_of_the_client_is_found() -> None:
+    begun = ("0.1 > 40 10 20 00", "0.101 < 41 10 20 00 14")
+    lines = (*begun, "0.2 > 80 10 20 00 00 00 00 08", "1.2 < 80 10 20 00 00 00 04 05")
+    assert found_in(IDLE, *lines) == ["5 response.unsolicited"]
 
 
 # A device that starts again

@@ -266,20 +266,22 @@ class Oracle:
             return self._keep_best(resting) if resting[0].findings else []
         return self._keep_best(resting)
 
-    def overdue(self) -> Violation | None:
+    def overdue(self, *also: Violation) -> Violation | None:
         """Take that the answer may never come, since it has not for long; a later one is right.
 
-        Returns the breach that it is if none comes; None where none has to.
+        Returns the breach that it is if none comes; None where none has to. ``also`` are those of
+        the requests behind it.
         """
-        latest = [branch for branch in self._branches if not branch.backlog]
-        if self.awaited is not Awaited.ANSWER or not latest:
+        if self.awaited is not Awaited.ANSWER:
             return None
+        latest = [branch for branch in self._branches if not branch.backlog] or self._branches
         silent = self._silent(latest)
         nearest = min(latest, key=lambda branch: branch.failures)
-        lost = quiet(lost_from(self._branches, self._sent), nearest.memory.in_doubt(), nearest.rule)
+        state = lost_from(self._branches, self._sent)
+        lost = quiet(state, nearest.memory.in_doubt(), nearest.rule)
         waiting_on = [each for each in self._branches if len(each.backlog) < MOST_OVERDUE]
         del self._sent[:-MOST_OVERDUE]
-        self._go_to([*waiting_on, lost.noting(*nearest.findings, silent)])
+        self._go_to([*waiting_on, lost.noting(*nearest.findings, silent, *also)])
         return silent
 
     def rested(self) -> None:
