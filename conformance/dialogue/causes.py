@@ -27,6 +27,7 @@ from conformance.sdo.frames import (
     Unknown,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import (
     ABORT_CODE,
     ANSWERED,
@@ -61,6 +62,8 @@ GENERAL = {
 }
 # Within a sub-block a frame is a segment, but for an abort: a server that overlooks that is gone.
 DEAF = (IDLE_AFTERWARDS.id, "deaf behind a block download that was aborted")
+IS_BEHIND = (ANSWERED.id, "answers are one request behind")
+FIRST_TWICE = (UNSOLICITED.id, "the first answers of a run come twice")
 ANSWERS_TWICE = (UNSOLICITED.id, "every answer comes twice")
 BEHIND_BLOCK_UPLOAD = " to block end response"
 TIMED_OUT = f"abort {AbortCode.TIMED_OUT:08X}h"
@@ -73,6 +76,8 @@ NOT_ZERO = "other than 0"
 BLOCKED = "to whatever is asked, until the client aborts"
 # Behind that a wrong value says no more.
 NOT_STORED = (NOT_REFUSED.id, "a download that is confirmed and not stored")
+NUMBER_NOT_STORED = (NOT_REFUSED.id, "a download to a number that is confirmed and not stored")
+EXPEDITED_NOT_STORED = (NOT_REFUSED.id, "an expedited download that is confirmed and not stored")
 CONFIRMED = ("download initiate response", "download segment response")
 # The application refuses, whatever is asked.
 OF_STATE = tuple(f"abort {code:08X}h" for code in APPLICATION_STATE)
@@ -365,6 +370,15 @@ class Causes:
     def nothing_is_stored(self) -> bool:
         """Whether the device was seen to confirm a download and to keep what it held."""
         return Cause(*NOT_STORED) in self._standing
+
+    def unstored(self, *, number: bool, size: int) -> tuple[str, str] | None:
+        """Return how it is told that the device stores no value like this, if that was seen."""
+        if self.nothing_is_stored:
+            return NOT_STORED
+        if number and Cause(*NUMBER_NOT_STORED) in self._standing:
+            return NUMBER_NOT_STORED
+        expedited = 0 < size <= EXPEDITED_LENGTH and Cause(*EXPEDITED_NOT_STORED) in self._standing
+        return EXPEDITED_NOT_STORED if expedited else None
 
     @property
     def sub_blocks_are_exceeded(self) -> bool:

@@ -9,11 +9,13 @@ from contextlib import contextmanager, suppress
 
 from conformance.bus.channel import Channel
 from conformance.device.device import VENDOR_ID
+from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.protected_objects import SDO_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.odd_frames import in_brief
 from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.checks import ServerAborted
@@ -21,6 +23,8 @@ from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import EXPEDITED_LENGTH
+from conformance.sdo.objects import DataType
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
 from conformance.sdo.rules.channels import INDEPENDENT
 from conformance.sdo.stepping import Ended, advance
@@ -243,8 +247,22 @@ class Channels:
         index = self.require(number + 1)[number]
         ids = TEST_CHANNELS[number]
         self.configure(index, ids)
-        with self.on(ids) as other:
-            yield other
+        try:
+            with self.on(ids) as other:
+                yield other
+        except (Violation, ServerAborted):
+            self._check_stored(index, ids)
+            raise
+
+    def _check_stored(self, index: int, ids: ChannelIds) -> None:
+        """Raise Violation where the device is known to store no COB-IDs that it confirms."""
+        unstored = self._sdo.record.causes.unstored(number=True, size=EXPEDITED_LENGTH)
+        if unstored is None or not self._sdo.silence.recover():
+            return
+        for sub_index, due in ((REQUEST, ids.request), (RESPONSE, ids.response)):
+            known = KnownObject(Multiplexer(index, sub_index), DataType.UNSIGNED32)
+            if self._sdo.upload(known) != bytes(due):
+                raise not_stored(known, bytes(due), unstored)
 
     @contextmanager
     def side_by_side(self, number: int = 0) -> Iterator[Dialogue]:

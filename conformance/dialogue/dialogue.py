@@ -357,8 +357,10 @@ class Dialogue(Transfers):
 
     def _expect_found(self, known: KnownObject, due: bytes, found: bytes) -> None:
         if not same_value(known, found, due):
-            if self.record.causes.nothing_is_stored:
-                raise not_stored(known, due)
+            number = known.length is not None
+            unstored = self.record.causes.unstored(number=number, size=len(due))
+            if unstored is not None:
+                raise not_stored(known, due, unstored)
             raise self._reads_wrong(known, due, found)
         if not same_data(known.data_type, found, due) and not known.habits.adapts:
             self.note(not_as_written(known, due, found))

@@ -98,14 +98,14 @@ def tail_kept(known: KnownObject, due: bytes) -> Violation:
     )
 
 
-def not_stored(known: KnownObject, due: bytes) -> Violation:
+def not_stored(known: KnownObject, due: bytes, habit: tuple[str, str] = NOT_STORED) -> Violation:
     """Build the breach that a download was confirmed and has changed nothing."""
     violation = Violation(
         NOT_REFUSED,
         expected=f"{known} to hold {shown(due)} once the download of that was confirmed",
         actual="it holds what it held before",
     )
-    violation.habit = NOT_STORED
+    violation.habit = habit
     violation.is_certain = True
     return violation
 

@@ -31,6 +31,8 @@ from conformance.run.losses import MOST_IN_A_ROW, Losses
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 
+# Of a device of which that is known no case can tell more.
+BEHIND = "it answers each request when the next one comes"
 # The case that judges what came too late; where it was not selected, the run itself does.
 LATE_ANSWERS = "run.no-late-response"
 
@@ -134,7 +136,7 @@ class CaseEngine:
             losses.survived(result.case_id)
         if not session.lost and not wedged:
             if why := session.channel.pace.unsound:
-                self._give_up(result, why)
+                self._give_up(result, BEHIND if session.device.beliefs.is_behind else why)
             return
         sent = [each.frame for each in session.frames if each.direction is Direction.SENT]
         cause = "it answered wrongly whatever it was asked"

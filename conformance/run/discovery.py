@@ -11,7 +11,7 @@ from conformance.device.lacking import Unimplemented
 from conformance.device.roles import Roles
 from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks
-from conformance.dialogue.causes import ANSWERS_TWICE, Cause, Causes
+from conformance.dialogue.causes import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND, Cause, Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
@@ -25,8 +25,10 @@ from conformance.run.states import learn_refusal, look_where_it_reads
 from conformance.run.twins import examine, look_for_second
 from conformance.run.whole_reading import TooLong, read_whole
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
+from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import (
     Abort,
     UploadInitiate,
@@ -115,7 +117,9 @@ class Reading:
         sdo = self.sdo
         asked = sdo.wire.last_sent
         answers = sdo.silence.recover()
-        why = sdo.channel.pace.unsound if answers else GONE
+        # Of a device that is always one request behind, the cases say what is wrong.
+        unsound = "" if sdo.device.beliefs.is_behind else sdo.channel.pace.unsound
+        why = unsound if answers else GONE
         if not why:
             return True
         self.losses += 1
@@ -149,10 +153,14 @@ def discover(
     are passed over. Raises SilentNode when nothing answers, TwoDevices where two do, DeviceLost
     when nothing does any more.
     """
-    record_baseline(channel, device)
-    look_for_second(channel, device)
+    at_once = record_baseline(channel, device)
+    again = look_for_second(channel, device)
     record = CaseRecord(READING, Causes() if causes is None else causes)
     reading = Reading(Dialogue(channel, device, record, 0), brings_back)
+    if again is not None and at_once:
+        _note_first_twice(reading, again)
+    if device.beliefs.is_behind:
+        record.causes.of_one = Cause(*IS_BEHIND)
     named = set(device.known)
     _read_listed(reading, progress)
     look_where_it_reads(reading.sdo, partial(_learn, reading))
@@ -234,18 +242,32 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
             reading.device.serving.forget(Service.UPLOAD, entry.mux)
 
 
-def record_baseline(channel: Channel, device: Device) -> None:
+def _note_first_twice(reading: Reading, again: CanFrame) -> None:
+    """Note that the first answers of a device come twice, and later ones do not."""
+    request = UploadInitiate(DEVICE_TYPE)
+    found = Violation(
+        UNSOLICITED,
+        expected=f"one answer to: {describe(request)}",
+        actual=f"{in_words(decode_response(again.data))}, twice",
+    )
+    found.request, found.habit = request, FIRST_TWICE
+    reading.sdo.note(found)
+
+
+def record_baseline(channel: Channel, device: Device) -> bool:
     """Read 1000h and keep the exchange, byte by byte; raises SilentNode.
+
+    Returns whether the first read was answered: of another, the answer may come twice.
 
     A device that loses what comes right behind an abort is left alone behind each from then on.
     """
     for attempt in range(SANITY_ATTEMPTS):
         if attempt % 2 == 0:
             if _reads_behind_abort(channel, device):
-                return
+                return attempt == 0
         elif _exchange(channel, device, UploadInitiate(DEVICE_TYPE)):
             _learn_rest(channel, device)
-            return
+            return False
     raise SilentNode(_silence(channel))
 
 

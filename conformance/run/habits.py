@@ -16,6 +16,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.causes import EXPEDITED_NOT_STORED, NUMBER_NOT_STORED
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import (
@@ -104,6 +105,8 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
                 raise lost_early(sdo, asked) from error
     if unstored and len(unstored) == len(used):
         sdo.note(unstored[0])
+    else:
+        _find_unstored_number(sdo)
     keep_aside(sdo)
 
 
@@ -266,6 +269,39 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:
     elif len(found) > LONGER and found in [due.ljust(len(found), each) for each in PADDINGS]:
         _find_filled(sdo, known, len(found), found[-1:])
     return []
+
+
+def _find_unstored_number(sdo: Dialogue) -> None:
+    """Find out whether a device confirms writes to a number and stores none of them.
+
+    In which way they are sent, tells whether it is about numbers or about expedited downloads.
+    """
+    known = next((one for one in _written(sdo.device) if one.length is not None), None)
+    if known is None or known.length is None or known.length > EXPEDITED_LENGTH:
+        return
+    try:
+        expedited, segmented = (_stores(sdo, known, segmented=how) for how in (False, True))
+    except (Violation, ServerAborted):
+        if not sdo.silence.recover():
+            raise
+        return
+    if expedited is False and segmented is not None:
+        habit = EXPEDITED_NOT_STORED if segmented else NUMBER_NOT_STORED
+        sdo.note(not_stored(known, _changed(sdo, known), habit))
+
+
+def _changed(sdo: Dialogue, known: KnownObject) -> bytes:
+    before = sdo.device.values[known.mux]
+    return bytes([before[0] ^ 1]) + before[1:]
+
+
+def _stores(sdo: Dialogue, known: KnownObject, *, segmented: bool) -> bool | None:
+    """Write another value to a number; say whether it is there, None where that does not tell."""
+    before, due = sdo.device.values[known.mux], _changed(sdo, known)
+    if sdo.try_download(known, due, segmented=segmented) is not None:
+        return None
+    found = sdo.upload(known)
+    return found == due if found in (before, due) else None
 
 
 def _held_by(sdo: Dialogue, known: KnownObject) -> bytes:

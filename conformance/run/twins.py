@@ -3,7 +3,7 @@
 A device that sends every answer twice looks alike, unless what comes differs.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from conformance.bus.channel import MOST_TALK, Channel
 from conformance.bus.errors import TwoDevices
@@ -14,6 +14,8 @@ from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 
+# So many reads in a row show that each answer belongs to the one before.
+FEW = 4
 # Seconds within which a second answer follows the first: another device may be slower.
 SECOND = 0.1
 ASKED = (
@@ -24,31 +26,38 @@ ASKED = (
 )
 
 
-def look_for_second(channel: Channel, device: Device) -> None:
+def look_for_second(channel: Channel, device: Device) -> CanFrame | None:
     """Find out, behind a read of 1000h, whether that was answered once more.
 
-    Raises TwoDevices where there are two; where that cannot be told, the device is believed to
-    answer twice.
+    Returns the second answer of a device that has done so only there. Raises TwoDevices where there
+    are two; where that cannot be told, the device is believed to answer twice.
     """
     channel.send(UploadInitiate(IDENTITY_COUNT))
     frame = channel.receive()
     if frame is None:
-        return
+        return None
     if _is_about(frame, DEVICE_TYPE):
         examine(channel, device)
-    elif not _names(frame, IDENTITY_COUNT):
+        beliefs = device.beliefs
+        again = frame.data == device.baseline[0][1]
+        return frame if again and not (beliefs.answers_twice or beliefs.is_behind) else None
+    if not _names(frame, IDENTITY_COUNT):
         channel.until_quiet(SECOND)
     else:
         end_read(channel, frame, IDENTITY_COUNT)
+    return None
 
 
 def examine(channel: Channel, device: Device) -> None:
     """Read what tells devices apart, and take all answers; raises TwoDevices."""
     channel.until_quiet(SECOND)
-    counts = []
+    answers: list[list[CanFrame]] = []
     for mux in ASKED:
         frames = list(_answers(channel, mux))
-        counts.append(sum(_names(frame, mux) for frame in frames))
+        answers.append(frames)
+        if len(answers) == FEW and _are_behind(answers, device.baseline[0][1]):
+            device.beliefs.is_behind = True
+            return
         if not frames:
             break  # other reads will show that
         others = [frame for frame in frames if frame.data != frames[0].data]
@@ -58,7 +67,24 @@ def examine(channel: Channel, device: Device) -> None:
                 f"different answers: {frames[0]} and {others[0]}. Both devices would take each "
                 "write. Give one of them another node-ID, or take it off the bus."
             )
+    counts = [
+        sum(_names(frame, mux) for frame in frames)
+        for mux, frames in zip(ASKED, answers, strict=False)
+    ]
     device.beliefs.answers_twice = min(counts) > 1
+
+
+def _are_behind(answers: Sequence[Sequence[CanFrame]], of_first: bytes) -> bool:
+    """Say whether each read was answered by what answers the one before it, ``of_first`` included.
+
+    One that only repeats a multiplexer brings other data with it.
+    """
+    behind = answers[1:]
+    return (
+        all(len(frames) == 1 for frames in behind)
+        and behind[0][0].data == of_first
+        and all(_names(frames[0], mux) for mux, frames in zip(ASKED, behind, strict=False))
+    )
 
 
 def _answers(channel: Channel, mux: Multiplexer) -> Iterator[CanFrame]:

@@ -76,6 +76,14 @@ def begin_and_abort(session: DeviceSession) -> Verdict:
         ("no-block-transfer", []),
         ("upload-drops-last-byte", [END_MISSING]),
         ("block-read-of-other-bytes", ["block-upload.first-sub-block: other data"]),
+        (
+            "numbers-confirmed-and-not-stored",
+            ["response.not-refused: a download to a number that is confirmed and not stored"],
+        ),
+        (
+            "expedited-confirmed-and-not-stored",
+            ["response.not-refused: an expedited download that is confirmed and not stored"],
+        ),
         ("block-upload-marked-one-early", ["block-upload.end: block segment"]),
     ],
 )

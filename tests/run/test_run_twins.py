@@ -12,6 +12,7 @@ from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.dialogue.causes import Cause, Causes
 from conformance.faults.catalogue import build_node
+from conformance.faults.faulty.whole_run import FirstAnswersTwice
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.host import HostedNode
 from conformance.reference.node import Node
@@ -22,7 +23,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.rules import SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
 
 SERIAL = Multiplexer(0x1018, 4)
 
@@ -98,3 +99,57 @@ def test_one_device(name: str | None) -> None:
     with on_one_bus(build_node(name, NODE_ID)) as bench:
         discover(bench.channel, bench.device)
         assert not bench.device.beliefs.answers_twice
+
+
+@pytest.mark.parametrize("name", [None, "every-abort-answered", "answers-twice", "answers-late"])
+def test_one_that_is_not_behind(name: str | None) -> None:
+    with on_one_bus(build_node(name, NODE_ID)) as bench:
+        discover(bench.channel, bench.device)
+        assert not bench.device.beliefs.is_behind
+
+
+def test_one_that_is_one_request_behind() -> None:
+    """Whatever else is met comes of that."""
+    with on_one_bus(build_node("one-request-behind", NODE_ID)) as bench:
+        causes = Causes()
+        discover(bench.channel, bench.device, causes)
+        assert bench.device.beliefs.is_behind
+        violation = Violation(SPECIFIER, expected="one", actual="another")
+        cause = causes.of(violation, SPECIFIER, UploadInitiate(Multiplexer(0x1018)))
+        assert cause == Cause(ANSWERED.id, "answers are one request behind")
+
+
+@pytest.mark.parametrize("times", [1, 2, 3])
+def test_the_first_answers_come_twice(times: int) -> None:
+    server = FirstAnswersTwice(ObjectDictionary(reference_entries(NODE_ID)))
+    server.left = times
+    with on_one_bus(Node(NODE_ID, server)) as bench:
+        causes = Causes()
+        discover(bench.channel, bench.device, causes)
+    assert [cause for cause, _ in causes] == [
+        Cause(UNSOLICITED.id, "the first answers of a run come twice")
+    ]
+
+
+class LosesTheFirst(Server):
+    """Loses the first request, and answers it later all the same."""
+
+    lost: bytes = b""
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        if frame[0] == 0x40 and not self.lost:
+            self.lost = frame
+            return []
+        answers = super().receive(frame)
+        if frame == self.lost:
+            self.lost = b"answered"
+            return answers * 2
+        return answers
+
+
+def test_an_answer_to_an_earlier_read_is_no_second_one() -> None:
+    server = LosesTheFirst(ObjectDictionary(reference_entries(NODE_ID)))
+    with on_one_bus(Node(NODE_ID, server)) as bench:
+        causes = Causes()
+        discover(bench.channel, bench.device, causes)
+    assert not [cause for cause, _ in causes]

@@ -33,3 +33,28 @@ class VendorIdChanges(Server):
     def store(self, entry: Entry, data: bytes) -> None:
         super().store(entry, data)
         self.objects.find(VENDOR_ID.mux).value = b"\x01\x02\x03\x04"
+
+
+@fault("first-answers-twice", Defect.FRAME_SHAPE, "run.outside-the-cases")
+class FirstAnswersTwice(Server):
+    """Sends its first two answers twice."""
+
+    left = 2
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        answers = super().receive(frame)
+        if answers and self.left:
+            self.left -= 1
+            return answers * 2
+        return answers
+
+
+@fault("one-request-behind", Defect.STATE, "frame.one-answer")
+class OneRequestBehind(Server):
+    """Answers each request when the next one comes."""
+
+    held_back: tuple[bytes, ...] = ()
+
+    def receive(self, frame: bytes) -> list[bytes]:
+        answers, self.held_back = list(self.held_back), tuple(super().receive(frame))
+        return answers
