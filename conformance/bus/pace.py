@@ -5,6 +5,7 @@ read at once, and take its time for what goes into an EEPROM.
 """
 
 from collections import Counter, defaultdict, deque
+from math import ceil
 
 from conformance.bus.kinds import READING, Kind, Task, Tasks
 from conformance.sdo.nmt import NmtState
@@ -62,6 +63,7 @@ class Pace:
         self._done: Counter[Kind] = Counter()
         self._taken: defaultdict[Kind, float] = defaultdict(float)
         self._latest = 0.0
+        self._lates = 0
         # The longest time that it took to enter each NMT state.
         self._entering: dict[NmtState | None, float] = {}
         self._reads: deque[bool] = deque(maxlen=LOOKED_AT)
@@ -87,6 +89,7 @@ class Pace:
     def late(self, seconds: float) -> None:
         """Take that an answer came after the wait for it had ended."""
         self._latest = max(self._latest, seconds)
+        self._lates += 1
 
     def read(self, *, answered: bool) -> None:
         """Take a plain read right behind an answer, with no transfer open: it has to be served."""
@@ -184,10 +187,18 @@ class Pace:
         missing = len(self._reads) - sum(self._reads)
         if missing < TOO_MANY:
             return ""
+        if self._lates >= missing / 2:
+            enough = ceil(2 * self._latest)
+            return (
+                f"it answered {missing} of the last {len(self._reads)} reads of 1000h too late, "
+                f"up to {self._latest:.3g} s after them: if it may take so long, give it that time "
+                f"with --sdo-response-timeout={enough}"
+            )
         return (
             f"it did not answer {missing} of the last {len(self._reads)} reads of 1000h that "
             "were sent right after an answer, but answered them when repeated: it drops requests "
-            "of every kind, or the bus loses frames"
+            "of every kind, or the bus loses frames; or it needs more time for an answer than "
+            "--sdo-response-timeout gives it"
         )
 
 

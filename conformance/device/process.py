@@ -118,9 +118,10 @@ class DeviceProcess:
             how(process.pid)
             try:
                 process.wait(programs.END_LIMIT)
-                break
             except subprocess.TimeoutExpired:
                 continue
+            if programs.wait_gone(process.pid, programs.END_LIMIT):
+                break
         programs.dismiss(guard)
 
     def _output(self) -> BinaryIO:

@@ -9,10 +9,13 @@ import shlex
 import signal
 import subprocess
 import sys
+import time
 from contextlib import suppress
 
 # How long a program may take to end when it is asked to, in seconds.
 END_LIMIT = 5.0
+# Seconds between two looks whether it has.
+LOOK = 0.02
 
 if sys.platform == "win32":
     # What Popen takes, beside start_new_session, to keep a program from the Ctrl-C of a terminal.
@@ -38,6 +41,11 @@ if told:
         """End a program and what it has started."""
         command = ("taskkill", "/T", "/F", "/PID", str(group))
         subprocess.run(command, capture_output=True, check=False)  # noqa: S603 - of the system
+
+    def is_gone(group: int) -> bool:
+        """Say whether nothing is left of a program that has ended: nobody tells that here."""
+        del group
+        return True
 
 else:
     APART = 0
@@ -68,6 +76,27 @@ os.killpg(group, signal.SIGKILL)
         """End a program and what it has started."""
         with suppress(ProcessLookupError):
             os.killpg(group, signal.SIGKILL)
+
+    def is_gone(group: int) -> bool:
+        """Say whether a program that has ended has left nothing running of what it started."""
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        return False
+
+
+def wait_gone(group: int, seconds: float) -> bool:
+    """Wait until nothing is left of a program that has ended; say whether that was reached.
+
+    No event tells of the end of processes that are not one's own.
+    """
+    deadline = time.monotonic() + seconds
+    while not is_gone(group):
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(LOOK)
+    return True
 
 
 def guard() -> subprocess.Popen[bytes] | None:

@@ -98,7 +98,7 @@ class Silence:
         crossed, wire.crossed = wire.crossed, 0
         at_rest = wire.channel.at_rest and wire.tracker.open is None
         self._send_baseline()
-        deadline = wire.deadline(most)
+        asked, deadline = wire.channel.link.now(), wire.deadline(most)
         retried = False
         while True:
             frame = wire.next_frame()
@@ -134,7 +134,9 @@ class Silence:
             if len(stray) > most or deadline.has_passed:
                 raise unsolicited(stray)
         if retried:
-            self._take_second_answer()
+            took = wire.channel.arrived - asked
+            if self._take_second_answer():
+                wire.channel.pace.late(took)
         if response.encode() == self._device.baseline[0][1]:
             self._read_the_rest()
         wire.is_proven = wire.channel.is_calm = not stray
@@ -188,22 +190,25 @@ class Silence:
                 actual = in_words(response)
                 raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=actual)
 
-    def _take_second_answer(self) -> None:
+    def _take_second_answer(self) -> bool:
         """Take the answer to the other of two reads, lest it be taken for that to what comes next.
 
         Whichever was answered, the other may be still: a server that was busy has both to answer.
-        Another read behind them, of what each device has (7.5.2.2), tells without waiting.
+        Another read behind them, of what each device has (7.5.2.2), tells without waiting. Say
+        whether both were answered: the first was answered late then.
         """
         wire = self._wire
         baseline = self._device.baseline[0][1]
         wire.transmit(UploadInitiate(ERROR_REGISTER).encode())
-        deadline = wire.deadline(1)
+        deadline, both = wire.deadline(1), False
         while (frame := wire.next_frame()) is not None and wire.take(frame).encode() == baseline:
+            both = True
             if deadline.has_passed:
                 break
         if len(self._device.baseline) > 1:
             self._send_baseline()
             wire.receive()
+        return both
 
     def _send_baseline(self) -> None:
         self._wire.transmit(self._device.baseline[0][0])

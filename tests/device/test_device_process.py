@@ -25,6 +25,13 @@ time.sleep(3600)
 STUBBORN = f"import signal\nsignal.signal(signal.SIGTERM, signal.SIG_IGN)\n{WAITS}"
 PARENT = f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', '''{WAITS}'''])"
 
+# It ends when it is asked to, and what it has started does not.
+LEAVES = f"""
+import subprocess, sys, time
+subprocess.Popen([sys.executable, '-c', '''{STUBBORN}'''])
+time.sleep(3600)
+"""
+
 
 def program(text: str) -> ProcessSettings:
     return ProcessSettings([sys.executable, "-c", text])
@@ -49,7 +56,9 @@ def is_free(lock: Path) -> bool:
     return True
 
 
-@pytest.mark.parametrize("text", [WAITS, STUBBORN, PARENT], ids=["waits", "stubborn", "parent"])
+@pytest.mark.parametrize(
+    "text", [WAITS, STUBBORN, PARENT, LEAVES], ids=["waits", "stubborn", "parent", "leaves"]
+)
 def test_it_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str) -> None:
     """Also one that does not want to, and what it has started itself."""
     monkeypatch.setattr(programs, "END_LIMIT", 0.3)
