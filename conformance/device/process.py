@@ -5,7 +5,6 @@ command = ["./my_server", "vcan0"]   # started for the run, stopped afterwards
 recover = "./power-cycle.sh"         # for a bench device
 """
 
-import os
 import shlex
 import signal
 import subprocess
@@ -13,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Self
 
 from conformance.bus.errors import ProcessFailed
 from conformance.device import programs
+from conformance.device.bounded_log import BoundedLog
 from conformance.sdo.inert import inert
 
 # How long things may take, in seconds: to recover a device, to start one.
@@ -65,7 +65,7 @@ class DeviceProcess:
     def __init__(self, settings: ProcessSettings, log: Path) -> None:
         """``log`` takes what the program and the command to recover write."""
         self._settings = settings
-        self._log = log
+        self._log = BoundedLog(log)
         self._process: subprocess.Popen[bytes] | None = None
         self._guard: subprocess.Popen[bytes] | None = None
 
@@ -88,7 +88,7 @@ class DeviceProcess:
         try:
             # It is there before the program: a run may be killed at any moment.
             self._guard = programs.guard()
-            with self._output() as log:
+            with self._log.taking() as log:
                 # Ctrl-C at the terminal ends the run; the device has to live until its values are
                 # put back.
                 self._process = subprocess.Popen(  # noqa: S603 - it is what the user named
@@ -123,20 +123,14 @@ class DeviceProcess:
             if programs.wait_gone(process.pid, programs.END_LIMIT):
                 break
         programs.dismiss(guard)
-
-    def _output(self) -> BinaryIO:
-        """Open the file that takes what is written; where that cannot be, nothing does."""
-        try:
-            return self._log.open("ab")
-        except OSError:
-            return Path(os.devnull).open("ab")
+        self._log.settle()
 
     def recover(self) -> None:
         """Run the command that brings a bench device back, if there is one."""
         if self._settings.recover is None:
             return
         try:
-            with self._output() as log:
+            with self._log.taking() as log:
                 subprocess.run(  # noqa: S603 - it is what the user named
                     self._settings.recover,
                     cwd=self._settings.recover_folder,
@@ -174,8 +168,8 @@ class DeviceProcess:
     def tail(self) -> list[str]:
         """Return the last lines that were written; what would steer a terminal stands as text."""
         try:
-            with self._log.open("rb") as log:
-                log.seek(max(0, self._log.stat().st_size - _TAIL_BYTES))
+            with self._log.path.open("rb") as log:
+                log.seek(max(0, self._log.path.stat().st_size - _TAIL_BYTES))
                 lines = log.read().decode("utf-8", "replace").splitlines()[-TAIL_LINES:]
                 return [inert(line, keep="\t") for line in lines]
         except OSError:
@@ -183,6 +177,7 @@ class DeviceProcess:
 
     def last_words(self) -> str:
         """Return the last lines as the end of an error message."""
+        self._log.settle()
         lines = [f"    {line}" for line in self.tail()]
         return "\n".join([" Its output ends with:", *lines]) if lines else ""
 

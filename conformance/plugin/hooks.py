@@ -99,8 +99,16 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """Register what collects the cases behind all that configures itself: see there why."""
-    session.config.pluginmanager.register(Collecting(), "conformance-collecting")
+    """Register what collects the cases behind all that configures itself: see there why.
+
+    With -q pytest prints no header: what an earlier run has left changed is said all the same.
+    """
+    config = session.config
+    config.pluginmanager.register(Collecting(), "conformance-collecting")
+    state = config.stash.get(STATE, None)
+    if state is not None and config.get_verbosity() < 0:
+        for line in left_lines(state.options):
+            say(config, line, always=True)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
@@ -126,7 +134,7 @@ def pytest_report_header(config: pytest.Config) -> list[str]:
         f"conformance: bit rate: {rate}, response time-out: {run.response_timeout * 1000:g} ms, "
         f"seed: {run.seed}, strict: {'yes' if state.options.strict else 'no'}",
         f"conformance: objects: {_objects(run)}",
-        *left_lines(state.options),
+        *(f"conformance: {line}" for line in left_lines(state.options)),
     ]
     return [line for text in lines for line in fitted(text)]
 

@@ -51,14 +51,16 @@ def estimate_for(options: Options) -> Estimate:
     )
 
 
-def say(config: pytest.Config, line: str, *, behind_dots: bool = False) -> None:
-    """Write a line to the terminal, if this process has one.
+def say(
+    config: pytest.Config, line: str, *, behind_dots: bool = False, always: bool = False
+) -> None:
+    """Write a line to the terminal, if this process has one; with -qq only what is ``always`` said.
 
     pytest does not know that its line has only begun where that has dots without a file's name.
     """
     terminal: SummaryTerminal | None = config.pluginmanager.get_plugin("terminalreporter")
     verbosity = config.getoption("verbose")
-    if terminal is None or verbosity < -1:
+    if terminal is None or (verbosity < -1 and not always):
         return
     terminal.ensure_newline()
     if behind_dots and verbosity <= 0:

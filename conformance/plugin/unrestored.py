@@ -61,7 +61,7 @@ def left_lines(options: Options) -> list[str]:
         "values for those of the device"
     )
     return [
-        f"conformance: an earlier run left changed values on node {left.node_id} "
+        f"an earlier run left changed values on node {left.node_id} "
         f"({', '.join(map(str, left.objects))}; {left.journal}): {offer}"
         for left in _left(options)
     ]

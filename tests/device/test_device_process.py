@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import ProcessFailed
-from conformance.device import programs
+from conformance.device import bounded_log, programs
 from conformance.device.process import TAIL_LINES, DeviceProcess, ProcessSettings
 
 # Only a program that hangs takes this time, in seconds, on any machine.
@@ -108,7 +108,7 @@ def test_what_it_writes_steers_no_terminal(tmp_path: Path) -> None:
 
 def test_the_output_of_all_starts_is_kept(tmp_path: Path) -> None:
     process = DeviceProcess(
-        program("import time; print('hi', flush=True); time.sleep(3600)"), tmp_path / "log"
+        program("import os, time; os.write(1, b'hi\\n'); time.sleep(3600)"), tmp_path / "log"
     )
     process.start()
     become(lambda: process.tail() == ["hi"])
@@ -173,3 +173,17 @@ def test_a_log_that_cannot_be_written_stops_no_device(tmp_path: Path) -> None:
         process.start()
         become(lambda: not is_free(lock))
         assert process.tail() == []
+
+
+def test_the_log_has_a_bound(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounded_log, "MOST", 300_000)
+    monkeypatch.setattr(bounded_log, "BEGINNING", 1_000)
+    text = "print('first')\nfor n in range(20_000): print('a line of the output', n)\nprint('last')"
+    process = DeviceProcess(program(text), tmp_path / "log")
+    process.start()
+    become(lambda: process.tail()[-1:] == ["last"])
+    process.stop()
+    kept = (tmp_path / "log").read_bytes()
+    assert len(kept) <= 300_000 + bounded_log.CHUNK
+    assert kept.startswith(b"first\n")
+    assert bounded_log.LEFT_OUT in kept

@@ -65,11 +65,12 @@ def left(pytester: pytest.Pytester) -> list[Path]:
     return [path for folder in reports(pytester).iterdir() for path in journals(folder)]
 
 
-def test_the_next_run_says_so(pytester: pytest.Pytester) -> None:
+@pytest.mark.parametrize("quiet", [(), ("-q",), ("-qq",)])
+def test_the_next_run_says_so(pytester: pytest.Pytester, quiet: tuple[str, ...]) -> None:
     with killed(pytester) as (objects, bus):
         (journal,) = left(pytester)
         assert read_journal(journal)[1][0].values[TEXT] == LONG
-        result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py")
+        result = run(pytester, f"--node-id={NODE_ID}", *bus, *NAMED, "test_mine.py", *quiet)
         assert result.ret == 0
         result.stdout.fnmatch_lines(
             [
