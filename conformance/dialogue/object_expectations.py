@@ -24,7 +24,9 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
+from conformance.sdo.pdos import IN_ORDER
 from conformance.sdo.rules import MISSING_REFUSED, Level, Rule, Violation
+from conformance.sdo.rules.accepted import IN_USE
 from conformance.sdo.rules.download_initiates import LIMITS
 
 MOST_SHOWN = 32
@@ -34,6 +36,7 @@ BEYOND_16_BITS = 1 << 16
 ATTEMPTS = 4
 # What a device may say of an object that it has, at a time when it cannot serve it.
 NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
+KEPT_IN_USE = (*IN_USE, AbortCode.UNSUPPORTED_ACCESS, AbortCode.NOT_MAPPABLE)
 ALL_LISTED = Rule(
     "od.all-is-listed", "CiA 306-1", Level.SHOULD, "An EDS lists every object of the device."
 )
@@ -152,14 +155,16 @@ def expect_written_back(
 ) -> None:
     """Expect a download to have been served, and the value to stay; ``abort`` is a refusal.
 
-    A value without bytes may be refused, and any value for the state that the device is in.
+    A value without bytes may be refused, and any value for the state that the device is in. What
+    does not change while it is in use may refuse the value that it has as well.
     """
     if abort is None:
         if entry.is_steady:
             Blocks(sdo).expect_value(entry, value)
         return
     refusal = in_words(abort)
-    if abort.code not in NOT_NOW and value:
+    in_use = entry.mux.index in IN_ORDER and abort.code in KEPT_IN_USE
+    if abort.code not in NOT_NOW and value and not in_use:
         raise sdo.breach(f"a download of {shown(value)} to {entry} to be confirmed", refusal)
     sdo.info(f"{entry} does not take {shown(value)} now: {refusal}")
 

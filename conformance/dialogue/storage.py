@@ -20,6 +20,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.pdos import IN_ORDER
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
@@ -27,8 +28,6 @@ MOST_NAMED = 8
 # How many requests it may take to read all parameters: each reset of the node takes as many, and
 # what cases store or load takes some resets.
 MOST_READ = 800
-# COB-IDs and mappings of other services: they are written in an order of their own.
-IN_ORDER = frozenset((0x1005, 0x1012, 0x1014, *range(0x1400, 0x1C00)))
 BY_HAND = (
     "; or load the defaults by hand, reset the device, and say so in device.toml, [objects] "
     "at-defaults = true"

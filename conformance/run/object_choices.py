@@ -15,7 +15,7 @@ from conformance.device.protected_objects import group_of
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
-from conformance.sdo.pdos import MAPPING_OF, RECEIVED, SENT, is_mapping
+from conformance.sdo.pdos import IN_ORDER, MAPPING_OF, RECEIVED, SENT, is_mapping
 from conformance.sdo.storage_commands import COMMANDS
 
 FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
@@ -58,6 +58,11 @@ def _is_written(known: KnownObject) -> bool:
 def _is_plain_number(known: KnownObject) -> bool:
     """Say whether only the length of a value can be wrong: a COB-ID cut short is none either."""
     return _is_written(known) and _has_length(known) and group_of(known.mux.index) is None
+
+
+def _changes(known: KnownObject) -> bool:
+    """Say whether another value may be written at once: none to what is in use, as COB-IDs are."""
+    return _is_written(known) and known.mux.index not in IN_ORDER
 
 
 def _has_length(known: KnownObject) -> bool:
@@ -108,13 +113,13 @@ writable = _entries(_is_written)
 writable_numbers = _entries(_is_plain_number)
 longer_than_a_byte = _entries(lambda known: _is_plain_number(known) and (known.length or 0) > 1)
 with_low_limit = _entries(
-    lambda known: _is_written(known) and _is_limited(known) and known.low is not None
+    lambda known: _changes(known) and _is_limited(known) and known.low is not None
 )
 with_high_limit = _entries(
-    lambda known: _is_written(known) and _is_limited(known) and known.high is not None
+    lambda known: _changes(known) and _is_limited(known) and known.high is not None
 )
-exceedable = _entries(lambda known: _is_written(known) and above(known) is not None)
-undercuttable = _entries(lambda known: _is_written(known) and below(known) is not None)
+exceedable = _entries(lambda known: _changes(known) and above(known) is not None)
+undercuttable = _entries(lambda known: _changes(known) and below(known) is not None)
 protected = _entries(_is_protected)
 write_only = _entries(lambda known: known.access is Access.WO)
 error_places = _entries(lambda known: is_error_place(known.mux))

@@ -64,6 +64,21 @@ def test_beyond_limits_there_has_to_be_a_value() -> None:
     assert subs(choose.exceedable(LISTING)) == [1]
 
 
+def test_limits_of_what_is_in_use_are_not_written() -> None:
+    """A mapping changes in an order of its own, and not while its PDO is valid."""
+    count = KnownObject(Multiplexer(0x1A00), U8, low=0, high=4)
+    mapping = ListedObject(0x1A00, ObjectType.RECORD, {0: count})
+    listing = Listing({0x1A00: mapping}, is_complete=True)
+    assert list(choose.writable(listing)) == ["1A00h:00"]
+    for choice in (
+        choose.with_low_limit,
+        choose.with_high_limit,
+        choose.exceedable,
+        choose.undercuttable,
+    ):
+        assert choice(listing) == {}
+
+
 def test_the_error_list_is_special() -> None:
     assert "1003h:00" in choose.readable(LISTING)
     assert "1003h:01" not in choose.readable(LISTING)

@@ -7,6 +7,7 @@ from conformance.faults.altered_nodes import AlteredNode
 from conformance.faults.registry import About
 from conformance.reference.communication import (
     EMERGENCY,
+    ENTRIES,
     PRODUCES,
     RECEIVED,
     SENT,
@@ -169,6 +170,46 @@ class OtherCodes(_Mappings):
     def check(self, cob_id: Entry, old: bytes, new: bytes) -> None:
         """Refuse a change of a valid PDO."""
         if new != old and is_valid(int.from_bytes(cob_id.value, "little")):
+            raise Refusal(AbortCode.VALUE_INVALID)
+
+
+class _RefusesAnyWrite(_OtherCodes):
+    """Refuses what is there already as well."""
+
+    def check_entry(self, old: bytes, new: bytes) -> None:
+        self.check_changeable()
+        self.check_unused()
+        super().check_entry(old, new)
+
+    def check_count(self, old: bytes, new: bytes) -> None:
+        self.check_changeable()
+        super().check_count(old, new)
+
+
+@unusual("pdo-in-use-refuses-any-write")
+class RefusesAnyWrite(OtherCodes):
+    """Refuses even their own values for what may not change while a PDO is valid.
+
+    Its EDS states limits for them.
+    """
+
+    mapping = _RefusesAnyWrite
+
+    def alter(self) -> None:
+        super().alter()
+        limits = {
+            Multiplexer(RECEIVED + MAPPING_OF): ENTRIES,
+            Multiplexer(SENT + MAPPING_OF): ENTRIES,
+            Multiplexer(SENT, INHIBIT_TIME): 0x7FFF,
+            Multiplexer(SENT, SYNC_START): 240,
+        }
+        for mux, high in limits.items():
+            entry = self.objects.find(mux)
+            entry.low, entry.high = 0, high
+
+    def check(self, cob_id: Entry, old: bytes, new: bytes) -> None:
+        """Refuse any value of a valid PDO."""
+        if is_valid(int.from_bytes(cob_id.value, "little")):
             raise Refusal(AbortCode.VALUE_INVALID)
 
 
