@@ -12,6 +12,8 @@ from conformance.sdo.rules.idle import SUB_INDEX_MISSING
 # sub-indices that few objects reach.
 MISSING_INDICES = (0x0F00, 0x5FF7, 0xBFF7)
 MISSING_SUB_INDICES = (0xFE, 0xFD, 0x7F)
+# Below it there are data types, and what is reserved (CiA 301, 7.4.1).
+FIRST_INDEX = 0x1000
 
 
 def missing_object(sdo: Transfers) -> Multiplexer:
@@ -54,6 +56,12 @@ def missing_sub_index(sdo: Transfers, index: int) -> Multiplexer:
 
 
 def _refused(sdo: Transfers, candidates: list[Multiplexer]) -> Multiplexer | None:
+    """Return the first of some entries that is refused as missing; else with any other code.
+
+    That is wrong then, and for the cases to find, but only of what no device can have: of others it
+    may be right.
+    """
+    never: list[Multiplexer] = []
     for mux in candidates:
         if sdo.device.policy.is_missing(mux):
             return mux  # it was asked for before
@@ -61,7 +69,11 @@ def _refused(sdo: Transfers, candidates: list[Multiplexer]) -> Multiplexer | Non
             sdo.read(mux)
         except ServerAborted as aborted:
             if aborted.abort.code in EXISTS:
+                never += [mux] if mux.index < FIRST_INDEX or mux.index in IDENTITY else []
                 continue
             sdo.device.policy.allow_missing(mux)
             return mux
+    if never:
+        sdo.device.policy.allow_missing(never[0])
+        return never[0]
     return None

@@ -19,6 +19,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
 from conformance.sdo.objects import TEXT_TYPES, DataType
 from conformance.sdo.rules import NOT_REFUSED, Violation
+from conformance.sdo.rules.download_initiates import TOO_LONG
 
 # More than a sub-block can have: nearly all transfers have less.
 MUCH_ROOM = 897
@@ -73,7 +74,11 @@ class Room:
             if not exactly and self._sdo.record.causes.nothing_is_stored:
                 raise not_stored(known, data)
             return
-        if abort.code not in NO_ROOM or self._takes_otherwise(known, data):
+        # What has begun is not refused for a length that it announced.
+        by_length = abort.code not in NO_ROOM and self._sdo.wire.refusal is not None
+        if by_length and not exactly and self._is_too_long(known, data):
+            self._note_code(known, len(data), abort)
+        elif abort.code not in NO_ROOM or self._takes_otherwise(known, data):
             refused = Violation(
                 NOT_REFUSED,
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
@@ -236,7 +241,8 @@ class Room:
 
     def refused(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of ``size`` bytes means: too small an object, or a breach."""
-        if abort.code not in NO_ROOM:
+        known_code = size in self._device.lengths[known.mux].refused
+        if abort.code not in NO_ROOM and not known_code:
             return Violation(
                 NOT_REFUSED,
                 expected=f"a download of {size} bytes to {known}, or that it is too small",
@@ -265,6 +271,31 @@ class Room:
             or self._sdo.try_download(known, data, segmented=True) is None
             or self._has_gap(known, size)
         )
+
+    def _is_too_long(self, known: KnownObject, data: bytes) -> bool:
+        """Say whether it is for its length that an object refuses a value, whatever it says.
+
+        It takes a shorter one in segments, and this one by no protocol.
+        """
+        size, lengths = len(data), self._device.lengths[known.mux]
+        own = len(self._device.values[known.mux])
+        shorter = [taken for taken in (*lengths.taken, own, *EXPEDITED) if 0 < taken < size]
+        if not shorter or not self._takes(known, max(shorter)):
+            return False
+        try:
+            in_blocks = self._sdo.abort_of(self._sdo.client.block_download(known.mux, data))
+        except Violation as broken:
+            self._sdo.note(broken)
+            self._sdo.end_transfer()
+            return False
+        return in_blocks is not None and not self._takes_otherwise(known, data)
+
+    def _note_code(self, known: KnownObject, size: int, abort: Abort) -> None:
+        """Tell a wrong code of a refusal that is right; the length is known from then on."""
+        due = f"a refusal of {size} bytes by {known} with {describe_code(TOO_LONG.codes[0])}"
+        wrong = Violation(TOO_LONG, expected=due, actual=in_words(abort))
+        wrong.request = self._sdo.wire.last_sent
+        self._sdo.note(wrong)
 
     def object_beyond(self, size: int) -> tuple[KnownObject, bytes]:
         """Return an object of ``size`` bytes or more, and its value.

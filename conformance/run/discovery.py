@@ -9,7 +9,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAME
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
 from conformance.device.roles import Roles
-from conformance.device.serving import Service
+from conformance.device.serving import BY_STATE, Service
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND, Cause, Causes
 from conformance.dialogue.dialogue import Dialogue
@@ -54,6 +54,8 @@ RESTS = (0.002, 0.01, 0.05, 0.25)
 # How much longer than it was seen to need it is left alone.
 SURE = 2.0
 MOST_SEGMENTS = 8
+# Reserved (CiA 301, 7.4.1).
+NEVER_THERE = Multiplexer(0x0F00)
 ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
 _MANDATORY = (
     KnownObject(DEVICE_TYPE, DataType.UNSIGNED32, Access.CONST),
@@ -205,7 +207,9 @@ def _seek_nowhere(reading: Reading) -> None:
         if mux.index in there:
             continue
         try:
-            if _is_missing(reading.sdo, Multiplexer(mux.index)) and _is_missing(reading.sdo, mux):
+            asked = (NEVER_THERE, Multiplexer(mux.index), mux)
+            lack, *codes = [_refusal(reading.sdo, each) for each in asked]
+            if all(_says_missing(code, lack) for code in codes):
                 device.beliefs.nowhere += (mux,)
         except Violation:
             # Other cases say what is wrong with this; one silence is enough.
@@ -213,12 +217,21 @@ def _seek_nowhere(reading: Reading) -> None:
             return
 
 
-def _is_missing(sdo: Dialogue, mux: Multiplexer) -> bool:
+def _refusal(sdo: Dialogue, mux: Multiplexer) -> int | None:
     try:
         sdo.read(mux)
     except ServerAborted as aborted:
-        return aborted.abort.code not in EXISTS
-    return False
+        return aborted.abort.code
+    return None
+
+
+def _says_missing(code: int | None, lack: int | None) -> bool:
+    """Say whether a code is that of an entry that is not there.
+
+    A device may have a wrong one for that: the one with which it refuses what no device can have.
+    """
+    is_wrong = code == lack and code not in BY_STATE
+    return code is not None and (code not in EXISTS or is_wrong)
 
 
 def _ask_for_block_upload(reading: Reading) -> None:

@@ -6,8 +6,10 @@ import pytest
 from case_runs import run_cases
 
 from conformance.run.case_files import CASES
+from conformance.run.verdict import Verdict
 
 FILES = ("test_expedited_download.py", "test_segmented_upload.py", "test_sequences.py")
+SEGMENTS = ("test_expedited_download.py", "test_segmented_upload.py", "test_segmented_download.py")
 LENGTHS = "data.type-length: values read with more or fewer bytes than they have"
 END = "segmented-upload.segments: the end of a value is left out"
 IN_BLOCKS = "block-upload.first-sub-block: other data"
@@ -21,6 +23,17 @@ DISTURBED = "channel.independent: a transfer on one channel disturbs that on ano
 UNSTORED = "response.not-refused: a download that is confirmed and not stored"
 BEHIND_LAST = "block-upload.end: block segment"
 BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
+
+
+@pytest.mark.parametrize(
+    ("fault", "most"),
+    [("long-strings-refused-as-invalid", 100), ("missing-objects-refused-as-no-data", 20)],
+)
+def test_a_wrong_code_of_a_right_refusal_prevents_few_cases(fault: str, most: int) -> None:
+    run = run_cases(fault, *(str(CASES / file) for file in SEGMENTS))
+    assert run.failed()
+    prevented = [each for each in run.verdicts.values() if each is Verdict.NOT_TESTABLE]
+    assert len(prevented) < most
 
 
 @pytest.mark.parametrize(
