@@ -94,6 +94,22 @@ def test_toggle(
     sdo.expect_nothing()
 
 
+@must("segmented-download.number-toggle", "segmented-download.toggle")
+def test_number_toggle(sdo: Dialogue, number: KnownObject) -> None:
+    """A number in one segment, whose toggle bit is 1, is refused or ignored, and never stored."""
+    with sdo.unchanged(number) as value:
+        sdo.initiate_download(number, len(value))
+        other = bytes([value[0] ^ 1]) + value[1:]
+        sdo.send(DownloadSegment.with_data(other, toggle=1, last=True))
+        answer = sdo.reaction()
+        if answer is None:
+            sdo.info(IGNORED)
+        elif isinstance(answer, Abort) and answer.code in TOGGLE.codes:
+            sdo.checks.abort(answer, number.mux)
+        else:
+            raise sdo.breach("abort 05030000h, or no answer", in_words(answer))
+
+
 @must("segmented-download.toggle-ignored-data", "segmented-download.toggle")
 def test_toggle_ignored_data(sdo: Dialogue, room: Room, text: KnownObject) -> None:
     """A server that ignores a repeated segment does not store it twice."""

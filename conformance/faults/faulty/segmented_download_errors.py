@@ -41,7 +41,12 @@ _OF_UPLOADS = (
 )
 
 
-@fault("download-toggle-ignored", Defect.STATE, "segmented-download.toggle")
+@fault(
+    "download-toggle-ignored",
+    Defect.STATE,
+    "segmented-download.toggle",
+    "segmented-download.number-toggle",
+)
 class DownloadToggleIgnored(Server):
     """Takes segments whatever their toggle bit."""
 
