@@ -194,6 +194,9 @@ def test_refusal(
     """A transfer that the server aborts on one channel does not end the one on another channel."""
     known, _ = long_read_only(device)
     data = sdo.payload(room.fit(text, 14, least=8))
+    sdo.start_segmented_upload(known)
+    sdo.send(UploadSegment(1))
+    sdo.expect_abort(*TOGGLE.codes, of=known, rule=TOGGLE)
     with channels.side_by_side() as other:
         for one, another in ((sdo, other), (other, sdo)):
             another.initiate_download(text, len(data))

@@ -78,12 +78,14 @@ class Dialogue(Transfers):
         *codes: AbortCode,
         of: Target | None,
         tolerated: tuple[AbortCode, ...] = accepted.GENERAL,
+        rule: Rule | None = None,
     ) -> Abort:
         """Expect an abort with one of the codes and the multiplexer of ``of`` (None: any).
 
-        ``tolerated`` codes are accepted as well but count as a breach of a SHOULD.
+        ``tolerated`` codes are accepted as well but count as a breach of a SHOULD. Any other answer
+        breaks the ``rule``, by default that of the case.
         """
-        return self.take_abort(self.receive(), codes, of, tolerated)
+        return self.take_abort(self.receive(), codes, of, tolerated, rule)
 
     def take_abort(
         self,
@@ -91,11 +93,13 @@ class Dialogue(Transfers):
         codes: tuple[AbortCode, ...],
         of: Target | None,
         tolerated: tuple[AbortCode, ...] = accepted.GENERAL,
+        rule: Rule | None = None,
     ) -> Abort:
         """Hold a response that came to what ``expect_abort`` expects."""
         due = f"abort with {named(codes)}"
+        broken = self.record.rule if rule is None else rule
         if not isinstance(response, Abort):
-            raise self.breach(due, in_words(response))
+            raise Violation(broken, expected=due, actual=in_words(response))
         abort = self.checks.abort(response, None)
         if of is not None and abort.mux != mux_of(of):
             # The case goes on: whether the transfer has ended is another question.
@@ -103,7 +107,7 @@ class Dialogue(Transfers):
             self.note(Violation(MULTIPLEXER, expected=expected, actual=in_words(abort)))
         if abort.code not in codes:
             if abort.code not in tolerated:
-                raise self.breach(due, in_words(abort))
+                raise Violation(broken, expected=due, actual=in_words(abort))
             self.note(Violation(SUBSTITUTE, expected=due, actual=in_words(abort)))
         return abort
 

@@ -47,6 +47,21 @@ def test_each_service_has_a_case(pytester: pytest.Pytester) -> None:
 
 
 @pytest.mark.parametrize(
+    ("fault", "rule"),
+    [
+        ("upload-toggle-ignored", "segmented-upload.toggle"),
+        ("download-toggle-ignored", "segmented-download.toggle"),
+    ],
+)
+def test_an_ignored_toggle_is_named_as_that(
+    pytester: pytest.Pytester, fault: str, rule: str
+) -> None:
+    result = self_test(pytester, "--sdo-simulated", "--sdo-quick", f"--sdo-fault={fault}")
+    named = [line for line in result.outlines if line.startswith("fix this first: ")]
+    assert [line.removeprefix("fix this first: ").partition(":")[0] for line in named] == [rule]
+
+
+@pytest.mark.parametrize(
     "fault", ["upload-toggle-ignored", "every-abort-answered", "block-uploads-endless"]
 )
 def test_a_wrong_device_is_told(pytester: pytest.Pytester, fault: str) -> None:
