@@ -13,6 +13,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
+from conformance.dialogue.wrong_lengths import refusing
 from conformance.generated.server_states import (
     BLOCK_DOWNLOAD_END,
     BLOCK_DOWNLOAD_FIRST,
@@ -118,8 +119,9 @@ def test_too_many_inside(sdo: Dialogue, room: Room, blocks: Blocks, text: KnownO
 def test_number_too_long(sdo: Dialogue, blocks: Blocks, roles: Roles, length: int) -> None:
     """More bytes than a number has are refused, at the end at the latest."""
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        blocks.expect_download_refused(known, value + b"\0", *TOO_MANY.codes, size=length + 1)
+    with refusing(sdo, known) as other:
+        data = other.longer(length + 1)
+        blocks.expect_download_refused(known, data, *TOO_MANY.codes, size=length + 1)
 
 
 @must(
@@ -131,8 +133,9 @@ def test_number_too_long(sdo: Dialogue, blocks: Blocks, roles: Roles, length: in
 def test_number_too_short(sdo: Dialogue, blocks: Blocks, roles: Roles, length: int) -> None:
     """Fewer bytes than a number has are refused, at the end at the latest."""
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        blocks.expect_download_refused(known, value[:-1], *TOO_FEW.codes, size=length - 1)
+    with refusing(sdo, known) as other:
+        data = other.shorter(length - 1)
+        blocks.expect_download_refused(known, data, *TOO_FEW.codes, size=length - 1)
 
 
 @must(

@@ -7,6 +7,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.wrong_lengths import refusing
 from conformance.run.case import may, must, should
 from conformance.sdo.frames import (
     Abort,
@@ -164,8 +165,8 @@ def test_too_long(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -> None
     """More bytes than the type has are refused for their length, and nothing is written."""
     length, sent = lengths
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        sdo.send(DownloadInitiate.with_data(known.mux, value.ljust(sent, b"\0")))
+    with refusing(sdo, known) as other:
+        sdo.send(DownloadInitiate.with_data(known.mux, other.longer(sent)))
         sdo.expect_abort(*TOO_LONG.codes, of=known)
 
 
@@ -185,8 +186,8 @@ def test_too_short(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -> Non
     """Fewer bytes than the type has are refused for their length, and nothing is written."""
     length, sent = lengths
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        sdo.send(DownloadInitiate.with_data(known.mux, value[:sent]))
+    with refusing(sdo, known) as other:
+        sdo.send(DownloadInitiate.with_data(known.mux, other.shorter(sent)))
         sdo.expect_abort(*TOO_SHORT.codes, of=known)
 
 

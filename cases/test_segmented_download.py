@@ -9,6 +9,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.dialogue.whole_values import expect_stored_and_read
+from conformance.dialogue.wrong_lengths import refusing
 from conformance.generated.variations import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.describe import in_words
@@ -238,8 +239,9 @@ def test_too_few(sdo: Dialogue, room: Room, text: KnownObject, sizes: tuple[int,
 def test_number_too_long(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A size that is too large for a number is refused, at the latest with the last segment."""
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value + b"\0", *NUMBER_TOO_LONG.codes, size=length + 1)
+    with refusing(sdo, known) as other:
+        data = other.longer(length + 1)
+        sdo.expect_download_refused(known, data, *NUMBER_TOO_LONG.codes, size=length + 1)
 
 
 @must(
@@ -251,16 +253,18 @@ def test_number_too_long(sdo: Dialogue, roles: Roles, length: int) -> None:
 def test_number_too_long_not_indicated(sdo: Dialogue, roles: Roles, length: int) -> None:
     """More bytes than a number has are refused though no size was indicated."""
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value + b"\0", *NUMBER_TOO_LONG.codes, size=None)
+    with refusing(sdo, known) as other:
+        data = other.longer(length + 1)
+        sdo.expect_download_refused(known, data, *NUMBER_TOO_LONG.codes, size=None)
 
 
 @must("segmented-download.number-too-short", "abort.length-code", length=[2, 4, 5, 6, 7, 8])
 def test_number_too_short(sdo: Dialogue, roles: Roles, length: int) -> None:
     """A size that is too small for a number is refused, at the latest with the last segment."""
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value[:-1], *NUMBER_TOO_SHORT.codes, size=length - 1)
+    with refusing(sdo, known) as other:
+        data = other.shorter(length - 1)
+        sdo.expect_download_refused(known, data, *NUMBER_TOO_SHORT.codes, size=length - 1)
 
 
 @must(
@@ -272,8 +276,9 @@ def test_number_too_short(sdo: Dialogue, roles: Roles, length: int) -> None:
 def test_number_too_short_not_indicated(sdo: Dialogue, roles: Roles, length: int) -> None:
     """Fewer bytes than a number has are refused though no size was indicated."""
     known = roles.number(length)
-    with sdo.unchanged(known) as value:
-        sdo.expect_download_refused(known, value[:-1], *NUMBER_TOO_SHORT.codes, size=None)
+    with refusing(sdo, known) as other:
+        data = other.shorter(length - 1)
+        sdo.expect_download_refused(known, data, *NUMBER_TOO_SHORT.codes, size=None)
 
 
 @must("segmented-download.number-empty", "abort.length-code", length=[1, 4])
