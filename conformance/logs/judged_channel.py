@@ -11,7 +11,7 @@ from conformance.logs.reading import Seen
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe
-from conformance.sdo.frames import Abort
+from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.fixed_knowledge import FixedKnowledge
 from conformance.sdo.rules import ANSWERED, NO_REBOOT, UNSOLICITED, Violation
@@ -28,6 +28,7 @@ MOST_EFFORT = 4_000
 MOST_EFFORT_OF_ALL = 20_000
 # So many requests in a row may be answered yet.
 MOST_OVERDUE = 50
+PROGRAM_CONTROL = 0x1F51
 
 
 @dataclass(slots=True)
@@ -152,7 +153,8 @@ class Channel:
         last = self.last
         self._tell()
         owed = self.oracle.awaited is Awaited.ANSWER
-        if last is not None and owed and not (self.absent or commanded):
+        explained = self.absent or commanded or _starts_a_program(last)
+        if last is not None and owed and not explained:
             yield from self._settled(last, rebooted=True)
         crosses = last.frame.data if last is not None and self._waits else None
         self._missing.clear()
@@ -305,6 +307,12 @@ class Channel:
         if self.oracle.given_up or too_much:
             self.out = True
             yield NotFollowed(self.node_id, seen)
+
+
+def _starts_a_program(last: Seen | None) -> bool:
+    """Say whether a request may start the device again: what is written to 1F51h (CiA 302-3)."""
+    request = None if last is None else decode_request(last.frame.data)
+    return isinstance(request, DownloadInitiate) and request.mux.index == PROGRAM_CONTROL
 
 
 def _unanswered(seen: Seen) -> Violation:

@@ -125,8 +125,16 @@ def test_a_boot_up_message_in_the_place_of_an_answer_is_found() -> None:
         (f"0.1 {READ}", f"0.11 {SERVED}", "0.15 000#8200", f"0.2 {OTHER}", "0.5 705#00"),
         (f"0.1 {READ}", f"1.1 {READ}", f"2.1 {READ}", "2.2 705#00", f"2.3 {READ}", f"2.4 {SERVED}"),
         (f"0.1 {READ}", "0.101 705#00", f"0.102 {SERVED}"),
+        (f"0.1 {READ}", f"0.11 {SERVED}", "0.2 > 2F 51 1F 01 01", "0.9 705#00"),
     ],
-    ids=["asked-nothing", "told-to", "told-all", "not-there-before", "answered-behind-it"],
+    ids=[
+        "asked-nothing",
+        "told-to",
+        "told-all",
+        "not-there-before",
+        "answered-behind-it",
+        "program-started",
+    ],
 )
 def test_boot_up_messages_that_are_right(lines: tuple[str, ...]) -> None:
     assert found_in(IDLE, *lines) == []

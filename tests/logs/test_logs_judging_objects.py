@@ -92,3 +92,19 @@ def test_a_name_that_changes_is_found() -> None:
 
     assert found_in(*named("0.1", "drive"), *named("0.2", "drive")) == []
     assert found_in(*named("0.1", "drive"), *named("0.2", "motor")) == ["8 object.constant"]
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("0.1 > 21 00 10 00 04", "0.2 < 60 00 10 00", "0.3 > 07 01 02 03 04", "0.4 < 20"),
+        ("0.1 > C2 00 10 00 04", "0.2 < A0 00 10 00 7F", "0.3 > 81 01 02 03 04", "0.4 < A2 01 7F",
+         "0.5 > CD", "0.6 < A1"),
+    ],
+    ids=["segments", "blocks"],
+)  # fmt: skip
+def test_what_is_read_only_is_in_every_protocol(lines: tuple[str, ...]) -> None:
+    idle = "0.0 > 80 00 00 00 00 00 04 05"
+    assert found_in(idle, *lines) == [f"{len(lines) + 1} object.read-only"]
+    refused = f"{lines[-1][:3]} < 80 00 10 00 02 00 01 06"
+    assert found_in(idle, *lines[:-1], refused) == []

@@ -220,6 +220,29 @@ def test_the_log_of_a_server_that_answers_in_stopped(
     assert "nmt.stopped (MUST)" in text
 
 
+@pytest.mark.parametrize(
+    ("name", "case", "rule"),
+    [
+        ("product-code-written", "communication.read-only", "object.read-only"),
+        (
+            "identity-has-a-fifth-entry",
+            "communication.no-further-entry",
+            "object.sub-index-missing",
+        ),
+        ("error-list-takes-counts", "communication.error-list-count", None),
+        ("load-signature-in-capitals", "od.load-signature", "storage.signature"),
+        ("vendor-id-changes", "upload.identity", "object.constant"),
+    ],
+)
+def test_the_log_of_a_server_with_a_wrong_object_of_cia_301(
+    pytester: pytest.Pytester, capsys: pytest.CaptureFixture[str], name: str, case: str, rule: str
+) -> None:
+    self_test(pytester, f"--sdo-fault={name}", "-k", case)
+    status, text = judged(the_report(pytester) / "bus.log", capsys)
+    assert status == NOT_ALLOWED
+    assert f"{rule} (MUST)" in text
+
+
 def test_a_heartbeat_of_a_stopped_node_changes_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
