@@ -69,6 +69,8 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(
             f"{output} exists: overwrite it with --force, or name another with -o FILE"
         )
+    if output != STANDARD_OUTPUT:
+        _check_folder(output)
     listing = read_eds(options.eds, node_id or 1) if options.eds else None
     draft = _from_device(options, listing) if node_id is not None else _from_eds(options, listing)
     text = draft_text(draft)
@@ -80,6 +82,15 @@ def run(options: argparse.Namespace) -> int:
         for line in (*_notes(draft), f"written: {output}", f"next: {draft.command}"):
             print(inert(line))
     return DONE
+
+
+def _check_folder(output: Path) -> None:
+    """Raise ValueError where a file cannot be created: a device is read for minutes before."""
+    folder = output.parent
+    if not folder.is_dir():
+        raise ValueError(f"there is no folder {folder}: create it, or name another with -o FILE")
+    if not os.access(output if output.exists() else folder, os.W_OK):
+        raise ValueError(f"{output} cannot be written: name another file with -o FILE, or -o -")
 
 
 def _from_eds(options: argparse.Namespace, listing: Listing | None) -> Draft:

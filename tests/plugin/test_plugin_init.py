@@ -1,5 +1,6 @@
 """conformance init: a draft that a run takes, as it is and with every proposal."""
 
+import os
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -8,6 +9,7 @@ import pytest
 from plugin_runs import NODE_ID, Watched, hosted, run
 
 from conformance.__main__ import main
+from conformance.commands.status import WRONG_USE
 from conformance.device.description import read_description
 from conformance.device.eds import read_eds
 from conformance.faults.catalogue import build_node
@@ -213,3 +215,15 @@ def test_wrong_use(
 ) -> None:
     assert init((), *arguments) == 2
     assert capsys.readouterr().err == f"conformance: {sentence}\n"
+
+
+def test_a_file_that_cannot_be_written_is_noticed_before_the_device_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bus = ("--can-interface", "no-such-interface", "--node-id", "5")
+    missing = tmp_path / "missing" / "drive.toml"
+    assert main(["init", *bus, "-o", str(missing)]) == WRONG_USE
+    assert f"there is no folder {missing.parent}" in capsys.readouterr().err
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert main(["init", *bus, "-o", str(tmp_path / "drive.toml")]) == WRONG_USE
+    assert "drive.toml cannot be written: name another file" in capsys.readouterr().err
