@@ -1,7 +1,7 @@
 """Nodes whose fault only the end of a run can tell."""
 
 from conformance.device.device import VENDOR_ID
-from conformance.faults.registry import Defect, fault
+from conformance.faults.registry import About, Defect, fault
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.sdo.can_frame import CanFrame
@@ -26,7 +26,7 @@ class AnswersLate(Node):
         return answers
 
 
-@fault("vendor-id-changes", Defect.LEAK, "run.constants")
+@fault("vendor-id-changes", Defect.LEAK, "run.constants", about=About.OBJECTS)
 class VendorIdChanges(Server):
     """Has another vendor-ID (1018h:01) once a value was stored."""
 
