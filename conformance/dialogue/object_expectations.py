@@ -25,9 +25,10 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.pdos import IN_ORDER
-from conformance.sdo.rules import MISSING_REFUSED, Level, Rule, Violation
+from conformance.sdo.rules import MISSING_REFUSED, Violation
 from conformance.sdo.rules.accepted import IN_USE
 from conformance.sdo.rules.download_initiates import LIMITS
+from conformance.sdo.rules.object_dictionary import UNLISTED
 
 MOST_SHOWN = 32
 # From there on a counter of 16 bits has wrapped: what is longer does not count any further.
@@ -37,9 +38,6 @@ ATTEMPTS = 4
 # What a device may say of an object that it has, at a time when it cannot serve it.
 NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
 KEPT_IN_USE = (*IN_USE, AbortCode.UNSUPPORTED_ACCESS, AbortCode.NOT_MAPPABLE)
-ALL_LISTED = Rule(
-    "od.all-is-listed", "CiA 306-1", Level.SHOULD, "An EDS lists every object of the device."
-)
 
 
 def value_of(device: Device, entry: KnownObject) -> bytes:
@@ -207,7 +205,7 @@ def expect_unlisted(sdo: Dialogue, response: Response, mux: Multiplexer) -> None
         sdo.checks.upload_initiate(response, mux)
     sdo.note(
         Violation(
-            ALL_LISTED,
+            UNLISTED,
             expected=f"{mux} to be missing, as the EDS does not list it",
             actual=in_words(response),
         )

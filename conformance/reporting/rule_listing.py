@@ -7,7 +7,7 @@ from conformance.reporting.official_steps import OFFICIAL_STEPS, OfficialStep
 from conformance.run.case import CaseInfo
 from conformance.run.case_files import case_files, cases_in
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.rules import CHAPTERS, RULES, Rule, UnknownRule, rule_of
+from conformance.sdo.rules import CHAPTERS, RULES, RULES_BY_ID, Rule, UnknownRule, rule_of
 from conformance.sdo.rules.accepted import ANY, GENERAL
 
 _STEP = re.compile(r"([A-Za-z]+) +0*(\d+)")
@@ -28,7 +28,7 @@ def cases_of_rules(cases: Iterable[CaseInfo]) -> dict[str, list[str]]:
 
 
 def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
-    """Yield the lines of ``conformance rules``: all rules, or those of these ids and steps.
+    """Yield the lines of ``conformance rules``: all rules, or those of these ids, cases and steps.
 
     A step is one of the official conformance test, such as "SDO 17". Raises UnknownRule.
     """
@@ -46,13 +46,18 @@ def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
 
 
 def _named(name: str, cases: Iterable[CaseInfo]) -> Iterable[Rule]:
-    """Return the rule of an id, or those that the cases of an official step test."""
+    """Return the rule of an id, or those that a case, or the cases of an official step, test.
+
+    A cause is named by the rule that is broken, or by a case.
+    """
     step = next((step for step in OFFICIAL_STEPS if _is_step(step, name)), None)
     if step is None and _STEP.fullmatch(name):
         known = ", ".join(step.name for step in OFFICIAL_STEPS)
         raise UnknownRule(f"no case covers a step {name!r}; the steps are {known}")
     if step is None:
-        return [rule_of(name)]
+        stem = name.partition("[")[0]
+        case = next((case for case in cases if case.rule.id == stem), None)
+        return [rule_of(name)] if case is None or name in RULES_BY_ID else case.cites
     return [rule for case in cases if case.rule.id in step.cases for rule in case.cites]
 
 

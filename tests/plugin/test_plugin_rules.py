@@ -147,3 +147,12 @@ def test_a_step_is_named_with_or_without_zeros(name: str) -> None:
 def test_a_step_that_no_case_covers() -> None:
     with pytest.raises(UnknownRule, match=r"no case covers a step 'SDO 99'; .*SDO 01, SDO 02"):
         list(rule_lines(["SDO 99"]))
+
+
+@pytest.mark.parametrize("name", ["od.unlisted", "od.unlisted[1001h]"])
+def test_a_case_is_answered_with_its_rules(capsys: pytest.CaptureFixture[str], name: str) -> None:
+    """A cause that no other rule names has the id of the case."""
+    assert main(["rules", name]) == DONE
+    lines = capsys.readouterr().out.splitlines()
+    named = [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "]
+    assert named == ["object.missing-refused", "dictionary.unlisted"]

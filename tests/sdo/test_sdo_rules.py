@@ -1,8 +1,10 @@
 """The registry of rules: what each of them says, and how it is found."""
 
+import ast
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -77,6 +79,24 @@ def test_what_the_package_exports_is_in_the_registry() -> None:
     exports = [value for value in vars(exported).values() if isinstance(value, Rule)]
     assert len(exports) > 20
     assert all(rule_of(rule.id) is rule for rule in exports)
+
+
+PACKAGE = Path(exported.__file__).parents[2]
+
+
+def test_what_can_be_broken_is_in_the_registry() -> None:
+    """Elsewhere a rule gets an id only to name the part of a run that is no case."""
+    built = [
+        (path.name, call.args[2])
+        for path in PACKAGE.rglob("*.py")
+        if "rules" not in path.parts
+        for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(call, ast.Call) and ast.unparse(call.func) == "Rule"
+        if call.args and isinstance(call.args[0], ast.Constant)
+    ]
+    assert built
+    for name, level in built:
+        assert ast.unparse(level) == "Level.MAY", f"{name}: add the rule to the registry"
 
 
 PROTOCOL = tuple(f"conformance.sdo.{name}" for name in ("rules", "abort_codes", "frames", "layout"))

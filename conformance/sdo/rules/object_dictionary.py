@@ -26,6 +26,14 @@ STATED_TEXT = Rule(
     SHOULD,
     "A text has no 00h behind it that its description does not state.",
 )
+UNLISTED = Rule(
+    "dictionary.unlisted",
+    EDS,
+    SHOULD,
+    "A device has no objects but those of its description.",
+    reaction="abort",
+    codes=(AbortCode.OBJECT_MISSING,),
+)
 SIGNATURE = Rule(
     "storage.signature",
     COMMANDS,
@@ -89,14 +97,7 @@ OBJECT_DICTIONARY_RULES = (
         MUST,
         "The device is of the vendor, product and revision that the description is for.",
     ),
-    Rule(
-        "dictionary.unlisted",
-        EDS,
-        SHOULD,
-        "A device has no objects but those of its description.",
-        reaction="abort",
-        codes=(AbortCode.OBJECT_MISSING,),
-    ),
+    UNLISTED,
     Rule(
         "dictionary.highest-sub-index",
         STRUCTURE,
