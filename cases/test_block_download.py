@@ -60,6 +60,7 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles,
     """More bytes than 16 bits count are stored whole and read whole, where there is room."""
     blocks.require_download()
     variable, data = roles.variable(size), sdo.payload(size)
+    room.check_length(variable, size)
     abort = blocks.try_download(variable, data)
     if abort is not None:
         raise room.refused(variable, size, abort)

@@ -41,6 +41,7 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles,
     variable = roles.variable(size)
     if size in sdo.device.lengths[variable.mux].whole:
         return  # block-upload.beyond-16-bits has written and read it
+    room.check_length(variable, size)
     data = sdo.payload(size)
     abort = sdo.try_download(variable, data)
     if abort is not None:

@@ -1,7 +1,7 @@
 """How much a string or domain takes: found out by writing, and remembered for the run."""
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
@@ -52,7 +52,7 @@ class Room:
         written to by another. Raises NotTestable when the object is too small, or takes one length
         only. A device that refuses this length alone is at fault.
         """
-        self._check_length(known, len(data))
+        self.check_length(known, len(data))
         way = self._sdo.record.causes.way_to_store
         if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
             return
@@ -92,7 +92,7 @@ class Room:
         self._device.lengths[known.mux].refused.add(len(data))
         if len(data) <= MOST_MEASURED and self._device.lengths[known.mux].most is None:
             self._measure(known, len(data), abort)
-            self._check_length(known, len(data))
+            self.check_length(known, len(data))
         raise self.refused(known, len(data), abort)
 
     def _try_often(
@@ -151,7 +151,7 @@ class Room:
                     return True
         return False
 
-    def _check_length(self, known: KnownObject, size: int) -> None:
+    def check_length(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable for a length of which it was found out that an object does not take it.
 
         Nothing is sent: what was found out holds for the run.
@@ -241,8 +241,12 @@ class Room:
 
     def refused(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of ``size`` bytes means: too small an object, or a breach."""
-        known_code = size in self._device.lengths[known.mux].refused
-        if abort.code not in NO_ROOM and not known_code:
+        lengths = self._device.lengths[known.mux]
+        if abort.code not in NO_ROOM and lengths.most is None and size > MOST_MEASURED:
+            with suppress(NotTestable):
+                self.store(known, self._sdo.payload(MOST_MEASURED))
+        too_long = lengths.most is not None and size > lengths.most
+        if abort.code not in NO_ROOM and not too_long and size not in lengths.refused:
             return Violation(
                 NOT_REFUSED,
                 expected=f"a download of {size} bytes to {known}, or that it is too small",
@@ -307,6 +311,7 @@ class Room:
             if len(value) >= size and known.is_steady:
                 return known, value
         known, data = Roles(self._device).variable(size), self._sdo.payload(size)
+        self.check_length(known, size)
         abort = self._sdo.try_download(known, data, segmented=True)
         if abort is not None:
             in_blocks = self._sdo.client.block_download(known.mux, data)
@@ -350,7 +355,7 @@ class Room:
             self._try(known, self._sdo.payload(wanted))
         size = lengths.fit(wanted) or 0
         if size < least:
-            self._check_length(known, least)
+            self.check_length(known, least)
             raise NotTestable(f"{known} takes no value of {least} bytes: name a larger one")
         return size
 

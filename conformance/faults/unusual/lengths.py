@@ -13,6 +13,8 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary, Refusal
 
 unusual = partial(registry.unusual, about=About.LENGTHS)
+# A size whose upper half such a server looks at, and no size that nobody could have.
+BEYOND_16_BITS = range(1 << 16, 1 << 24)
 STRING, DOMAIN = Multiplexer(0x2010), Multiplexer(0x2011)
 _VARYING = frozenset(
     mux
@@ -128,6 +130,30 @@ class FixedLength300(_FixedLength):
     """Takes 300 bytes in strings and domains, no more and no fewer."""
 
     length = 300
+
+
+@unusual("values-of-fixed-length-64")
+class FixedLength64(_FixedLength):
+    """Takes 64 bytes in strings and domains, and says 06070010h of fewer as of more."""
+
+    length = 64
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        if code in (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_TOO_LOW):
+            code = AbortCode.LENGTH_MISMATCH
+        return super().refuse(request, code)
+
+
+@unusual("strings-of-64-bytes-very-long-ones-incompatible")
+class StringsOf64(SmallBuffer):
+    """Has room for 64 bytes, and calls a size of more than 16 bits an internal incompatibility."""
+
+    capacity = 64
+
+    def check_announced_size(self, entry: Entry, size: int | None) -> None:
+        if size in BEYOND_16_BITS and entry.data_type.length is None:
+            raise Refusal(AbortCode.INTERNALLY_INCOMPATIBLE)
+        super().check_announced_size(entry, size)
 
 
 @unusual("values-of-fixed-length-650")
