@@ -79,7 +79,8 @@ def pytest_configure(config: pytest.Config) -> None:
             FinalReport(state, controller, failures, shows_all=config.getoption("verbose") > 0),
             "conformance-final-report",
         )
-        time_left = TimeLeft(config, estimate_for(options), options.budget)
+        takes_time = not options.simulated or bool(options.answer_delay)
+        time_left = TimeLeft(config, estimate_for(options), options.budget, takes_time=takes_time)
         config.pluginmanager.register(time_left, "conformance-time-left")
     if controller is None:
         if options.budget is not None:

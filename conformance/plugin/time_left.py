@@ -9,6 +9,7 @@ import pytest
 from conformance.device.known_objects import KnownObject
 from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.options import Options
+from conformance.plugin.state import STATE
 from conformance.plugin.terminal import SummaryTerminal
 from conformance.plugin.workers import Worker
 from conformance.reporting.estimate import Estimate, Taken
@@ -26,6 +27,9 @@ SHORT = 5.0
 LOOK = 10.0
 # A run with more time left than this prints how to select fewer cases, in seconds.
 LONG = 3600.0
+HINT = "; to shorten the run: -k, --sdo-examples"
+# A run that takes less than this says nothing of it beforehand, in seconds.
+LONG_ENOUGH = 120.0
 
 
 def in_words(seconds: float) -> str:
@@ -93,9 +97,18 @@ class TimeLeft:
     """The hooks of the process that reports: it estimates how long the run will take yet."""
 
     def __init__(
-        self, config: pytest.Config, estimate: Estimate, budget: float | None = None
+        self,
+        config: pytest.Config,
+        estimate: Estimate,
+        budget: float | None = None,
+        *,
+        takes_time: bool = True,
     ) -> None:
-        """Take the terminal of the run; its ``budget`` are the seconds after which it ends."""
+        """Take the terminal of the run; its ``budget`` are the seconds after which it ends.
+
+        Where it does not ``takes_time``, the clock of the bus jumps to what is awaited.
+        """
+        self._takes_time = takes_time
         self._config = config
         self._estimate = estimate
         self._deadline = inf if budget is None else time.monotonic() + budget
@@ -107,6 +120,24 @@ class TimeLeft:
     def pytest_collection_finish(self, session: pytest.Session) -> None:
         """Take the cases of this process; a controller of workers has none."""
         self._estimate.select(item.nodeid for item in session.items)
+
+    @pytest.hookimpl
+    def pytest_runtestloop(self) -> None:
+        """Say how long the run takes at the pace that the devices had before the first case."""
+        state = self._config.stash.get(STATE, None)
+        if state is None or state.bench is None or not self._takes_time:
+            return
+        paces = [session.channel.pace for session in state.bench.sessions.values()]
+        seconds = self._estimate.before(max((pace.typical for pace in paces), default=0.0))
+        seconds = min(seconds, max(self._deadline - time.monotonic(), 0.0))
+        if seconds < LONG_ENOUGH:
+            return
+        slowest = max(pace.typical for pace in paces)
+        say(
+            self._config,
+            f"the device took {slowest * 1000:.3g} ms for an answer before the first case: at this "
+            f"pace the run takes about {in_words(seconds)}{HINT if seconds > LONG else ''}",
+        )
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_xdist_node_collection_finished(self, node: Worker, ids: Sequence[str]) -> None:
@@ -153,7 +184,7 @@ class TimeLeft:
         self._next = elapsed + min(max((elapsed + left) / 10, OFTEN), SELDOM)
         if left < SHORT:
             return
-        hint = "; to shorten the run: -k, --sdo-examples" if first and left > LONG else ""
+        hint = HINT if first and left > LONG else ""
         say(
             self._config,
             f"{estimate.done} of {estimate.selected} cases in {in_words(elapsed)}, at this "

@@ -16,6 +16,8 @@ from conformance.run.verdict import NOT_TESTED, CaseResult
 
 # The weight of an answer, where a second of work weighs 1: cases count by what they have to do.
 ANSWER = 0.001
+# How many segments go out in bursts for each answer of a whole run.
+SEGMENTS = 0.7
 # So many cases like on the built-in device speak against those of a kind that were done, or this
 # share of the kind: the first ones prepare what all others of it need.
 DOUBT, DOUBT_SHARE = 3.0, 0.2
@@ -133,6 +135,20 @@ class Estimate:
     def due(self, name: str) -> float:
         """Return how many seconds a case will take at the pace of those that are done."""
         return self.work(name).due(*self.pace.fit(), self.silence)
+
+    def before(self, answer: float) -> float:
+        """Return how many seconds the run will take where an answer takes ``answer`` seconds.
+
+        So long does each segment of a burst, as far as is known: none was sent yet.
+        """
+        each = answer * (1 + SEGMENTS)
+        return max(
+            (
+                sum(work.due(1.0, each, self.silence) * cases for work, cases in works.items())
+                for works in self._left.values()
+            ),
+            default=0.0,
+        )
 
     def select(self, names: Iterable[str], worker: str = "") -> None:
         """Take the cases that a process is going to run."""

@@ -109,6 +109,19 @@ def test_a_long_discovery_tells_what_it_takes_yet(monkeypatch: pytest.MonkeyPatc
     ]
 
 
+def test_a_slow_device_is_told_before_the_first_case(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conformance.plugin.time_left.LONG_ENOUGH", 0.0)
+    chosen = ("--sdo-simulated", "-k", "abort.not-answered")
+    result = self_test(pytester, *chosen, "--sdo-answer-delay=0.01")
+    result.stdout.fnmatch_lines(
+        ["conformance: the device took 1* ms for an answer before the first case: *about 0 s"]
+    )
+    result = self_test(pytester, *chosen)  # whose clock jumps
+    result.stdout.no_fnmatch_line("*before the first case*")
+
+
 @pytest.mark.parametrize(
     ("seconds", "words"),
     [(0.2, "0 s"), (99, "99 s"), (100, "2 min"), (5999, "100 min"), (6000, "2 h"), (43200, "12 h")],
