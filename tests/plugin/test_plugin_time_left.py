@@ -116,7 +116,7 @@ def test_a_slow_device_is_told_before_the_first_case(
     chosen = ("--sdo-simulated", "-k", "abort.not-answered")
     result = self_test(pytester, *chosen, "--sdo-answer-delay=0.01")
     result.stdout.fnmatch_lines(
-        ["conformance: the device took 1* ms for an answer before the first case: *about 0 s"]
+        ["conformance: the device took 1* ms for an answer before the first case: *about * s"]
     )
     result = self_test(pytester, *chosen)  # whose clock jumps
     result.stdout.no_fnmatch_line("*before the first case*")
