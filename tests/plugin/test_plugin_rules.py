@@ -1,10 +1,13 @@
 """``conformance rules``: every rule has a case that tests it, or says why it has none."""
 
+import re
 import sys
+from pathlib import Path
 from subprocess import PIPE, Popen
 
 import pytest
 
+import conformance
 from conformance.__main__ import main
 from conformance.commands.status import DONE, WRONG_USE
 from conformance.reporting.official_steps import OFFICIAL_STEPS
@@ -156,3 +159,17 @@ def test_a_case_is_answered_with_its_rules(capsys: pytest.CaptureFixture[str], n
     lines = capsys.readouterr().out.splitlines()
     named = [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "]
     assert named == ["object.missing-refused", "dictionary.unlisted"]
+
+
+def test_each_rule_that_a_cause_can_name_is_listed() -> None:
+    """A breach names a rule of the registry, or that of a case; no other rule is made anywhere."""
+    made = re.compile(r"\bRule\(\s*\"([a-z-]+\.[a-z-]+)\"")
+    package = Path(conformance.__file__).parent
+    listed = {rule.id for rule in RULES}
+    found = {
+        name
+        for path in package.rglob("*.py")
+        if "rules" not in path.parts and "cases" not in path.parts
+        for name in made.findall(path.read_text(encoding="utf-8"))
+    }
+    assert {name for name in found - listed if not name.startswith("run.")} == set()

@@ -20,6 +20,14 @@ STRUCTURE_ENTRY = Rule(
     codes=(AbortCode.SUB_INDEX_MISSING,),
     open="whether there is a sub-index FFh",
 )
+UNLISTED = Rule(
+    "dictionary.unlisted",
+    EDS,
+    SHOULD,
+    "A device has no objects but those of its description.",
+    reaction="abort",
+    codes=(AbortCode.OBJECT_MISSING,),
+)
 STATED_TEXT = Rule(
     "dictionary.stated-text",
     EDS,
