@@ -5,7 +5,7 @@ from conformance.faults.registry import unusual
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.frames import BlockDownloadInitiate, BlockSegment, Response
+from conformance.sdo.frames import BlockAck, BlockDownloadInitiate, BlockSegment, Response
 from conformance.sdo.objects import Refusal
 
 # The share of its time-out, here 3 s where none is declared, for which a server waits for a lost
@@ -88,6 +88,10 @@ class LateAborts(Server):
         responses = super().on_block_segment(request)
         self.highest = 0 if responses else request.sequence
         return responses
+
+    def acknowledge(self, transfer: BlockDownload) -> BlockAck:
+        self.highest = 0
+        return super().acknowledge(transfer)
 
 
 class _WaitsForFirst(Server):

@@ -16,18 +16,20 @@ class _LosesSegments(Server):
 
     def on_block_segment(self, request: BlockSegment) -> list[Response]:
         transfer = self.transfer
-        if not isinstance(transfer, BlockDownload) or not self.loses(transfer, request.sequence):
-            return super().on_block_segment(request)
-        if not 1 <= request.sequence <= transfer.block_size:
+        due = isinstance(transfer, BlockDownload) and 1 <= request.sequence <= transfer.block_size
+        if not isinstance(transfer, BlockDownload) or not due or not self.loses(transfer, request):
             return super().on_block_segment(request)
         transfer.broken = True
-        if request.last or request.sequence == transfer.block_size:
-            return [self.acknowledge(transfer)]
-        return []
+        return super().on_block_segment(request) if ends(transfer, request) else []
 
-    def loses(self, transfer: BlockDownload, sequence: int) -> bool:
-        """Say whether a segment with this number gets lost."""
+    def loses(self, transfer: BlockDownload, request: BlockSegment) -> bool:
+        """Say whether a segment gets lost."""
         raise NotImplementedError
+
+
+def ends(transfer: BlockDownload, request: BlockSegment) -> bool:
+    """Say whether a segment is the last one of its sub-block."""
+    return request.last or request.sequence == transfer.block_size
 
 
 @unusual("burst-buffer-of-3", soft=True)
@@ -36,8 +38,8 @@ class BufferOf3(_LosesSegments):
 
     most = 3
 
-    def loses(self, transfer: BlockDownload, sequence: int) -> bool:
-        return sequence > self.most
+    def loses(self, transfer: BlockDownload, request: BlockSegment) -> bool:
+        return request.sequence > self.most
 
 
 @unusual("burst-buffer-of-3-blocks-of-4", soft=True)
@@ -58,7 +60,7 @@ class FirstLost(_LosesSegments):
         self.busy = True
         return super().on_block_download_initiate(request)
 
-    def loses(self, transfer: BlockDownload, sequence: int) -> bool:
+    def loses(self, transfer: BlockDownload, request: BlockSegment) -> bool:
         return self.busy
 
     def acknowledge(self, transfer: BlockDownload) -> BlockAck:
@@ -70,23 +72,16 @@ class FirstLost(_LosesSegments):
 class LastLost(_LosesSegments):
     """Loses the last segment of the first sub-block of a transfer, and notices that."""
 
-    left = 0
+    left = False
 
     def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
-        self.left = 1
+        self.left = True
         return super().on_block_download_initiate(request)
 
-    def on_block_segment(self, request: BlockSegment) -> list[Response]:
-        transfer = self.transfer
-        if not self.left or not isinstance(transfer, BlockDownload):
-            return super().on_block_segment(request)
-        if request.last or request.sequence == transfer.block_size:
-            self.left = 0
-            return [self.acknowledge(transfer)]
-        return super().on_block_segment(request)
-
-    def loses(self, transfer: BlockDownload, sequence: int) -> bool:
-        return False
+    def loses(self, transfer: BlockDownload, request: BlockSegment) -> bool:
+        left = self.left and ends(transfer, request)
+        self.left &= not left
+        return left
 
 
 @unusual("gap-has-whole-sub-block-repeated", soft=True)
