@@ -162,6 +162,11 @@ OFFICIAL_STEPS = (
     _step("PDO 08", "maps 41h to FDh entries", "pdo.mapping-count["),
     _step("PDO 09", "changes 1800h:03 of a valid PDO", "pdo.kept-while-valid[1800h:03]"),
     _step("PDO 10", "changes 1800h:06 of a valid PDO", "pdo.kept-while-valid[1800h:06]"),
+    _step(
+        "BLK 01",
+        "aborts a block upload inside a sub-block of 20 segments",
+        "block-upload.client-abort-inside",
+    ),
 )
 
 
