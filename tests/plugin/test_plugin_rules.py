@@ -22,7 +22,8 @@ segmented download:
       accepted: abort, or silence
       abort codes: 05030000h (toggle bit not alternated)
       open: whether the transfer is aborted or the segment ignored
-      tested by: segmented-download.toggle, segmented-download.toggle-ignored-data
+      tested by: segmented-download.toggle, segmented-download.number-toggle, \
+segmented-download.toggle-ignored-data
 """
 BOOLEAN = """\
 sizes:
