@@ -229,7 +229,7 @@ def test_the_log_of_a_server_that_answers_in_stopped(
             "communication.no-further-entry",
             "object.sub-index-missing",
         ),
-        ("error-list-takes-counts", "communication.error-list-count", None),
+        ("error-list-takes-counts", "error-list-count", "communication.error-list-count"),
         ("load-signature-in-capitals", "od.load-signature", "storage.signature"),
         ("vendor-id-changes", "upload.identity", "object.constant"),
     ],

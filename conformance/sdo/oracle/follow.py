@@ -35,7 +35,7 @@ from conformance.sdo.oracle.hearing import (
 )
 from conformance.sdo.oracle.knowledge import Knowledge, Memory
 from conformance.sdo.oracle.levels import must
-from conformance.sdo.oracle.losing import bearing, bears, lost_from, rested
+from conformance.sdo.oracle.losing import bearing, bears, is_fence, lost_from, rested
 from conformance.sdo.oracle.lost import LOST, Lost
 from conformance.sdo.oracle.merging import merged
 from conformance.sdo.oracle.no_requests import hear_no_request
@@ -89,6 +89,8 @@ class Oracle:
         self._sent: list[bytes] = []
         # Where an answer was wrong, the right one may still come: the wrong one was another then.
         self._still_due: list[Branch] = []
+        # Requests of which answers may still come to a client that has lost the server.
+        self._crossing: set[bytes] = set()
         self.ended: Ended | None = None
         # Whether there have been too many ways to go on, so that something was not judged.
         self.given_up = False
@@ -202,7 +204,7 @@ class Oracle:
                 misfits.append(misfit)
         near = any(misfit.near for misfit in misfits)
         found = bool(fits)
-        if self.lost:
+        if self.lost and not (found and is_fence(self._sent, self._crossing, data)):
             fits += [
                 bearing(each) for each in self._branches if bears(each, data, fits=found, near=near)
             ]
@@ -231,8 +233,16 @@ class Oracle:
                 # It may as well have ended what ran before it got what fits so badly.
                 self._go_to([*self._branches, *end.branches])
         self._asked = self._other_asked = False
+        self._cross()
         self._sent.clear()
         return findings + broken
+
+    def _cross(self) -> None:
+        """Remember the requests that may have crossed with a response, while that is not clear."""
+        if any(isinstance(branch.state, Lost) and branch.state.owed for branch in self._branches):
+            self._crossing.update(self._sent)
+        else:
+            self._crossing.clear()
 
     def _unfit(self, fits: list[Branch], misfits: list[Misfit], data: bytes) -> list[Violation]:
         """Take a response that is not allowed, unless it is the abort that always is."""

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.describe import ANSWERS
 from conformance.sdo.frames import BlockDownloadInitiate, BlockUploadInitiate
 from conformance.sdo.oracle.answers import BLOCK_UPLOAD
 from conformance.sdo.oracle.block_download import SubBlock
@@ -56,3 +57,17 @@ def rested(branch: Branch) -> Branch:
     if not isinstance(state, Lost):
         return branch
     return replace(branch, state=WATCHED if state.watched else LOST, due=None)
+
+
+def is_fence(sent: list[bytes], crossing: set[bytes], response: bytes) -> bool:
+    """Say whether a response proves that all requests before its own are done with.
+
+    A server takes them in order. ``sent`` are the requests since the response before, ``crossing``
+    those of which answers may still be on their way.
+    """
+    if len(sent) != 1 or sent[0] in crossing:
+        return False
+    request, answer = decode_request(sent[0]), decode_response(response)
+    kinds = ANSWERS.get(type(request), ())
+    mux = getattr(request, "mux", None)
+    return isinstance(answer, kinds) and mux is not None and getattr(answer, "mux", None) == mux

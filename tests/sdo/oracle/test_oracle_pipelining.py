@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, note, settings
 from hypothesis import strategies as st
 from oracle_lockstep import known_entries, reference_node
+from oracle_notation import judged
 from oracle_objects import NODE_ID, TARGETS, TEXT, VENDOR_ID
 from sdo_strategies import UNHURRIED
 
@@ -154,3 +155,19 @@ def test_an_answer_may_cross_the_abort_of_a_transfer_that_was_not_seen_to_begin(
     oracle.request(READ)
     assert oracle.response(bytes.fromhex("4318100100000C5D")) == []
     assert oracle.idle
+
+
+def test_an_answer_proves_that_nothing_before_its_request_is_owed() -> None:
+    """Four segments cross with an abort; each of them may be refused, before the next answer."""
+    oracle = Oracle()
+    begun = "> C2 10 20 00 46 00 00 00 \n < A0 10 20 00 7F 00 00 00"
+    assert judged(begun, oracle) == []
+    for number in range(1, 5):
+        oracle.request(bytes((number, *range(7))))
+    assert oracle.response(bytes.fromhex("8010200020000008")) == []
+    assert oracle.lost
+    assert judged("> 40 00 20 00 00 00 00 00 \n < 43 00 20 00 01 00 00 00", oracle) == []
+    assert not oracle.lost
+    assert [found.rule.id for found in judged("< 80 00 00 00 01 00 04 05", oracle)] == [
+        "response.unsolicited"
+    ]
