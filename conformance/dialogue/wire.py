@@ -318,7 +318,8 @@ class Wire:
         if frame is None:
             self.timing.waited_since(begin)
             self._note_missed()
-            if has_to_come and self.owed and not self.channel.in_doubt:
+            owed = self.owed or self.fencing
+            if has_to_come and owed and not self.channel.in_doubt:
                 self.record.waited()
         else:
             self.timing.received(self.channel.arrived)

@@ -185,3 +185,17 @@ def test_a_look_at_what_need_not_come_is_a_silence_of_the_client() -> None:
         assert sdo.wire.next_frame(2 * HASTY) is None
         sdo.end_transfer()
         assert sdo.wire.pauses.excuse
+
+
+def test_the_wait_of_a_fence_is_no_pause_of_the_bench_either() -> None:
+    begun = UploadInitiateResponse.with_size(TEXT.mux, 20).encode()
+    node = Scripted(lambda data: [begun] if data == UploadInitiate(TEXT.mux).encode() else [])
+    with undiscovered(node, timeout=4 * HASTY) as bench:
+        bench.device = replace(bench.device, server_timeout=HASTY)
+        sdo = bench.dialogue()
+        sdo.send(UploadInitiate(TEXT.mux))
+        sdo.receive()
+        with pytest.raises(Violation):
+            sdo.beside(bench.channel).fence()
+        sdo.end_transfer()
+        assert not sdo.wire.pauses.excuse
