@@ -134,8 +134,12 @@ def test_a_refusal_is_not_waited_out(abort: bytes, *, point: bool, waits: bool) 
 
 def test_a_code_that_no_initiate_is_refused_by_may_be_of_the_transfer_before() -> None:
     known = UploadInitiate(NUMBER.mux).encode()
-    answers = {UploadInitiate(TEXT.mux).encode(): BEGUN, known: INVALID_BLOCK_SIZE, READ: BASELINE}
-    with undiscovered(Scripted(lambda data: [answers[data]])) as bench:
+    answers = {
+        UploadInitiate(TEXT.mux).encode(): [BEGUN],
+        known: [INVALID_BLOCK_SIZE],
+        READ: [BASELINE],
+    }
+    with undiscovered(Scripted(lambda data: answers.get(data, []))) as bench:
         sdo = bench.dialogue()
         lockstep = Lockstep(sdo, Oracle(None, NODE_ID))
         with lockstep.following():
