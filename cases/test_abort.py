@@ -11,7 +11,7 @@ from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import ANSWERED, MISSING_REFUSED, RESERVED, Violation
+from conformance.sdo.rules import ANSWERED, MISSING_REFUSED, OTHER_SERVICE, RESERVED, Violation
 
 ABORT = "7.2.4.3.17"
 ANY_ABORT = {
@@ -79,6 +79,18 @@ def test_frame(sdo: Dialogue) -> None:
         sdo.send(UploadInitiate(mux))
         sdo.checks.abort(sdo.receive(), mux)
     sdo.expect_clean(RESERVED)
+
+
+@must("abort.other-service", clause=ABORT)
+def test_other_service(sdo: Dialogue) -> None:
+    """A read is refused by no code about writing, and a write by none about reading."""
+    missing, *others = _refused(sdo)
+    for mux in (missing, *others):
+        sdo.send(UploadInitiate(mux))
+        sdo.expect_abort(*AbortCode, of=mux)  # which code is due is for other cases
+    sdo.send(DownloadInitiate.with_data(missing, bytes(4)))
+    sdo.expect_abort(*AbortCode, of=missing)
+    sdo.expect_clean(OTHER_SERVICE)
 
 
 @must("abort.own-multiplexer", "response.multiplexer", clause=ABORT)

@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 from conformance.dialogue.causes import kind_of_request
-from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
+from conformance.sdo.abort_codes import ACCUSATIONS, APPLICATION_STATE, AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
+    BlockSegment,
     BlockUploadInitiate,
     DownloadInitiate,
     Request,
@@ -115,13 +116,22 @@ class EarlyAborts:
                 rule_id = NOT_REFUSED.id
             case _:
                 return None
-        if abort is None:
+        if abort is None or _accuses(abort, asked):
             return None
         return Way(rule_id, abort, kind_of_request(asked), self.transfers)
 
     def _told_of(self, error: Violation) -> Abort | None:
         """Return the abort that a breach tells of: what came since may have been tidying."""
         return next((abort for abort in self._all if _bytes_of(abort) in error.actual), None)
+
+
+def _accuses(abort: Abort, asked: Request) -> bool:
+    """Say whether an abort calls a request wrong: there is no chance in that.
+
+    A server may have lost a segment of a burst, and call the next one out of sequence.
+    """
+    lost = isinstance(asked, BlockSegment) and abort.code == AbortCode.INVALID_SEQUENCE_NUMBER
+    return abort.code in ACCUSATIONS and not lost
 
 
 def _bytes_of(abort: Abort) -> str:

@@ -23,6 +23,7 @@ from conformance.dialogue.odd_frames import check_shape
 from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.refusals import of_other_service
 from conformance.dialogue.sub_blocks import LAST, SubBlocks
 from conformance.dialogue.timing import Timing
 from conformance.dialogue.tracker import ENDING, TransferTracker
@@ -371,6 +372,10 @@ class Wire:
         elif isinstance(response, BlockAck) and response.sequence == self.segments:
             self.segments = 0
         self.refusal = response if refused and isinstance(response, Abort) else None
+        if self.refusal is not None and running is None and not self.fencing:
+            foreign = of_other_service(self.refusal, self.last_sent)
+            if foreign is not None:
+                self.note(foreign)
         if self.record.in_case and self.looks_for_aborts and not self.fencing:
             self._step_aside()
         return response

@@ -76,6 +76,24 @@ _TEXTS = {
 
 # Why an application ends what was allowed, whatever it was sent.
 APPLICATION_STATE = (AbortCode.NOT_TRANSFERABLE, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
+# What calls a request of the client wrong: it has such a request for a reason.
+ACCUSATIONS = (
+    AbortCode.TOGGLE_NOT_ALTERNATED,
+    AbortCode.COMMAND_NOT_VALID,
+    AbortCode.INVALID_BLOCK_SIZE,
+    AbortCode.INVALID_SEQUENCE_NUMBER,
+    AbortCode.CRC_ERROR,
+)
+# What is about reading alone, or about writing.
+OF_UPLOADS = (AbortCode.READ_OF_WRITE_ONLY,)
+OF_DOWNLOADS = (
+    AbortCode.WRITE_OF_READ_ONLY,
+    AbortCode.NOT_MAPPABLE,
+    AbortCode.MAPPING_TOO_LONG,
+    AbortCode.VALUE_INVALID,
+    AbortCode.VALUE_TOO_HIGH,
+    AbortCode.VALUE_TOO_LOW,
+)
 
 
 def describe_code(code: int) -> str:

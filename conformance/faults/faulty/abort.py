@@ -13,6 +13,7 @@ from conformance.sdo.frames import (
     Response,
     UploadInitiate,
     UploadInitiateResponse,
+    UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NMT_ID
@@ -212,3 +213,58 @@ class RequestBehindAbortLost(OneByOne):
         """Have room for no request while it deals with an abort on the same channel."""
         busy = self.busy_until is not None
         return busy and frame.can_id == self.waiting[0].can_id != NMT_ID
+
+
+class _OtherService(Server):
+    """Has another code for what it does not serve."""
+
+    def refuse(self, request: Request, code: AbortCode) -> list[Response]:
+        return super().refuse(request, self.code_of(request, code))
+
+    def code_of(self, request: Request, code: AbortCode) -> AbortCode:
+        """Return the code."""
+        del request
+        return code
+
+
+@fault("missing-read-called-read-only", Defect.ABORT, "abort.other-service")
+class MissingReadCalledReadOnly(_OtherService):
+    """Refuses to read a missing object as one that cannot be written."""
+
+    def code_of(self, request: Request, code: AbortCode) -> AbortCode:
+        reads = isinstance(request, UploadInitiate) and code is AbortCode.OBJECT_MISSING
+        return AbortCode.WRITE_OF_READ_ONLY if reads else code
+
+
+@fault("missing-write-called-write-only", Defect.ABORT, "abort.other-service")
+class MissingWriteCalledWriteOnly(_OtherService):
+    """Refuses to write a missing object as one that cannot be read."""
+
+    def code_of(self, request: Request, code: AbortCode) -> AbortCode:
+        writes = isinstance(request, DownloadInitiate) and code is AbortCode.OBJECT_MISSING
+        return AbortCode.READ_OF_WRITE_ONLY if writes else code
+
+
+class _AccusesNowAndThen(Server):
+    """Ends every eleventh of the transfers in segments by a code that calls the request wrong."""
+
+    code = AbortCode.TOGGLE_NOT_ALTERNATED
+    asked_for = 0
+
+    def on_upload_segment(self, request: UploadSegment) -> list[Response]:
+        self.asked_for += 1
+        if self.asked_for % 11 == 0:
+            return self.refuse(request, self.code)
+        return super().on_upload_segment(request)
+
+
+@fault("right-toggle-refused-now-and-then", Defect.STATE, "segmented-upload.")
+class RightToggleRefused(_AccusesNowAndThen):
+    """Calls the toggle bit of every eleventh request for a segment wrong, and ends the upload."""
+
+
+@fault("known-specifier-refused-now-and-then", Defect.STATE, "segmented-upload.")
+class KnownSpecifierRefused(_AccusesNowAndThen):
+    """Calls every eleventh request for a segment no valid command, and ends the upload."""
+
+    code = AbortCode.COMMAND_NOT_VALID

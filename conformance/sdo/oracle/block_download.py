@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_response, decode_segment
 from conformance.sdo.frames import (
@@ -18,6 +19,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
+    Codes,
     Refusal,
     answered,
     expect,
@@ -137,6 +139,10 @@ class SubBlock(_BlockDownload):
     old: int = 0
     begun_with: Reasons = ()
     name: ClassVar[str] = "block download"
+    # One that has lost a segment of a burst may call the next one out of sequence.
+    senseless: ClassVar[Codes] = tuple(
+        code for code in Running.senseless if code is not AbortCode.INVALID_SEQUENCE_NUMBER
+    )
     abort_rule: ClassVar[Rule] = rules.ABORT_IN_SUB_BLOCK
 
     def decode(self, frame: bytes) -> Request:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
+from conformance.sdo.abort_codes import ACCUSATIONS, OF_DOWNLOADS
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_segment
 from conformance.sdo.describe import describe, hex_bytes
@@ -22,6 +23,7 @@ from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
     BLOCK_UPLOAD,
+    Codes,
     Refusal,
     answered,
     expect,
@@ -124,6 +126,7 @@ class _BlockUpload(Running):
     sent: bytes = b""
     total: int | None = None
     name: ClassVar[str] = BLOCK_UPLOAD
+    senseless: ClassVar[Codes] = (*ACCUSATIONS, *OF_DOWNLOADS)
     abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT
 
     @property

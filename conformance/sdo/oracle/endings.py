@@ -43,13 +43,15 @@ class Ending:
     """What an abort makes of the branches in which a transfer runs.
 
     ``wrong`` is what is the matter with the abort itself; ``due`` says that it is one for which
-    there is a reason.
+    there is a reason. One that is ``senseless`` would have one, if the client were wrong or had
+    asked for another service.
     """
 
     abort: Abort
     branches: list[Branch]
     wrong: list[Violation]
     due: bool
+    senseless: bool
 
     @property
     def may_cross(self) -> bool:
@@ -87,7 +89,8 @@ def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> E
     best = _best(reasons, abort, frame)
     if best is not None and not wrong:
         ended = [branch.noting(*best) for branch in ended]
-    return Ending(abort, ended, wrong, best is not None)
+    senseless = best is None and all(abort.code in state.senseless for _, state in own)
+    return Ending(abort, ended, wrong, best is not None, senseless)
 
 
 def _best(reasons: Iterable[Refusal], abort: Abort, frame: bytes) -> list[Violation] | None:

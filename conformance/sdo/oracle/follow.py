@@ -257,7 +257,7 @@ class Oracle:
         self._go_to(end.branches)
         if end.due and not end.wrong:
             return self._keep_best(self._branches)
-        if not end.wrong:
+        if not (end.wrong or end.senseless):
             self.ended = Ended(end.abort, broken[0], refusal=bool(fits))
         return broken
 

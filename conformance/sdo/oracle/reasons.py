@@ -55,8 +55,11 @@ def must_refuse(reasons: Iterable[Reason]) -> bool:
     return any(reason.binding for reason in reasons)
 
 
-def presence_reasons(facts: Facts) -> Iterable[Reason]:
-    """Yield why an initiate of any service is refused: there is no such object."""
+def presence_reasons(facts: Facts, codes: Codes) -> Iterable[Reason]:
+    """Yield why an initiate is refused: there is no such object, or nothing is known of it.
+
+    ``codes`` are those of a refusal then.
+    """
     if facts.presence is Presence.NO_OBJECT:
         yield Reason(MISSING_REFUSED)
     elif facts.presence is Presence.NO_SUB_INDEX:
@@ -65,12 +68,12 @@ def presence_reasons(facts: Facts) -> Iterable[Reason]:
         # The object may be missing as well, or may not be had in the present state.
         yield Reason(idle.SUB_INDEX_MISSING, accepted.ABOUT_OBJECTS)
     elif facts.presence is Presence.OPEN:
-        yield Reason(NOT_REFUSED, binding=False, late=True)
+        yield Reason(NOT_REFUSED, codes, binding=False, late=True)
 
 
 def read_reasons(facts: Facts, value: bytes | None) -> Reasons:
     """Return why an upload is refused."""
-    reasons = list(presence_reasons(facts))
+    reasons = list(presence_reasons(facts, accepted.OF_UNKNOWN_READ))
     if facts.access is Access.WO:
         reasons.append(Reason(idle.WRITE_ONLY))
     if facts.varies and not value:
@@ -81,7 +84,7 @@ def read_reasons(facts: Facts, value: bytes | None) -> Reasons:
 
 def write_reasons(facts: Facts) -> Reasons:
     """Return why a download is refused whatever it carries; the access may be checked late."""
-    reasons = list(presence_reasons(facts))
+    reasons = list(presence_reasons(facts, accepted.OF_UNKNOWN_WRITTEN))
     if facts.access in (Access.RO, Access.CONST):
         reasons.append(Reason(facts.read_only, late=True))
     return tuple(reasons)

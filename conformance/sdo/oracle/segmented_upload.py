@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from conformance.sdo.abort_codes import ACCUSATIONS, OF_DOWNLOADS
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     DownloadSegment,
@@ -16,6 +17,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle.answers import (
+    Codes,
     Refusal,
     expect,
     initiate_shape,
@@ -139,6 +141,7 @@ class SegmentedUpload(Running):
     toggle: int = 0
     empty: int = 0
     name: ClassVar[str] = "segmented upload"
+    senseless: ClassVar[Codes] = (*ACCUSATIONS, *OF_DOWNLOADS)
     abort_rule: ClassVar[Rule] = rules.CLIENT_ABORT
     foreign_rule: ClassVar[Rule] = rules.BLOCK_FRAMES
     gives_way: ClassVar[bool] = True

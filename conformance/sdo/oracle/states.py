@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import singledispatch
 from typing import ClassVar
 
+from conformance.sdo.abort_codes import ACCUSATIONS, OF_UPLOADS
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     Abort,
@@ -24,7 +25,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.oracle.answers import Refusal
+from conformance.sdo.oracle.answers import Codes, Refusal
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.short_frames import completed
@@ -175,12 +176,14 @@ class Running(Answering):
 
     ``abort_rule`` says that an abort ends it, ``foreign_rule`` that a frame does which does not
     belong there; ``gives_way``: a server that refuses a new initiate misses a SHOULD.
+    ``senseless`` are codes with which no server ends this transfer while its client is right.
     """
 
     mux: Multiplexer
     abort_rule: ClassVar[Rule]
     foreign_rule: ClassVar[Rule]
     gives_way: ClassVar[bool] = False
+    senseless: ClassVar[Codes] = (*ACCUSATIONS, *OF_UPLOADS)
 
     def on(self, request: Request, memory: Memory) -> list[Branch]:
         """Go on with the transfer, or begin another."""

@@ -1,6 +1,6 @@
 """Sets of abort codes that several rules accept, the most precise code first."""
 
-from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS, AbortCode
 
 ANY = tuple(AbortCode)
 NOT_VALID = (AbortCode.COMMAND_NOT_VALID,)
@@ -48,6 +48,8 @@ ABOUT_OBJECTS = (
     AbortCode.OUT_OF_MEMORY,
     *(code for code in AbortCode if code >= AbortCode.UNSUPPORTED_ACCESS),
 )
+OF_UNKNOWN_READ = tuple(code for code in ABOUT_OBJECTS if code not in OF_DOWNLOADS)
+OF_UNKNOWN_WRITTEN = tuple(code for code in ABOUT_OBJECTS if code not in OF_UPLOADS)
 IN_USE = (
     AbortCode.VALUE_INVALID,
     AbortCode.PARAMETER_INCOMPATIBLE,

@@ -98,6 +98,12 @@ ABORT_CODE = Rule(
     MUST,
     "An abort of the server carries one of the codes of table 22.",
 )
+OTHER_SERVICE = Rule(
+    "abort.other-service",
+    "7.2.4.3.17",
+    MUST,
+    "An upload is refused with no code about writing, and a download with none about reading.",
+)
 UNUSUAL_FORMS = Rule(
     "response.unusual-forms",
     PROTOCOLS,
@@ -122,5 +128,6 @@ RESPONSE_RULES = (
     UPLOAD_ENDS,
     BLOCK_CRC,
     ABORT_CODE,
+    OTHER_SERVICE,
     UNUSUAL_FORMS,
 )
