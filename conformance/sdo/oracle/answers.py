@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TypeVar
 
-from conformance.sdo.abort_codes import AbortCode, describe_code
+from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS, AbortCode, describe_code
 from conformance.sdo.decoding import decode_response, decode_segment, is_refusal
 from conformance.sdo.describe import describe, hex_bytes, in_words
 from conformance.sdo.frames import (
@@ -22,6 +22,8 @@ from conformance.sdo.rules import (
     ABORT_CODE,
     FILLER,
     MULTIPLEXER,
+    NOT_REFUSED,
+    OTHER_SERVICE,
     RESERVED,
     SUBSTITUTE,
     UNUSED_COUNT,
@@ -105,7 +107,17 @@ class Refusal:
             missed = SUBSTITUTE if abort.code == AbortCode.GENERAL_ERROR else self.rule
             yield violation(should(missed), self.words(), frame)
         elif abort.code not in self.codes:
-            yield breach(self.rule, self.words(), frame)
+            wrong = OTHER_SERVICE if self._is_of_other_service(abort.code) else self.rule
+            yield breach(wrong, self.words(), frame)
+
+    def _is_of_other_service(self, code: int) -> bool:
+        """Say whether the codes that are right are about reading, and this about writing, or so."""
+        own, other = OF_UPLOADS, OF_DOWNLOADS
+        if code in OF_UPLOADS:
+            own, other = other, own
+        right = frozenset(self.codes)
+        fits = right.isdisjoint(other) and not right.isdisjoint(own)
+        return self.rule is NOT_REFUSED and code in other and fits
 
     def named(self, *muxes: Multiplexer) -> "Refusal":
         """Say which object the abort has to name."""

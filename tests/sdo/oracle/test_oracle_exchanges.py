@@ -10,10 +10,13 @@ from oracle_notation import (
     BLOCK_SENT,
     BLOCK_UPLOAD,
     DOWNLOAD,
+    KNOWN,
     READ,
     UPLOAD,
     judged,
 )
+
+from conformance.sdo.oracle import Oracle
 
 ALLOWED = {
     "response.not-refused read": f"{READ} \n < 43 00 10 00 91 01 0F 00",
@@ -356,3 +359,53 @@ def test_allowed(name: str) -> None:
 def test_not_allowed(name: str) -> None:
     exchange, rule = NOT_ALLOWED[name]
     assert [violation.rule.id for violation in judged(exchange)] == [rule]
+
+
+READING = "> 40 00 30 00 00 00 00 00"
+WRITING = "> 23 00 30 00 01 02 03 04"
+
+
+@pytest.mark.parametrize("request_", [READING, WRITING])
+@pytest.mark.parametrize(
+    ("code", "of"),
+    [
+        ("01 00 01 06", READING),
+        ("02 00 01 06", WRITING),
+        ("41 00 04 06", WRITING),
+        ("42 00 04 06", WRITING),
+        ("30 00 09 06", WRITING),
+        ("31 00 09 06", WRITING),
+        ("32 00 09 06", WRITING),
+        ("00 00 02 06", None),
+        ("22 00 00 08", None),
+    ],
+)
+def test_an_object_of_which_nothing_is_known_is_refused_by_a_code_of_the_service(
+    request_: str, code: str, of: str | None
+) -> None:
+    found = judged(f"{request_} \n < 80 00 30 00 {code}", Oracle())
+    other = of not in (None, request_)
+    assert [violation.rule.id for violation in found] == ["abort.other-service"] * other
+
+
+@pytest.mark.parametrize(
+    ("begun", "request_", "accusations"),
+    [
+        (UPLOAD, "> 60 00 00 00 00 00 00 00", ["00 00 03 05", "01 00 04 05", "30 00 09 06"]),
+        (DOWNLOAD, "> 00 41 42 43 44 45 46 47", ["00 00 03 05", "02 00 04 05", "01 00 01 06"]),
+        (BLOCK_UPLOAD, "> A3 00 00 00 00 00 00 00", ["02 00 04 05", "03 00 04 05"]),
+    ],
+)
+def test_an_abort_that_accuses_a_right_client_is_no_end_of_its_own(
+    begun: str, request_: str, accusations: list[str]
+) -> None:
+    object_ = begun.split()[2:5]
+    for code, is_its_own in [*((code, False) for code in accusations), ("22 00 00 08", True)]:
+        oracle = Oracle(KNOWN)
+        abort = f"< 80 {' '.join(object_)} {code}"
+        for line in (*begun.splitlines(), request_):
+            frame = bytes.fromhex(line.strip()[1:])
+            oracle.response(frame) if "<" in line else oracle.request(frame)
+        found = oracle.response(bytes.fromhex(abort[1:]))
+        assert len(found) == 1
+        assert (oracle.ended is not None) == is_its_own, code
