@@ -112,9 +112,8 @@ class Refusal:
 
     def _is_of_other_service(self, code: int) -> bool:
         """Say whether the codes that are right are about reading, and this about writing, or so."""
-        own, other = OF_UPLOADS, OF_DOWNLOADS
-        if code in OF_UPLOADS:
-            own, other = other, own
+        reads, writes = frozenset(OF_UPLOADS), frozenset(OF_DOWNLOADS)
+        own, other = (writes, reads) if code in reads else (reads, writes)
         right = frozenset(self.codes)
         fits = right.isdisjoint(other) and not right.isdisjoint(own)
         return self.rule is NOT_REFUSED and code in other and fits
