@@ -143,11 +143,9 @@ OFFICIAL_STEPS = (
     _step(
         "COM 15",
         "reads and writes numbers of 5, 6 and 7 bytes",
-        *(
-            f"{stem}[{length}]"
-            for stem in ("upload.length", "segmented-download.number", "block-download.number")
-            for length in (5, 6, 7)
-        ),
+        "upload.length[",
+        "segmented-download.number[",
+        "block-download.number[",
     ),
     _step("COB 01", "sets bit 29 of COB-IDs", "communication.extended-bit["),
     _step("COB 02", "sets bit 30 of 1005h", "communication.sync-producer"),
