@@ -64,11 +64,13 @@ class LogJudge:
         self._now = seen.time
         frame = seen.frame
         node_id, function = frame.can_id & 0x7F, frame.can_id & ~0x7F
+        plain = not frame.extended and not frame.remote
         if frame.can_id == NMT_ID:
-            yield from self._command(seen)
+            if plain:
+                yield from self._command(seen)
         elif not node_id:
             return
-        elif function == ERROR_CONTROL_BASE and frame.dlc == 1 and not frame.remote:
+        elif function == ERROR_CONTROL_BASE and frame.dlc == 1 and plain:
             yield from self._error_control(node_id, seen)
         elif function == REQUEST_BASE:
             yield from self._request(node_id, seen)

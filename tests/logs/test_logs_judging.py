@@ -1,7 +1,11 @@
 """What ``decode --judge`` finds in conversations, and which it leaves alone."""
 
 import pytest
-from judged_logs import found_in, told_of
+from judged_logs import found_in, seen_in, told_of
+
+from conformance.logs.judging import LogJudge
+from conformance.logs.reading import Seen
+from conformance.sdo.can_frame import CanFrame
 
 IDLE = "0.0 > 80 00 00 00 00 00 04 05"
 READ, SERVED = "> 40 18 10 01", "< 43 18 10 01 5D"
@@ -184,6 +188,16 @@ def test_answers_in_stopped_are_found(lines: tuple[str, ...]) -> None:
 )  # fmt: skip
 def test_what_a_stopped_node_may_do(lines: tuple[str, ...]) -> None:
     assert found_in(IDLE, *lines) == []
+
+
+def test_frames_with_the_other_length_of_identifier_are_not_nmt() -> None:
+    seen = seen_in(IDLE, f"0.1 {READ}", f"0.101 {SERVED}", f"0.2 {OTHER}", f"0.9 {OTHER_SERVED}")
+    for can_id, data in ((0x000, b"\x82\x00"), (0x705, b"\x00"), (0x705, b"\x04")):
+        stray = Seen(9, 0.3, "can0", CanFrame(can_id, data, extended=True))
+        judge = LogJudge()
+        assert [each for one in (*seen[:4], stray, seen[4]) for each in judge.take(one)] == []
+        (channel,) = judge.channels.values()
+        assert channel.not_judged == []
 
 
 # What needs no state, and what follows a finding
