@@ -16,6 +16,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.network import Network
 from conformance.dialogue.object_expectations import (
+    codes_of_refusal,
     expect_kept,
     expect_write_refused,
     expect_written_back,
@@ -75,6 +76,7 @@ def expect_refused(
 ) -> None:
     """Expect a download to be refused by each protocol, and the value to stay."""
     value = sdo.upload(entry)
+    codes = codes_of_refusal(entry, data, *codes)
     expect_write_refused(sdo, entry, data, *codes)
     if len(data) <= EXPEDITED:  # else it went in segments
         sdo.expect_download_refused(entry, data, *codes, size=len(data))

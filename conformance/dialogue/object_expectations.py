@@ -167,13 +167,18 @@ def expect_written_back(
     sdo.info(f"{entry} does not take {shown(value)} now: {refusal}")
 
 
-def expect_write_refused(sdo: Dialogue, entry: KnownObject, data: bytes, *codes: AbortCode) -> None:
-    """Send a download, in one frame where it fits, that has to be refused with one of the codes.
+def codes_of_refusal(entry: KnownObject, data: bytes, *codes: AbortCode) -> tuple[AbortCode, ...]:
+    """Return the codes with which data may be refused.
 
-    Data of another length may lie beyond a limit as well, and a server may look at that first.
+    Those of another length may lie beyond a limit as well, and a server may look at that first.
     """
-    if entry.is_limited and len(data) != entry.length:
-        codes = (*codes, *LIMITS.codes)
+    is_beyond = entry.is_limited and len(data) != entry.length
+    return (*codes, *LIMITS.codes) if is_beyond else codes
+
+
+def expect_write_refused(sdo: Dialogue, entry: KnownObject, data: bytes, *codes: AbortCode) -> None:
+    """Send a download, in one frame where it fits, that has to be refused with one of the codes."""
+    codes = codes_of_refusal(entry, data, *codes)
     if not 1 <= len(data) <= EXPEDITED_LENGTH:
         sdo.expect_download_refused(entry, data, *codes, size=len(data))
         return
