@@ -1,15 +1,21 @@
 """What must not store the parameters of a device or load its defaults (CiA 301, 7.5.2.13, .14)."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from conformance.device.lacking import Unimplemented
 from conformance.device.protected_objects import NMT, STORE_PARAMETERS
+from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.storage import Storage, require_command
+from conformance.dialogue.values import shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules.idle import READ_ONLY
 from conformance.sdo.rules.object_dictionary import SIGNATURE
 from conformance.sdo.storage_commands import LAST_PART, LOAD_ALL, SAVE_ALL, signature_of
@@ -56,27 +62,66 @@ def parts_of(sdo: Dialogue, command: Multiplexer) -> list[tuple[Multiplexer, Cod
     return found
 
 
+@contextmanager
+def nothing_stored(sdo: Dialogue, network: Network) -> Iterator[None]:
+    """Expect a number that was written to be back behind a reset, whatever was refused meanwhile.
+
+    Not where a device stores it by itself, or has none. What was stored is stored again if need be.
+    """
+    device, keeping, stored = sdo.device, sdo.device.keeping, sdo.device.keeping.stored
+    resettable = {known.mux for known in device.resettable()}
+    numbers = Roles(device).all_writable(lambda known: known.length is not None)
+    known = next((one for one in numbers if one.mux in resettable), None)
+    if known is None:
+        yield
+        return
+    before = sdo.upload(known)
+    sdo.write_number(known)
+    network.reset(NmtCommand.RESET_NODE)
+    if sdo.upload(known) != before:
+        yield
+        return
+    keeping.will_lose({known.mux: before})
+    sdo.write_number(known)
+    yield
+    network.reset(NmtCommand.RESET_NODE)
+    found = sdo.upload(known)
+    if found != before:
+        raise sdo.breach(f"{known} reads {shown(before)} behind a reset, as stored", shown(found))
+    keeping.nothing_was_lost()
+    keeping.stored = stored
+
+
 @must("od.save-signature", "storage.signature")
 def test_save_signature(sdo: Dialogue, network: Network) -> None:
     """Only "save" stores the parameters: everything else that 1010h:01 gets is refused.
 
-    The reset makes sure that nothing is stored but what is stored already.
+    A number holds another value than is stored meanwhile; a reset brings that back. The reset at
+    first makes sure that nothing else could be stored but what is stored already.
     """
     sdo.device.permits.require(NMT)
     sdo.device.permits.require(STORE_PARAMETERS)
     require_command(sdo, SAVE_ALL)
     network.reset_to_stored()
-    expect_nothing_else_taken(sdo, SAVE_ALL, other=LOAD_ALL)
+    with nothing_stored(sdo, network):
+        expect_nothing_else_taken(sdo, SAVE_ALL, other=LOAD_ALL)
 
 
 @must("od.load-signature", "storage.signature", clause="7.5.2.14")
-def test_load_signature(sdo: Dialogue, storage: Storage) -> None:
+def test_load_signature(sdo: Dialogue, network: Network, storage: Storage) -> None:
     """Only "load" loads the defaults: everything else that 1011h:01 gets is refused.
 
-    What the defaults would replace is known before, and is stored again where they are loaded.
+    What the defaults would replace is known before, and is stored again where they are loaded. If
+    there is any, it is there still behind a reset.
     """
     storage.prepare_loading()
     expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
+    stored = sdo.device.keeping.to_store
+    if stored:
+        network.reset(NmtCommand.RESET_NODE)
+    for mux, value in stored.items():
+        if (found := sdo.upload(mux)) != value:
+            raise sdo.breach(f"{mux} reads {shown(value)} behind a reset, as stored", shown(found))
     sdo.device.keeping.nothing_was_lost()
 
 

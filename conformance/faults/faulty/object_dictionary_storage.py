@@ -188,3 +188,37 @@ class SignatureWrongCode(Node):
         wrong = Abort(SAVE_ALL, AbortCode.NOT_TRANSFERABLE).encode()
         other = Abort(SAVE_ALL, AbortCode.WRITE_OF_READ_ONLY).encode()
         return [other if response == wrong else response for response in responses]
+
+
+class _RefusedAndFollowed(ParametersStored):
+    """Refuses a wrong signature, and does what the right one asks for."""
+
+    command = SAVE_ALL
+
+    def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
+        responses = super().serve(channel, frame)
+        request = decode_request(frame.data)
+        about = isinstance(request, DownloadInitiate) and request.mux == self.command
+        if about and responses and responses[0][:1] == b"\x80":
+            self.obey()
+        return responses
+
+    def obey(self) -> None:
+        """Store the parameters."""
+        self.save()
+
+
+@fault("store-any-signature-refused-and-followed", Defect.STATE, "od.save-signature")
+class StoreRefusedAndFollowed(_RefusedAndFollowed):
+    """Refuses what is no "save", and stores its parameters all the same."""
+
+
+@fault("load-any-signature-refused-and-followed", Defect.STATE, "od.load-signature")
+class LoadRefusedAndFollowed(_RefusedAndFollowed):
+    """Refuses what is no "load", and loads its defaults all the same."""
+
+    command = LOAD_ALL
+
+    def obey(self) -> None:
+        """Load the defaults."""
+        self.load_defaults()
