@@ -173,7 +173,12 @@ def test_a_run_that_leaves_a_value_does_not_exit_0(pytester: pytest.Pytester) ->
 
 
 @pytest.mark.parametrize(
-    "case", ["od.load-signature", "od.save-signature", "channel.client-stored"]
+    "case",
+    [
+        "od.load-signature and not part",
+        "od.save-signature and not part",
+        "channel.client-stored",
+    ],
 )
 def test_nothing_is_left_by_a_case_about_what_is_stored(
     pytester: pytest.Pytester, case: str
