@@ -4,6 +4,7 @@ from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import LONG
+from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing import missing_object
 from conformance.dialogue.room import Room
@@ -70,7 +71,7 @@ def test_uploads(sdo: Dialogue, device: Device) -> None:
         again = (mux, mux) if len(due[mux]) <= LONG else (mux,)
         for other in (IDENTITY_COUNT, *again):
             found = sdo.upload(other)
-            if found != due.setdefault(other, found):
+            if found != due.setdefault(other, found) and not changes_by_itself(sdo, other):
                 raise sdo.breach(f"{other} reads {due[other].hex(' ')}", found.hex(" "))
 
 

@@ -10,6 +10,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.changing import changes_by_itself, is_steady
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.values import check_constant, same_value, shown
@@ -83,15 +84,16 @@ def differing_reads(
         if same_value(entry, sdo.of_its_length(entry, uploaded), held):
             return None
     ordinary: set[bytes] = set()
-    for _ in range(1 if entry.is_steady else ATTEMPTS):
-        read = sdo.wire.seen.get(entry.mux) if entry.is_steady else None
+    steady = is_steady(sdo.device, entry)
+    for _ in range(1 if steady else ATTEMPTS):
+        read = sdo.wire.seen.get(entry.mux) if steady else None
         before = sdo.upload(entry) if read is None else read
         ordinary.add(before)
         uploaded = blocks.upload(entry, crc=crc, threshold=threshold)
         found = sdo.of_its_length(entry, uploaded)
         if same_value(entry, found, before):
             return None
-    if len(ordinary) > 1:
+    if len(ordinary) > 1 or changes_by_itself(sdo, entry.mux):
         sdo.info(f"{entry} changes by itself: its values are not compared")
         return None
     return before, found
@@ -99,7 +101,7 @@ def differing_reads(
 
 def whole_value(device: Device, entry: KnownObject) -> bytes | None:
     """Return what an entry read when the run began if that is very long, and only the suite's."""
-    value = device.values.get(entry.mux, b"") if entry.is_steady else b""
+    value = device.values.get(entry.mux, b"") if is_steady(device, entry) else b""
     return value if len(value) > LONG_VALUE else None
 
 
@@ -157,7 +159,7 @@ def expect_written_back(
     does not change while it is in use may refuse the value that it has as well.
     """
     if abort is None:
-        if entry.is_steady:
+        if is_steady(sdo.device, entry):
             Blocks(sdo).expect_value(entry, value)
         return
     refusal = in_words(abort)
@@ -188,7 +190,7 @@ def expect_write_refused(sdo: Dialogue, entry: KnownObject, data: bytes, *codes:
 
 def expect_kept(sdo: Dialogue, entry: KnownObject, value: bytes) -> None:
     """Expect an entry to read as before, unless the device changes it by itself."""
-    if entry.is_steady:
+    if is_steady(sdo.device, entry):
         sdo.expect_value(entry, value)
 
 

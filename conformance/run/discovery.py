@@ -5,13 +5,20 @@ from functools import partial
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
-from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
+from conformance.device.device import (
+    DEVICE_TYPE,
+    IDENTITY_COUNT,
+    IDENTITY_NAMES,
+    TEXTS,
+    Device,
+)
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import Unimplemented
 from conformance.device.roles import Roles
 from conformance.device.serving import BY_STATE, Service
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND, Cause, Causes
+from conformance.dialogue.changing import may_change, take_as_changing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
@@ -54,6 +61,8 @@ RESTS = (0.002, 0.01, 0.05, 0.25)
 # How much longer than it was seen to need it is left alone.
 SURE = 2.0
 MOST_SEGMENTS = 8
+# So many numbers are read once more before the first case.
+MOST_READ_AGAIN = 100
 # Reserved (CiA 301, 7.4.1).
 NEVER_THERE = Multiplexer(0x0F00)
 ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
@@ -183,6 +192,7 @@ def discover(
         examine(channel, device)
     if device.beliefs.answers_twice:
         record.causes.of_one = Cause(*ANSWERS_TWICE)
+    _find_changing(reading)
     keep_aside(reading.sdo)
 
 
@@ -197,6 +207,24 @@ def _read_listed(reading: Reading, progress: Progress) -> None:
         progress(entry, number, len(listed))
         _learn(reading, entry)
         first.count(device.values.get(entry.mux, b""))
+
+
+def _find_changing(reading: Reading) -> None:
+    """Read numbers once more, when all was read: what reads otherwise the device changes."""
+    device = reading.device
+    numbers = [
+        known
+        for known in device.objects
+        if known.is_steady and known.mux in device.values and may_change(device, known)
+    ]
+    for known in numbers[:MOST_READ_AGAIN]:
+        try:
+            found = reading.sdo.upload(known)
+        except Violation:
+            reading.recover()  # the cases will say what is wrong with it
+            continue
+        if found != device.values[known.mux]:
+            take_as_changing(device, known)
 
 
 def _seek_nowhere(reading: Reading) -> None:

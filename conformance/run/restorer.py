@@ -323,8 +323,9 @@ class Restorer:
         if known.habits.too_long:  # perhaps it was for that value only
             habits = replace(known.habits, too_long=False)
             self.device.known[known.mux] = replace(known, habits=habits)
-        # What is read-only changes by itself: that the value was taken has to do.
-        if self._reads(sdo, known, due) or known.access is Access.RO:
+        # What changes by itself: that the value was taken has to do.
+        moves = known.floats or known.access is Access.RO
+        if self._reads(sdo, known, due) or moves:
             self._is_back(known.mux, due)
         elif in_blocks:
             self.device.services.distrusted = True

@@ -5,7 +5,7 @@ from functools import partial
 from conformance.faults import registry
 from conformance.faults.registry import About
 from conformance.faults.unusual.abort import OtherCodes
-from conformance.reference.dictionary import GAPPY, IDENTITY, all_entries
+from conformance.reference.dictionary import GAPPY, IDENTITY, TYPES, all_entries
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.emergency import ERROR_LIST
@@ -21,6 +21,7 @@ from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, R
 
 unusual = partial(registry.unusual, about=About.OBJECTS)
 STRUCTURE = 0xFF
+NOT_COUNTED = (DataType.BOOLEAN, DataType.REAL32, DataType.REAL64)
 _RECORDS = {0x1018: 0x23, 0x1200: 0x22, 0x1280: 0x22}
 ERROR_REGISTER = Multiplexer(0x1001)
 
@@ -144,3 +145,36 @@ class LimitsFirst(Server):
     def check_announced_size(self, entry: Entry, size: int | None) -> None:
         if entry.low is None and entry.high is None:
             super().check_announced_size(entry, size)
+
+
+@unusual("rw-values-count")
+class RwValuesCount(Server):
+    """Counts on with every read of the numbers in 2120h, which its EDS calls rw."""
+
+    pace = 1
+    reads = 0
+
+    def value_to_read(self, entry: Entry) -> bytes:
+        if not self.counts(entry):
+            return entry.value
+        self.reads += 1
+        if self.reads % self.pace == 0:
+            count = int.from_bytes(entry.value, "little") + 1
+            entry.value = (count % 100).to_bytes(len(entry.value), "little")
+        return entry.value
+
+    def counts(self, entry: Entry) -> bool:
+        """Say whether an entry is a number of the record."""
+        plain = entry.data_type.length is not None and entry.data_type not in NOT_COUNTED
+        return plain and any(
+            own is entry
+            for mux, own in self.objects.items()
+            if mux.index == TYPES and mux.sub_index
+        )
+
+
+@unusual("rw-values-count-now-and-then")
+class RwValuesCountSlowly(RwValuesCount):
+    """Counts on with every seventh read of the numbers in 2120h, which its EDS calls rw."""
+
+    pace = 7
