@@ -1,5 +1,7 @@
 """Transfers one after another: nothing of one shows in the next (CiA 301, 7.2.4.2)."""
 
+from math import ceil
+
 from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
@@ -28,7 +30,7 @@ PAIRS = {
 }
 Kind = tuple[bool, bool, int]
 # What many objects in turn leave behind shows with some of them.
-MOST_IN_TURN = 100
+MOST_IN_TURN = 200
 
 
 def fitting(room: Room, known: KnownObject, kinds: tuple[Kind, ...]) -> list[Kind]:
@@ -66,7 +68,7 @@ def test_downloads_unread(
 def test_uploads(sdo: Dialogue, device: Device) -> None:
     """Uploads of known objects in turn, long and short: each reads as at the beginning."""
     steady = device.briefly_read()
-    due = {mux: sdo.upload(mux) for mux in steady[:: 1 + len(steady) // MOST_IN_TURN]}
+    due = {mux: sdo.upload(mux) for mux in steady[:: max(ceil(len(steady) / MOST_IN_TURN), 1)]}
     for mux in list(reversed(due)):
         again = (mux, mux) if len(due[mux]) <= LONG else (mux,)
         for other in (IDENTITY_COUNT, *again):
