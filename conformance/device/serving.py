@@ -179,4 +179,4 @@ class Serving:
         return found
 
 
-HOW_TO_UNLOCK = "if it wants a password first, state it under [objects] unlock in device.toml"
+HOW_TO_UNLOCK = "if it wants a password first, unlock it before the run"
