@@ -276,6 +276,21 @@ def test_client_abort(
         sdo.expect_nothing()
 
 
+@must(
+    "segmented-download.client-abort-unsized",
+    "segmented-download.client-abort",
+    "server.value-kept",
+    "server.part-written",
+)
+def test_client_abort_unsized(sdo: Dialogue, room: Room, text: KnownObject) -> None:
+    """A download without a size that is aborted before its first segment leaves the value."""
+    stored(room, text, 1)
+    with sdo.unchanged(text):
+        sdo.initiate_download(text)
+        sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR))
+        sdo.expect_nothing()
+
+
 def _abort(sdo: Dialogue, known: KnownObject) -> None:
     del known  # it is the object of the transfer that runs
     sdo.end_transfer()

@@ -344,3 +344,18 @@ class SideBySide(Server):
     def on_abort(self, request: Abort) -> list[Response]:
         self.parked = None
         return super().on_abort(request)
+
+
+@fault(
+    "unsized-download-empties-string",
+    Defect.LEAK,
+    "segmented-download.client-abort-unsized",
+    soft=True,
+)
+class UnsizedEmptiesString(Server):
+    """Empties a string or domain as soon as a download without a size begins."""
+
+    def start_download(self, request: DownloadInitiate, entry: Entry) -> Download:
+        if request.size is None and entry.data_type.length is None:
+            entry.value = b""
+        return super().start_download(request, entry)
