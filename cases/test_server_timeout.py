@@ -74,6 +74,24 @@ def test_once(sdo: Dialogue, server_timeout: float, state: State[Request]) -> No
     sdo.expect_nothing()
 
 
+@must(
+    "server-timeout.after-abort",
+    "server.nothing-afterwards",
+    "time-out.client",
+    clause=SERVICE,
+    slow=True,
+    state=WAITING,
+)
+def test_after_abort(sdo: Dialogue, server_timeout: float, state: State[Request]) -> None:
+    """A transfer that the client has aborted does not time out behind that."""
+    transfer = begin(sdo, state)
+    sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
+    late = sdo.wait(server_timeout * (1 + PROMPT))
+    if late is not None:
+        raise sdo.breach("no frame behind the abort of the client", late.encode().hex(" "))
+    sdo.expect_nothing()
+
+
 def _segmented_download(sdo: Dialogue) -> Transfer:
     text = Roles(sdo.device).text()
     data = Room(sdo).prepare(text, SIZE, least=8)

@@ -14,6 +14,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 
+ABORTS = b"\x80"
 fault = partial(registry.fault, about=About.TIME, timed=True)
 
 
@@ -138,3 +139,20 @@ class StoresWhatCame(Server):
         if transfer is not None and isinstance(data, bytearray) and data:
             self.objects.find(transfer.mux).value = bytes(data)
         return super().expire()
+
+
+@fault("server-timeout-behind-client-abort", Defect.TIMING, "server-timeout.after-abort")
+class BehindClientAbort(OwnClock):
+    """Forgets to stop its timer when the client aborts, and gives up what is over."""
+
+    aborted: Multiplexer | None = None
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        running = self.server.transfer
+        frames = super().receive(frame)
+        if running is not None and frame.data[:1] == ABORTS and self.server_timeout is not None:
+            self.aborted, self.own_due = running.mux, self.now + self.server_timeout
+        return frames
+
+    def when_due(self) -> list[bytes]:
+        return [Abort(self.aborted, AbortCode.TIMED_OUT).encode()] if self.aborted else []
