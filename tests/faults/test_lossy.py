@@ -21,7 +21,7 @@ SOME = ("-k", "segmented_upload and size and not foreign")
 
 def test_what_does_not_fail_again_is_told_and_fails_no_device() -> None:
     told = []
-    for seed in (1, 3, 4):
+    for seed in (1, 5, 7):
         run, mishaps = run_lossy(300, seed, *SOME)
         assert mishaps
         assert run.failed(strict=True) == []
