@@ -78,7 +78,8 @@ class Facts:
 
     def begins(self, found: bytes, due: bytes) -> bool:
         """Say whether ``found`` may be the first bytes of ``due``."""
-        return due.startswith(found) or (len(found) > len(due) and self.same(found, due))
+        filled = due.ljust(self.habits.filled, self.habits.padding)
+        return filled.startswith(found) or (len(found) > len(due) and self.same(found, due))
 
 
 @dataclass(frozen=True, slots=True)
