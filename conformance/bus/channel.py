@@ -72,6 +72,8 @@ class Channel:
         self._emergency_id = EMERGENCY_BASE + node_id
         # When the response that was received last arrived, by the clock of the link, in seconds.
         self.arrived = 0.0
+        # When the frame that was sent last left, behind the pauses that the device was given.
+        self.sent_at = 0.0
         self.waited_since = 0.0
         # Of the last wait: the seconds of it that this process was not running, whether the silence
         # may be due to that, and whether one was waited out again for it.
@@ -115,7 +117,8 @@ class Channel:
         self.at_rest = self.is_calm = False
         self._rest()
         self.strangers.asked(frame)
-        self._served_at = self.link.now() + self.pace.room(self.response_timeout)
+        self.sent_at = self.link.now()
+        self._served_at = self.sent_at + self.pace.room(self.response_timeout)
         self.link.send(frame)
         if self.rest_behind_abort and frame.data[:1] == ABORTS:
             self._rests_until = self.link.deadline(self.rest_behind_abort)

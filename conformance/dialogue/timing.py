@@ -40,6 +40,10 @@ class Timing:
         if task.kind is not Kind.ENDING:
             self._last = Tasks((task,))
 
+    def left(self, at: float) -> None:
+        """Take when the frame was sent: a pause before it is no time that its answer has taken."""
+        self._sent_at = at
+
     def ended(self) -> None:
         """Take that the suite has ended a transfer, which is not answered."""
         self._due[Task(Kind.ENDING)] += 1

@@ -137,6 +137,7 @@ class Wire:
                 decoded = decode_request(whole_frame(data))
             self._about_to_send(decoded)
         self.channel.send(data, in_burst=in_burst)
+        self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=within)
         if not within and isinstance(decoded, UPLOADS):
             self._read = data
@@ -152,6 +153,7 @@ class Wire:
             )
         self._about_to_send(decode_request(whole_frame(frame.data)))
         self.channel.send_frame(frame)
+        self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=self.tracker.open is not None)
 
     def may_ask(self, frame: CanFrame) -> bool:

@@ -3,9 +3,18 @@
 import time
 
 import pytest
+from run_bench import NODE_ID, READ, RULE, recording
 
-from conformance.bus.pace import Pace
+from conformance.bus.channel import Channel
+from conformance.bus.link import Link
+from conformance.bus.pace import SHORTEST_OF_ROOM, Pace
+from conformance.device.device import DEVICE_TYPE, Device
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.timing import Timing
+from conformance.reference.node import Node
+from conformance.reference.simulated_bus import SimulatedBus
+from conformance.sdo.abort_codes import AbortCode
 
 
 @pytest.fixture
@@ -53,3 +62,17 @@ def test_another_channel_counts_for_the_case(clock: list[float]) -> None:
     assert (timing.latency, timing.waited) == (0.75, 1.0)
     assert (timing.answers, timing.answering) == (1, 0.5)
     assert (pace.answers, pace.beside) == (1, 1)
+
+
+def test_a_pause_before_a_request_is_no_time_that_its_answer_takes() -> None:
+    """Else the pause behind each abort is twice as long as the one before, up to the time-out."""
+    link = Link(SimulatedBus([Node(NODE_ID, recording())]), "simulated")
+    channel = Channel(link, NODE_ID, 1.0)
+    sdo = Dialogue(channel, Device(NODE_ID), CaseRecord(RULE), seed=1)
+    for _ in range(5):
+        channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        sdo.send(READ)
+        sdo.receive()
+    link.close()
+    assert sdo.wire.timing.latency < SHORTEST_OF_ROOM
+    assert channel.pace.room(1.0) == SHORTEST_OF_ROOM
