@@ -23,12 +23,13 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, Response
-from conformance.sdo.objects import Access, Entry, ObjectDictionary
+from conformance.sdo.objects import AS_WRITTEN, Access, DataType, Entry, Habits, ObjectDictionary
 from conformance.sdo.oracle import Facts, Knowledge, Oracle, Presence
 from conformance.sdo.rules import Violation
 
 
-def facts_of(entry: Entry, *, roomy: bool) -> Facts:
+def facts_of(entry: Entry, *, roomy: bool, habits: Habits = AS_WRITTEN) -> Facts:
+    is_text = entry.data_type is DataType.VISIBLE_STRING and entry.access.writable
     return Facts(
         Presence.PRESENT,
         entry.access,
@@ -39,6 +40,7 @@ def facts_of(entry: Entry, *, roomy: bool) -> Facts:
         high=entry.high,
         any_value=True,
         capacity=entry.capacity if roomy else None,
+        habits=habits if is_text else AS_WRITTEN,
     )
 
 
@@ -55,10 +57,17 @@ def reference_node() -> Node:
     )
 
 
-def known_entries(node: Node | None = None, *, roomy: bool = True) -> Knowledge:
-    """Tell what is known of a device; ``roomy``: how long its strings may get, too."""
+def known_entries(
+    node: Node | None = None, *, roomy: bool = True, habits: Habits = AS_WRITTEN
+) -> Knowledge:
+    """Tell what is known of a device; ``roomy``: how long its strings may get, too.
+
+    Texts that may be written have the ``habits``.
+    """
     entries = (node or reference_node()).objects.items()
-    return Knowledge.complete({mux: facts_of(entry, roomy=roomy) for mux, entry in entries})
+    return Knowledge.complete(
+        {mux: facts_of(entry, roomy=roomy, habits=habits) for mux, entry in entries}
+    )
 
 
 def of_the_protocol(
