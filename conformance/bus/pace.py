@@ -14,6 +14,8 @@ from conformance.sdo.nmt import NmtState
 PROVEN = 10
 # How much longer than nearly all of its answers took a device is waited for then.
 MARGIN = 10.0
+# The same where nothing is concluded from a silence.
+MARGIN_OF_LOOK = 3.0
 # The shortest wait in seconds, the shortest where an answer need not come, and the shortest where
 # nothing is concluded from a silence. On a busy machine a device that is a program may take longer.
 SHORTEST, SHORTEST_OF_OPEN, SHORTEST_OF_LOOK = 0.25, 0.1, 0.02
@@ -121,7 +123,7 @@ class Pace:
 
     def look(self, timeout: float, tasks: Tasks | None = None) -> float:
         """Return how long to look for what comes so soon, where it may come later as well."""
-        return self._sure(self._limit(timeout, tasks), SHORTEST_OF_LOOK, tasks)
+        return self._sure(self._limit(timeout, tasks), SHORTEST_OF_LOOK, tasks, MARGIN_OF_LOOK)
 
     def room(self, timeout: float) -> float:
         """Return after how long a device has room for a request behind a frame without an answer.
@@ -143,14 +145,16 @@ class Pace:
         unknown = SEGMENT_TIME if task.kind is Kind.BURST else self.nearly_all
         return unknown if known is None else known * SLOWEST
 
-    def _sure(self, limit: float, shortest: float, tasks: Tasks | None) -> float:
+    def _sure(
+        self, limit: float, shortest: float, tasks: Tasks | None, margin: float = MARGIN
+    ) -> float:
         if not tasks:
             usual = self.nearly_all
         elif any(task.kind is Kind.STORE and self._known(task) is None for task in tasks):
             return limit  # which may take seconds
         else:
             usual = sum(self._usual(task) * tasks[task] for task in tasks)
-        return min(limit, max(usual * MARGIN, self._latest * MARGIN, shortest))
+        return min(limit, max(usual * margin, self._latest * margin, shortest))
 
     def _usual(self, task: Task) -> float:
         known = self._known(task)
