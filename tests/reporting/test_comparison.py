@@ -11,6 +11,7 @@ from test_page import Reader
 from conformance.__main__ import main
 from conformance.commands.status import DONE, NOT_ALLOWED, WRONG_USE
 from conformance.reporting.bus_log import Place
+from conformance.reporting.comparison import differences
 from conformance.reporting.results import RESULTS, ResultsFile
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -345,3 +346,12 @@ def test_choices_that_other_cases_have_shown(compared: Compared, odd: int) -> No
     )
     lines = compared(old, new, *({"log": each} for each in logs))
     assert not any("otherwise" in line or "slowly" in line for line in lines)
+
+
+def test_of_many_choices_only_the_differing_are_named() -> None:
+    matter, shared = "abort by specifier.unknown", [f"0504000{n}h (words)" for n in range(1, 6)]
+    old, new = {5: {matter: [*shared, "08000000h"]}}, {5: {matter: [*shared, "06010000h"]}}
+    (found,) = differences.profile({5: 5}, old, new)
+    assert (found.what, found.old, found.new) == (matter, "08000000h", "06010000h")
+    (found,) = differences.profile({5: 5}, {5: {matter: shared}}, new)
+    assert (found.old, found.new) == ("none", "06010000h")
