@@ -55,7 +55,7 @@ def is_refused_alone(
     """
     due = state.reach(sdo, text, size)
     sdo.send(DownloadSegment.with_data(b"#######", toggle=1 - due.toggle))
-    answer = sdo.wait(sdo.wire.soon)
+    answer = sdo.wait(sdo.wire.waits.soon)
     if not isinstance(answer, Abort) or answer.code not in TOGGLE.codes:
         return False
     sdo.checks.abort(answer, text.mux)

@@ -7,6 +7,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
+from conformance.dialogue.server_aborts import has_left
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.dialogue.values import same_value
 from conformance.sdo.abort_codes import AbortCode
@@ -178,7 +179,7 @@ class Blocks:
     def send_sub_block(self, segments: Sequence[BlockSegment]) -> None:
         """Send segments without a pause; none is sent to a server that has left the transfer."""
         for segment in segments:
-            if self._sdo.wire.has_left():
+            if has_left(self._sdo.wire):
                 break
             self._sdo.send(segment)
 

@@ -111,7 +111,7 @@ class Exchange:
         """
         if abort.mux != superseded:
             return None
-        response = self.wait(self.wire.soon)
+        response = self.wait(self.wire.waits.soon)
         if response is not None:
             self.info("the superseded transfer is aborted, and the new one is served")
         return response

@@ -240,9 +240,9 @@ class Network:
         That takes as long as an answer elsewhere.
         """
         if self._period:
-            self._expect_told(self._beats(self._sdo.wire.look))
+            self._expect_told(self._beats(self._sdo.wire.waits.look))
         else:
-            self._pause(self._sdo.wire.soon)
+            self._pause(self._sdo.wire.waits.soon)
 
     def _beats(self, seconds: float) -> int:
         """Return the number of heartbeats that take so long at least, whenever the first comes."""

@@ -1,5 +1,7 @@
-"""What a refusal says of the request: it is about the service that was asked for."""
+"""What a refusal says: it is about the service that was asked for, or known of the device."""
 
+from conformance.device.device import Device
+from conformance.device.lacking import NotTestable
 from conformance.device.serving import Service, service_of
 from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS
 from conformance.sdo.describe import in_words
@@ -17,3 +19,16 @@ def of_other_service(refusal: Abort, asked: Request) -> Violation | None:
         return None
     expected = f"a code of the service that was asked for: {service.value}"
     return Violation(OTHER_SERVICE, expected=expected, actual=in_words(refusal))
+
+
+def step_aside(refusal: Abort, asked: Request, device: Device) -> None:
+    """Raise NotTestable for a refusal that is known of the device in the state that it is in.
+
+    Whatever the case is about, no server could have served or refused it for that.
+    """
+    service = service_of(asked)
+    if service is None:
+        return
+    refused = device.serving.excuse(service, refusal.mux, refusal.code)
+    if refused is not None and refusal.mux == getattr(asked, "mux", None):
+        raise NotTestable(device.serving.way_out(refused, device.permissions))

@@ -8,6 +8,7 @@ from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import blocked
 from conformance.dialogue.early import INITIATES, leaves
 from conformance.dialogue.odd_frames import in_brief, unasked, unsolicited
+from conformance.dialogue.server_aborts import leaves_unasked, look_for_abort
 from conformance.dialogue.wire import ABORTS, Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -58,7 +59,8 @@ class Silence:
             return  # nothing has come behind the segment before
         if wire.crossed:
             self._let_pass()
-        wire.look_for_abort(data)
+        wire.misshapen = None
+        look_for_abort(wire, data)
         if wire.tracker.open is None and not wire.owed and self._causes.noisy:
             self._calm_before(data)
 
@@ -98,7 +100,7 @@ class Silence:
         crossed, wire.crossed = wire.crossed, 0
         at_rest = wire.channel.at_rest and wire.tracker.open is None
         self._send_baseline()
-        asked, deadline = wire.channel.link.now(), wire.deadline(most)
+        asked, deadline = wire.channel.link.now(), wire.waits.deadline(most)
         retried = False
         while True:
             frame = wire.next_frame()
@@ -108,7 +110,7 @@ class Silence:
                 if retried:
                     raise self._no_answer(stray)
                 retried = True
-                wire.unanswered()
+                wire.waits.unanswered()
                 self._note_silence()
                 self._send_baseline()
                 continue
@@ -144,7 +146,7 @@ class Silence:
 
     def _note_silence(self) -> None:
         """Say in the result that a read of 1000h is sent again."""
-        waited = self._wire.patience * 1000
+        waited = self._wire.waits.patience * 1000
         self._wire.record.notes.append(
             f"a read of 1000h was not answered within {waited:.4g} ms, and was sent again"
         )
@@ -200,7 +202,7 @@ class Silence:
         wire = self._wire
         baseline = self._device.baseline[0][1]
         wire.transmit(UploadInitiate(ERROR_REGISTER).encode())
-        deadline, both = wire.deadline(1), False
+        deadline, both = wire.waits.deadline(1), False
         while (frame := wire.next_frame()) is not None and wire.take(frame).encode() == baseline:
             both = True
             if deadline.has_passed:
@@ -244,7 +246,7 @@ class Silence:
     def end_transfer(self) -> None:
         """Abort the open transfer from the client's side; a server never answers that."""
         wire = self._wire
-        if wire.leaves_unasked():
+        if leaves_unasked(wire):
             wire.receive()  # it has ended the transfer itself
         if wire.tracker.open is None:
             return
@@ -311,7 +313,7 @@ class Silence:
         two of them.
         """
         wire, channel = self._wire, self._wire.channel
-        look, deadline = wire.look, wire.deadline(MOST_STRAY)
+        look, deadline = wire.waits.look, wire.waits.deadline(MOST_STRAY)
         found: list[Response] = []
         while len(found) < MOST_STRAY and (frame := channel.receive(look)) is not None:
             if deadline.has_passed:

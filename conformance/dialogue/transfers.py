@@ -10,6 +10,7 @@ from dataclasses import replace
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.exchange import Exchange, InitiateRefused
+from conformance.dialogue.server_aborts import has_left
 from conformance.dialogue.values import check_constant, of_another_length
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step
@@ -276,7 +277,7 @@ class Transfers(Exchange):
             self.send(step)
             return True
         for request in step.requests:
-            if isinstance(request, BlockSegment) and self.wire.has_left():
+            if isinstance(request, BlockSegment) and has_left(self.wire):
                 break
             self.send(request)
         return step.awaited

@@ -8,30 +8,29 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from conformance.bus.channel import Channel
-from conformance.bus.deadline import Deadline
 from conformance.bus.kinds import task_of
 from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import OTHER_NODES
-from conformance.device.serving import service_of
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered
-from conformance.dialogue.early import INITIATES, is_early, leaves
+from conformance.dialogue.early import INITIATES, leaves
 from conformance.dialogue.effects import READING, Effects
 from conformance.dialogue.odd_frames import check_shape
 from conformance.dialogue.one_defect import NO_ANSWER
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.record import CaseRecord
-from conformance.dialogue.refusals import of_other_service
+from conformance.dialogue.refusals import of_other_service, step_aside
 from conformance.dialogue.sub_blocks import LAST, SubBlocks
 from conformance.dialogue.timing import Timing
 from conformance.dialogue.tracker import ENDING, TransferTracker
+from conformance.dialogue.waits import MOST_SURPLUS, Waits
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.decoding import decode_request, decode_segment
-from conformance.sdo.describe import describe, in_words
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -44,18 +43,12 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
-from conformance.sdo.rules import ANSWERED, NOT_REFUSED, Violation
+from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
 
-SEGMENTS_PER_LOOK = 4
-# In seconds, how long a frame takes at least where many come that nobody has asked for.
-FRAME_TIME = 0.002
-# How many seconds longer an answer is awaited at the most where other frames come first.
-MOST_SURPLUS = 5.0
 ABORTS = b"\x80"
 UPLOADS = UploadInitiate, BlockUploadInitiate
 PLAIN_READING = UploadInitiate, UploadSegment
-_ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 
 
 class Wire:
@@ -84,6 +77,7 @@ class Wire:
         self.pauses = Pauses(device.server_timeout, channel.link.now)
         record.pauses.append(self.pauses)
         self.timing = Timing(channel.pace, channel.link.now)
+        self.waits = Waits(channel, self.timing)
         self.seen = device.keeping.seen
         self.is_proven = False
         self.last_sent: Request = NOTHING_SENT
@@ -211,14 +205,14 @@ class Wire:
 
         Raises Violation when none comes in time, or one that has not the shape of a response.
         """
-        patience = self.patience
+        patience = self.waits.patience
         frame = self.next_frame()
         if frame is None and self._read and self.channel.waited_again:
             frame = self._read_again()
         if frame is None:
             self.timing.gave_up()
             actual = f"nothing within {patience * 1000:.4g} ms{self.heard_elsewhere()}"
-            self.unanswered()
+            self.waits.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
             found = Violation(ANSWERED, expected=expected, actual=actual)
             found.request, found.asked = self.last_sent, self.tracker.asked
@@ -249,31 +243,6 @@ class Wire:
     def heard_elsewhere(self) -> str:
         """Say what was heard since the case began, and not as a response on this channel."""
         return heard_elsewhere(self.channel.overheard, self.channel.response_id)
-
-    @property
-    def patience(self) -> float:
-        """How many seconds to wait for an answer that has to come."""
-        return self.channel.pace.patience(self.channel.response_timeout, self.timing.due)
-
-    @property
-    def soon(self) -> float:
-        """How many seconds to wait for what comes as soon as this device answers, if it does."""
-        return self.channel.pace.soon(self.channel.response_timeout, self.timing.due)
-
-    @property
-    def look(self) -> float:
-        """How many seconds to look for what comes so soon, where it may come later as well."""
-        return self.channel.pace.look(self.channel.response_timeout, self.timing.due)
-
-    def deadline(self, frames: int) -> Deadline:
-        """Return when an answer has to be there, though so many other ``frames`` came before it."""
-        each = max(self.channel.pace.nearly_all, FRAME_TIME)
-        return self.channel.link.deadline(self.patience + min(frames * each, MOST_SURPLUS))
-
-    def unanswered(self) -> None:
-        """Take that an answer which had to come did not."""
-        if not self.channel.in_doubt:
-            self.channel.pace.unanswered()
 
     def _read_again(self) -> CanFrame | None:
         """Repeat a read, once, of which the answer may have been missed; no other request is."""
@@ -311,7 +280,7 @@ class Wire:
         That the device gives up a transfer while it owes an answer is no doing of the bench.
         """
         begin, has_to_come = self.channel.link.now(), timeout is None
-        timeout = self.patience if timeout is None else timeout
+        timeout = self.waits.patience if timeout is None else timeout
         deadline = self.channel.link.deadline(timeout + MOST_SURPLUS)
         frame = self.channel.receive(timeout)
         while frame is not None and self._is_surplus(frame):
@@ -378,22 +347,10 @@ class Wire:
             foreign = of_other_service(self.refusal, self.last_sent)
             if foreign is not None:
                 self.note(foreign)
-        if self.record.in_case and self.looks_for_aborts and not self.fencing:
-            self._step_aside()
+        judged = self.record.in_case and self.looks_for_aborts and not self.fencing
+        if judged and self.refusal is not None:
+            step_aside(self.refusal, self.last_sent, self.device)
         return response
-
-    def _step_aside(self) -> None:
-        """Raise NotTestable for a refusal that is known of the device in the state that it is in.
-
-        Whatever the case is about, no server could have served or refused it for that.
-        """
-        service = service_of(self.last_sent)
-        if self.refusal is None or service is None:
-            return
-        serving, mux = self.device.serving, self.refusal.mux
-        refused = serving.excuse(service, mux, self.refusal.code)
-        if refused is not None and mux == getattr(self.last_sent, "mux", None):
-            raise NotTestable(serving.way_out(refused, self.device.permissions))
 
     def read(self, data: bytes) -> Response:
         """Follow a response, and what it confirms; return which it is."""
@@ -421,45 +378,7 @@ class Wire:
         if abandoned and kind_of_answer(violation.actual) == NO_ANSWER:
             violation.habit = DEAF
 
-    # Whether the server has left the transfer
-
-    def look_for_abort(self, data: bytes) -> None:
-        """Raise Violation where the server has ended the transfer before the next request.
-
-        To an idle server that request would be another one.
-        """
-        self.misshapen = None
-        # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
-        if self.leaves_unasked(within_burst=data[:1] != ABORTS):
-            actual = in_words(self.receive())
-            found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=actual)
-            found.request = self.last_sent
-            raise found
-
-    def leaves_unasked(self, *, within_burst: bool = False) -> bool:
-        """Say whether the server has ended the transfer though it owes no answer.
-
-        ``within_burst`` leaves segments of a block to ``has_left``.
-        """
-        if not self.looks_for_aborts:
-            return False
-        running = self.tracker.open
-        owed = self.owed and (within_burst or not self.segments)
-        if running is None or owed or self.fencing:
-            return False
-        waiting = self.channel.waiting()
-        return bool(waiting) and is_early(self.tracker.read(waiting[0].data), running)
-
-    def has_left(self) -> bool:
-        """Say whether the server has said something else than that it takes segments.
-
-        What follows an abort within a sub-block would be requests to an idle server. This only
-        looks at what has arrived, and only now and then: before an answer to a segment could be
-        here, some more are on their way.
-        """
-        if self.segments % SEGMENTS_PER_LOOK:
-            return False
-        return any(frame.data[:1] != _ACKNOWLEDGES for frame in self.channel.waiting())
+    # Beside the case
 
     @contextmanager
     def aside(self) -> Iterator[None]:

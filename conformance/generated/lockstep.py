@@ -10,6 +10,7 @@ from conformance.device.lacking import NotTestable
 from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
+from conformance.dialogue.server_aborts import has_left
 from conformance.dialogue.silence import MOST_STRAY
 from conformance.dialogue.sub_blocks import SubBlocks
 from conformance.dialogue.values import LENGTH_OF_ANOTHER
@@ -217,7 +218,7 @@ class Lockstep:
         else:
             self._sdo.send_frame(frame)
         self._point = self._sdo.wire.last_sent if point else None
-        deadline = self._sdo.wire.deadline(MOST_STRAY)
+        deadline = self._sdo.wire.waits.deadline(MOST_STRAY)
         while self.oracle.awaited is Awaited.ANSWER and not deadline.has_passed:
             answers += self._answer()
         latest = answers[-1] if answers else None
@@ -233,7 +234,7 @@ class Lockstep:
 
     def _behind_abort(self) -> list[Response]:
         """Take the answer that comes behind an abort where that is of a superseded transfer."""
-        answers, deadline = list[Response](), self._sdo.wire.deadline(MOST_STRAY)
+        answers, deadline = list[Response](), self._sdo.wire.waits.deadline(MOST_STRAY)
         while not self.oracle.lost and (more := self._what_may_come()):
             answers += more
             if deadline.has_passed:
@@ -242,7 +243,7 @@ class Lockstep:
 
     def behind_gap(self) -> list[Response]:
         """Take the acknowledgements of a sub-block that may come behind a gap."""
-        answers, deadline = list[Response](), self._sdo.wire.deadline(MOST_STRAY)
+        answers, deadline = list[Response](), self._sdo.wire.waits.deadline(MOST_STRAY)
         while SubBlock.name in self.oracle.states and (more := self._what_may_come()):
             answers += more
             if deadline.has_passed:
@@ -252,7 +253,7 @@ class Lockstep:
     def _answer(self) -> list[Response]:
         answer = self._sdo.wire.next_frame()
         if answer is None:
-            self._sdo.wire.unanswered()
+            self._sdo.wire.waits.unanswered()
             findings = self.oracle.settled()
             for silent in findings:
                 silent.asked = silent.asked or self._sdo.tracker.asked
@@ -266,7 +267,7 @@ class Lockstep:
         """
         if self.oracle.awaited is not Awaited.MAYBE:
             return []
-        return self._taken(self._sdo.wire.next_frame(self._sdo.wire.look))
+        return self._taken(self._sdo.wire.next_frame(self._sdo.wire.waits.look))
 
     def _taken(self, answer: CanFrame | None) -> list[Response]:
         self.check()
@@ -289,7 +290,7 @@ class Lockstep:
 
     def has_left(self) -> bool:
         """Say whether the server has left the sub-block that is being sent."""
-        return self._sdo.wire.has_left()
+        return has_left(self._sdo.wire)
 
     def may_ask(self, frame: CanFrame) -> bool:
         """Say whether the node that a frame is for may be sent requests."""
