@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from conformance.logs.behind import Behind
 from conformance.logs.burst import Burst
 from conformance.logs.exchanges import ASKING, Exchanges, is_one_of
 from conformance.logs.findings import Finding, Found, NotFollowed, Remark
@@ -80,6 +81,7 @@ class Channel:
     # Whether the last frame was a request.
     _waits: bool = False
     _burst: Burst = field(default_factory=Burst)
+    _behind: Behind = field(default_factory=Behind)
 
     @classmethod
     def of(
@@ -117,6 +119,8 @@ class Channel:
         self._follow_open(seen)
         self._patience.asked(seen.frame.data, in_sub_block=oracle.in_sub_block)
         self._burst.sent(seen.frame.data, in_sub_block=oracle.in_sub_block)
+        if not oracle.in_sub_block:
+            self._behind.asked(seen)
         if oracle.idle and is_one_of(ASKING, seen.frame):
             self.asked = seen
         else:
@@ -127,6 +131,7 @@ class Channel:
         """Take a response; yield what is wrong with it, or with the time before it."""
         last, self.last = self.last, seen
         self.responses += 1
+        self._behind.answered(seen)
         yield from self.heard()
         self._waits = False
         if self._held:  # another answer: the one before was to what the log does not show
@@ -187,15 +192,20 @@ class Channel:
         self._overdue.clear()
         self._open.clear()
         self._burst.clear()
+        self._behind.clear()
 
     def end(self, now: float) -> Iterator[Found]:
         """Yield which answers have not come until now."""
         last = self.last
+        behind = self._behind.at_the_end(now)
+        if behind is not None and last is not None:
+            yield Finding(self.node_id, last, behind)
         if last is not None and not self.out and self._is_overdue(now, last):
             yield from self._settled(last)
         yield from self._all_missing()
-        for missing, seen in self._overdue.items():
-            yield Finding(self.node_id, seen, missing)
+        if not self._behind.is_certain:
+            for missing, seen in self._overdue.items():
+                yield Finding(self.node_id, seen, missing)
         self._overdue.clear()
         yield from self._reported()
 
@@ -226,7 +236,8 @@ class Channel:
             yield from self._all_missing()
 
     def _all_missing(self) -> Iterator[Finding]:
-        yield from self._missing
+        if not self._behind.is_certain:
+            yield from self._missing
         self._missing.clear()
 
     def _reported(self) -> Iterator[Finding]:
@@ -275,6 +286,9 @@ class Channel:
         if ended is not None and (timed_out or not ended.refusal):
             # It may do so at any time; whether it does so every time no log can tell.
             findings = [found for found in findings if found is not ended.violation]
+        behind = self._behind.found(blamed=bool(findings))
+        if self._behind.is_certain:  # whatever else is met comes of that
+            findings = [] if behind is None else [behind]
         for violation in findings:
             finding = Finding(self.node_id, self._overdue.pop(violation, seen), violation)
             if unknown and finding.seen is seen:
