@@ -8,6 +8,7 @@ from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.held_values import expect_empty
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, segments_of, shown
 from conformance.generated.variations import BEYOND_16_BITS, BLOCK_UPLOAD_SIZES
@@ -348,7 +349,7 @@ def test_empty(sdo: Dialogue, room: Room, blocks: Blocks, variable: KnownObject)
     if isinstance(uploaded, Abort):
         sdo.info(f"{variable} is empty and refused: {in_words(uploaded)}")
     else:
-        sdo.expect_empty(variable, uploaded.data, before)
+        expect_empty(sdo, variable, uploaded.data, before)
     room.prepare(variable, PADDED)  # what is empty may be refused to the next case
 
 

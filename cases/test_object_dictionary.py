@@ -8,6 +8,7 @@ from conformance.device.lacking import NotTestable
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.changing import changes_by_itself, is_steady
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.held_values import expect_stated
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.object_expectations import (
     NOT_NOW,
@@ -104,7 +105,7 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
 @must("od.default", "dictionary.default", "dictionary.stated-text", entry=choose.fixed)
 def test_default(sdo: Dialogue, entry: KnownObject) -> None:
     """What never changes has the value that the EDS states."""
-    sdo.expect_stated(entry, entry.default or b"")
+    expect_stated(sdo, entry, entry.default or b"")
 
 
 @must("od.load-defaults", "storage.load-defaults")
@@ -127,7 +128,7 @@ def test_default_of_parameter(
     due = entry.default or b""
     if device.permits.at_defaults:
         write_as_before(sdo, entry.mux)
-        sdo.expect_stated(entry, due)
+        expect_stated(sdo, entry, due)
         return
     if not is_steady(device, entry):
         raise NotTestable(CHANGES)
@@ -144,7 +145,7 @@ def test_default_of_parameter(
 def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
     """The device is configured as its DCF says (ParameterValue)."""
     write_as_before(sdo, entry.mux)
-    sdo.expect_stated(entry, entry.configured or b"")
+    expect_stated(sdo, entry, entry.configured or b"")
 
 
 @must("od.identity", "dictionary.identity", said=choose.identity)

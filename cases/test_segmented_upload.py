@@ -4,6 +4,7 @@ from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.held_values import expect_empty
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import not_emptied, same_value, shown
 from conformance.dialogue.whole_values import expect_stored_and_read
@@ -318,5 +319,5 @@ def test_empty(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
         if found == before and not variable.habits.keeps_tails:
             raise not_emptied(variable)
         counted = response.sized or not response.expedited
-        sdo.expect_empty(variable, found, len(before), counted=counted)
+        expect_empty(sdo, variable, found, len(before), counted=counted)
     room.prepare(variable, PADDED)  # what is empty may be refused to the next case

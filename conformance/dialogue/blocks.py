@@ -7,6 +7,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
+from conformance.dialogue.held_values import expect_read
 from conformance.dialogue.server_aborts import has_left
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.dialogue.values import same_value
@@ -304,7 +305,7 @@ class Blocks:
         length = max(len(due), self._sdo.device.lengths[known.mux].least)
         found = self._brought(known) if length > LONG and self.read_alike() else None
         if found is None or not same_value(known, found, due):
-            self._sdo.expect_read(known, due)
+            expect_read(self._sdo, known, due)
 
     def read(self, known: KnownObject) -> bytes:
         """Read an object: what was long at the beginning of the run in blocks, if they serve."""

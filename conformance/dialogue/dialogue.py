@@ -1,27 +1,17 @@
 """What a case says to a device and what it expects back: the ``sdo`` that cases are written with.
 
 Transfers (see ``transfers``) perform what leads to the point of a case. The expectations here are
-the point, and fail by the case's rule.
+the point, and fail by the case's rule; those of values are in ``held_values``.
 """
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from conformance.device.effort import LONG_VALUE, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
+from conformance.dialogue import held_values
 from conformance.dialogue.causes import kind_of_answer
-from conformance.dialogue.changing import changes_by_itself
-from conformance.dialogue.delivered import is_written_through
 from conformance.dialogue.transfers import Target, Transfers, mux_of
-from conformance.dialogue.values import (
-    not_as_written,
-    not_stored,
-    same_value,
-    segments_of,
-    shown,
-    tail_kept,
-    with_spaces,
-)
+from conformance.dialogue.values import same_value, segments_of, shown
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
@@ -35,11 +25,9 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Message
 from conformance.sdo.limits import SEGMENT_LENGTH
-from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import (
     MULTIPLEXER,
     NOT_REFUSED,
-    PART_WRITTEN,
     RESTART,
     SUBSTITUTE,
     UNSOLICITED,
@@ -47,7 +35,6 @@ from conformance.sdo.rules import (
     Violation,
     accepted,
 )
-from conformance.sdo.rules.object_dictionary import STATED_TEXT
 from conformance.sdo.rules.timing import SERVER_TIME_OUT
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
@@ -310,94 +297,22 @@ class Dialogue(Transfers):
             raise self.breach(f"no answer for {seconds:g} s", in_words(response))
         return response is None
 
-    def expect_stated(self, known: KnownObject, stated: bytes) -> None:
-        """Expect an object to read as an EDS or DCF states.
+    def expect_clean(self, rule: Rule) -> None:
+        """Expect that no response of this case broke a rule that does not stop a transfer."""
+        for violation in self.record.minor:
+            if violation.rule is rule:
+                raise violation
 
-        00h is a VISIBLE_CHAR (7.1.6.3), which such a file cannot state: a text with some behind it
-        breaks a SHOULD.
-        """
-        found = self.upload(known)
-        self._expect_found(known, with_spaces(known, stated, found), found)
-        is_text = known.data_type is DataType.VISIBLE_STRING
-        if is_text and found.endswith(b"\0") and not stated.endswith(b"\0"):
-            actual = f"{known} reads {shown(found)}"
-            due = f"{known} reads {shown(stated)}"
-            self.note(Violation(STATED_TEXT, expected=due, actual=actual))
-
-    def held(self, known: KnownObject) -> bytes:
-        """Read an object where its value is the point, and not the way in which it comes.
-
-        What always has a long value comes in blocks, if these bring what segments do.
-        """
-        if self.device.services.reads_alike and self._is_long(known):
-            try:
-                data = self.run(self.client.block_upload(known.mux)).data
-            except (Violation, ServerAborted):
-                self.silence.recover()
-            else:
-                self.wire.seen[known.mux] = data
-                return data
-        return self.upload(known)
-
-    def _is_long(self, known: KnownObject) -> bool:
-        return self.device.lengths[known.mux].least > SHORT_VALUE
-
-    def _held_or_read(self, known: KnownObject, due: bytes) -> bytes:
-        """Read an object; what does not read as ``due`` in blocks, in segments as well."""
-        found = self.held(known)
-        is_due = same_value(known, found, due) or not self._is_long(known)
-        return found if is_due else self.upload(known)
+    # Values
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``; a string may end in 00h."""
-        self._expect_found(known, due, self._held_or_read(known, due))
-
-    def expect_read(self, known: KnownObject, due: bytes) -> None:
-        """Expect an ordinary upload to bring ``due``; a string may end in 00h."""
-        found = self.upload_while(known, due) if len(due) > LONG_VALUE else self.upload(known)
-        if self.tracker.open is not None and not self.record.causes.nothing_is_stored:
-            begins = f"{known} reads {shown(found)}, and was read no further"
-            raise self.breach(f"{known} reads {shown(due)}", begins)
-        self._expect_found(known, due, found)
-
-    def _expect_found(self, known: KnownObject, due: bytes, found: bytes) -> None:
-        if not same_value(known, found, due):
-            number = known.length is not None
-            unstored = self.record.causes.unstored(number=number, size=len(due))
-            if unstored is not None:
-                raise not_stored(known, due, unstored)
-            if changes_by_itself(self, known.mux):
-                self.info(f"{known} changes by itself: its values are not compared")
-                return
-            raise self._reads_wrong(known, due, found)
-        if not same_data(known.data_type, found, due) and not known.habits.adapts:
-            self.note(not_as_written(known, due, found))
-
-    def _reads_wrong(self, known: KnownObject, due: bytes, found: bytes) -> Violation:
-        wrong = self.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
-        wrong.is_certain = True
-        return wrong
-
-    def expect_empty(
-        self, known: KnownObject, found: bytes, before: int, *, counted: bool = True
-    ) -> None:
-        """Expect an empty value to read as nothing or as one byte 00h.
-
-        A string may be filled up to its fixed length, no shorter than the ``before`` bytes that it
-        read last; or it comes with bytes that are not ``counted``, and ends at the first 00h.
-        """
-        if known.habits.keeps_tails and found:
-            self.note(tail_kept(known, b""))
-            return
-        fills = known.data_type is DataType.VISIBLE_STRING or known.habits.filled > 0
-        filled = fills and (len(found) >= before or not counted)
-        if found.strip(b"\0" + known.habits.padding) or (len(found) > 1 and not filled):
-            raise self.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
+        held_values.expect_value(self, known, due)
 
     @contextmanager
     def unchanged(self, known: KnownObject) -> Iterator[bytes]:
         """Expect an object to keep its value; see ``expect_kept``."""
-        before = self.held(known)
+        before = held_values.held(self, known)
         self.wire.delivered.forget(known.mux)
         yield before
         self.end_transfer()
@@ -409,21 +324,4 @@ class Dialogue(Transfers):
         Of a string what came before the abort may have been written, a domain may hold anything;
         both count as a breach of a SHOULD.
         """
-        if known.length is not None:
-            self.expect_value(known, before)
-            return
-        found = self._held_or_read(known, before)
-        if same_value(known, found, before):
-            return
-        due, actual = f"{known} reads {shown(before)}", f"{known} reads {shown(found)}"
-        parts = self.wire.delivered.of(known.mux)
-        if known.data_type is DataType.DOMAIN or is_written_through(found, before, parts):
-            self.note(Violation(PART_WRITTEN, expected=due, actual=actual))
-        else:
-            raise self.breach(due, actual)
-
-    def expect_clean(self, rule: Rule) -> None:
-        """Expect that no response of this case broke a rule that does not stop a transfer."""
-        for violation in self.record.minor:
-            if violation.rule is rule:
-                raise violation
+        held_values.expect_kept(self, known, before)

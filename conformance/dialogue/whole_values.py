@@ -3,6 +3,7 @@
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.blocks import LONG
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.held_values import expect_read
 from conformance.dialogue.room import Room
 
 
@@ -16,6 +17,6 @@ def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: 
         return
     data = sdo.payload(size)
     room.store(known, data, segmented=True)
-    sdo.expect_read(known, data)
+    expect_read(sdo, known, data)
     if size > LONG:
         whole.add(size)

@@ -10,6 +10,7 @@ from conformance.bus.link import Direction
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.held_values import held
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
 from conformance.sdo.rules import Violation
@@ -45,7 +46,7 @@ def first_sent(bench: Workbench) -> list[str]:
 def test_what_an_object_holds(alike: bool | None, begins: str) -> None:
     with long_domain(alike=alike) as bench:
         sent, sdo = first_sent(bench), bench.dialogue()
-        assert sdo.held(DOMAIN) == VALUE
+        assert held(sdo, DOMAIN) == VALUE
         assert sent[0] == begins
         assert sdo.wire.seen[DOMAIN.mux] == VALUE
 
@@ -54,13 +55,13 @@ def test_what_is_not_always_long_is_read_in_segments() -> None:
     with long_domain() as bench:
         bench.device.lengths[DOMAIN.mux].fixed = False
         sent = first_sent(bench)
-        assert bench.dialogue().held(DOMAIN) == VALUE
+        assert held(bench.dialogue(), DOMAIN) == VALUE
         assert sent[0] == "40"
 
 
 def test_what_cannot_be_read_in_blocks_is_read_in_segments() -> None:
     with long_domain("no-block-upload") as bench:
-        assert bench.dialogue().held(DOMAIN) == VALUE
+        assert held(bench.dialogue(), DOMAIN) == VALUE
 
 
 @pytest.mark.parametrize("expect", [Dialogue.expect_value, Dialogue.expect_kept])

@@ -5,6 +5,7 @@ from run_bench import DOMAIN, NODE_ID, Recording, discovered
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import OTHER_DATA, Cause
+from conformance.dialogue.held_values import expect_read
 from conformance.dialogue.long_values import COMPARED, read_in_blocks
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.catalogue import build_node
@@ -96,10 +97,10 @@ def test_another_value_is_read_no_further_than_it_shows(value: bytes, segments: 
         sdo = bench.dialogue()
         server.requests.clear()
         if value == LONG:
-            sdo.expect_read(DOMAIN, LONG)
+            expect_read(sdo, DOMAIN, LONG)
         else:
             with pytest.raises(Violation, match="reads") as differing:
-                sdo.expect_read(DOMAIN, LONG)
+                expect_read(sdo, DOMAIN, LONG)
             cause = sdo.record.cause_of(differing.value, sdo.wire.last_sent)
             assert cause == Cause(sdo.record.rule.id, OTHER_DATA)
         assert sum(request[0] & 0xEF == 0x60 for request in server.requests) == segments

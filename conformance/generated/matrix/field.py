@@ -8,6 +8,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.held_values import held
 from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
@@ -59,7 +60,7 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
         if any(found.rule.id in CUT_SHORT for found in sdo.record.minor):
             Room(sdo).restore_own(known)  # what it holds now is for no case to read
         elif known.mux not in sdo.wire.seen:
-            sdo.held(known)
+            held(sdo, known)
             lockstep.check()
 
 
