@@ -5,7 +5,7 @@ from pathlib import Path
 
 from conformance.reporting.cause_counts import CauseCount
 from conformance.reporting.comparison.comparison import Comparison
-from conformance.reporting.page.content import MARKS, Case, CauseShown, cause_shown
+from conformance.reporting.page.cases import MARKS, Case, CauseShown, cause_shown
 from conformance.reporting.page.templates import template
 
 

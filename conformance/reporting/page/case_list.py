@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from html import escape
 
-from conformance.reporting.page.content import Case
+from conformance.reporting.page.cases import Case
 from conformance.run.verdict import CaseResult
 from conformance.sdo.inert import inert
 

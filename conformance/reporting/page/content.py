@@ -1,166 +1,30 @@
-"""What report.html shows of a run, as values: each part of the page has a class here."""
+"""What report.html shows of a run, as values."""
 
 import math
-import re
 from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
-from conformance.generated.server_states import STATES
 from conformance.reporting.bus_log import Place
-from conformance.reporting.cause_counts import CauseCount, causes_of
+from conformance.reporting.cause_counts import causes_of
 from conformance.reporting.first_fix import FirstFix, first_fix, replay_command
-from conformance.reporting.official_steps import OFFICIAL_STEPS
-from conformance.reporting.page.diagram import Diagram, diagram
+from conformance.reporting.page.cases import Case, CauseShown, cause_shown
+from conformance.reporting.page.groups import Group, Map, by_clause, by_rule, by_step, matrix_map
 from conformance.reporting.page.profile import Chosen
 from conformance.reporting.page.traffic import Times, Traffic
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import reproductions
 from conformance.reporting.summary import QUICK, tested_share, written_objects
-from conformance.run.verdict import FAILED, NOT_TESTED, CaseResult, Verdict, rule_of_cause
-from conformance.sdo.rules import RULES_BY_ID, Rule
+from conformance.run.verdict import FAILED, NOT_TESTED, CaseResult, Verdict
 
-# What stands for a verdict where there is room for one character: not by colour alone.
-MARKS = {
-    Verdict.PASS: "✓",
-    Verdict.NON_STRICT: "~",
-    Verdict.INFO: "i",
-    Verdict.UNIMPLEMENTED: "∅",
-    Verdict.NOT_TESTABLE: "○",
-    Verdict.FAIL: "✗",
-    Verdict.KNOWN_DEVIATION: "k",
-    Verdict.STALE: "s",
-    Verdict.BENCH_ERROR: "b",
-    Verdict.NOT_RUN: "·",
-}
-PASSED = (Verdict.PASS, Verdict.INFO)
-MATRIX = re.compile(r"matrix\.([^[]+)\[(.*)\]")
 BARS = 24
 # Milliseconds; what is shorter is below the resolution of a log.
 SHORTEST = 0.001
-
-
-@dataclass(frozen=True)
-class Case:
-    """A case on the page: its place there, its result, its frames."""
-
-    number: int
-    result: CaseResult
-    frames: str
-
-    @cached_property
-    def anchor(self) -> str:
-        """Where the page shows it."""
-        return f"c{self.number}"
-
-    @property
-    def mark(self) -> str:
-        """The verdict as a character."""
-        return MARKS[self.result.verdict]
-
-    @property
-    def kind(self) -> str:
-        """The verdict as the name of a style."""
-        return self.result.verdict.value.replace(" ", "-")
-
-    @cached_property
-    def link(self) -> str:
-        """What leads to it, as HTML: a page may have ten of these, of each of many cases."""
-        return f'<a class="mark {self.kind}" href="#{self.anchor}">{self.mark}</a>'
-
-    @cached_property
-    def state(self) -> str:
-        """The state of the server that the case is about; empty for none."""
-        found = MATRIX.fullmatch(self.result.case_id)
-        return found[1] if found else ""
-
-
-def links(cases: Iterable[Case]) -> str:
-    """Return what leads to each of these cases, as HTML."""
-    return "".join([case.link for case in cases])
-
-
-@dataclass(frozen=True, slots=True)
-class CauseShown:
-    """A cause with its rule, the picture of its first failure, and the cases behind it.
-
-    ``files`` lie beside the page and send the frames again; ``replay`` is the command that sends
-    them from the folder of the run, empty where there is none.
-    """
-
-    count: CauseCount
-    rule: Rule | None
-    first: Case
-    diagram: Diagram | None
-    cases: list[Case]
-    files: list[str]
-    replay: str
-
-    @property
-    def kind(self) -> str:
-        """The kind of answer."""
-        return self.count.cause.partition(":")[2].strip() or self.first.result.actual
-
-    @property
-    def counts(self) -> str:
-        """How many cases it has."""
-        return self.count.told
-
-
-def cause_shown(
-    count: CauseCount, cases: list[Case], files: Sequence[str] = (), replay: str = ""
-) -> CauseShown:
-    """Return a cause with these cases, the first of which shows it, and files beside the page."""
-    rule = RULES_BY_ID.get(rule_of_cause(count.cause))
-    drawn = diagram(cases[0].result.trace)
-    return CauseShown(count, rule, cases[0], drawn, cases, list(files), replay)
-
-
-@dataclass
-class Group:
-    """Cases that belong together: to a rule, a clause or a step of the official test."""
-
-    name: str
-    what: str
-    cases: list[Case] = field(default_factory=list)
-    # A rule is broken where a cause is about it; else a group fails where a case of it does.
-    rule: Rule | None = None
-
-    @cached_property
-    def verdicts(self) -> Counter[Verdict]:
-        """How many cases have each verdict."""
-        return Counter(case.result.verdict for case in self.cases)
-
-    @property
-    def passed(self) -> int:
-        """How many passed."""
-        return sum(self.verdicts[each] for each in PASSED)
-
-    @property
-    def failed(self) -> int:
-        """How many failed; of a rule, how many have broken it."""
-        if self.rule is None:
-            return sum(self.verdicts[each] for each in FAILED)
-        failed = (case.result for case in self.cases if case.result.verdict in FAILED)
-        return sum(self.rule.id in result.broken_rules for result in failed)
-
-    @property
-    def others(self) -> int:
-        """How many did neither."""
-        return len(self.cases) - self.passed - self.failed
-
-
-@dataclass(frozen=True, slots=True)
-class Map:
-    """The cases of the matrix: a column for each state, a row for each stimulus."""
-
-    states: list[str]
-    rows: list[tuple[str, list[Case | None]]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -319,52 +183,22 @@ class PageContent:
     @cached_property
     def map(self) -> Map | None:
         """The map of states and stimuli; None where no case of the matrix was selected."""
-        fields: dict[tuple[str, str], Case] = {}
-        for case in self.cases:
-            if found := MATRIX.fullmatch(case.result.case_id):
-                fields.setdefault((found[1], found[2]), case)
-        states = sorted({state for state, _ in fields}, key=_in_a_transfer)
-        stimuli = sorted({stimulus for _, stimulus in fields})
-        rows = [(each, [fields.get((state, each)) for state in states]) for each in stimuli]
-        return Map(states, rows) if fields else None
+        return matrix_map(self.cases)
 
     @cached_property
     def by_rule(self) -> list[Group]:
         """The cases of each rule that was tested."""
-        groups: dict[str, Group] = {}
-        for case in self.cases:
-            tested = case.result.tested_rules | case.result.broken_rules
-            for name in tested & RULES_BY_ID.keys():
-                rule = RULES_BY_ID[name]
-                group = groups.setdefault(name, Group(name, rule.sentence, rule=rule))
-                group.cases.append(case)
-        return [groups[name] for name in RULES_BY_ID if name in groups]
+        return by_rule(self.cases)
 
     @cached_property
     def by_clause(self) -> list[Group]:
         """The cases of each clause."""
-        groups: dict[str, Group] = {}
-        for case in self.cases:
-            clause = case.result.clause
-            groups.setdefault(clause, Group(clause, "")).cases.append(case)
-        return [groups[clause] for clause in sorted(groups, key=_in_numbers)]
+        return by_clause(self.cases)
 
     @cached_property
     def by_step(self) -> list[Group]:
         """The cases that do what a step of the official test does, and more."""
-        groups = [Group(step.name, step.what) for step in OFFICIAL_STEPS]
-        of_case: dict[str, list[Group]] = {}  # that of each device has the same id
-        for case in self.cases:
-            case_id = case.result.case_id
-            if case_id not in of_case:
-                of_case[case_id] = [
-                    group
-                    for group, step in zip(groups, OFFICIAL_STEPS, strict=True)
-                    if case_id.startswith(step.stems)
-                ]
-            for group in of_case[case_id]:
-                group.cases.append(case)
-        return groups
+        return by_step(self.cases)
 
     # Times
 
@@ -414,17 +248,5 @@ def _where(place: Place | None) -> str:
     return f"… {place.lines} frames, which are in {place.log}, {lines}"
 
 
-def _in_a_transfer(state: str) -> tuple[int, str]:
-    """Return a key that puts states into the order in which transfers pass through them."""
-    known = list(STATES)
-    return (known.index(state) if state in known else len(known), state)
-
-
 def _time_of_day(seconds: float) -> str:
     return f"{datetime.fromtimestamp(seconds):%H:%M:%S}"
-
-
-def _in_numbers(clause: str) -> list[tuple[bool, int, str]]:
-    """Return a key that puts 7.2.4.3.10 behind 7.2.4.3.9."""
-    parts = clause.split(".")
-    return [(not part.isdigit(), int(part) if part.isdigit() else 0, part) for part in parts]

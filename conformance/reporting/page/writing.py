@@ -4,7 +4,8 @@ from collections.abc import Collection
 from pathlib import Path
 
 from conformance.reporting.page.case_list import case_list
-from conformance.reporting.page.content import MARKS, PageContent, links
+from conformance.reporting.page.cases import MARKS, links
+from conformance.reporting.page.content import PageContent
 from conformance.reporting.page.observed import Observed, observed
 from conformance.reporting.page.templates import template
 from conformance.reporting.recorded import RecordedRun
