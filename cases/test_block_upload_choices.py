@@ -13,14 +13,13 @@ from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import (
-    BLOCK_SIZE,
     BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOAD_END,
     BLOCK_UPLOAD_INITIATED,
-    LONGEST,
     State,
     by_name,
 )
+from conformance.generated.ways_to_states import BLOCK_SIZE, LONGEST
 from conformance.run.case import may, must
 from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode

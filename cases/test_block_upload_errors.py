@@ -9,7 +9,6 @@ from conformance.dialogue.missing import missing_object, missing_sub_index
 from conformance.dialogue.room import Room
 from conformance.generated.open_transfer import begin
 from conformance.generated.server_states import (
-    BLOCK_SIZE,
     BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOAD_END,
     BLOCK_UPLOAD_INITIATED,
@@ -17,6 +16,7 @@ from conformance.generated.server_states import (
     by_name,
 )
 from conformance.generated.variations import UNKNOWN_SPECIFIERS
+from conformance.generated.ways_to_states import BLOCK_SIZE
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

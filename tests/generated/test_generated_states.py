@@ -16,7 +16,6 @@ from conformance.generated.server_states import (
     BLOCK_DOWNLOADS,
     BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOADS,
-    LONGEST,
     SEGMENTED_DOWNLOADS,
     SEGMENTED_UPLOAD_LAST,
     SEGMENTED_UPLOADS,
@@ -25,6 +24,7 @@ from conformance.generated.server_states import (
     STATES,
     State,
 )
+from conformance.generated.ways_to_states import LONGEST
 from conformance.sdo.frames import BlockSegment, Request
 
 PAGE = Path(__file__).parents[2] / "docs" / "cases.md"

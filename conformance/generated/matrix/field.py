@@ -14,7 +14,8 @@ from conformance.dialogue.room import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.generated.lockstep import Lockstep, knowledge_of
 from conformance.generated.matrix.stimuli import Stimulus, Targets
-from conformance.generated.server_states import BLOCK_DOWNLOAD_BETWEEN, LONGEST, SIZE, State
+from conformance.generated.server_states import BLOCK_DOWNLOAD_BETWEEN, SIZE, State
+from conformance.generated.ways_to_states import LONGEST
 from conformance.sdo.frames import DownloadSegment, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
