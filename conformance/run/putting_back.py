@@ -15,7 +15,7 @@ from conformance.device.safety import WritePolicy
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.values import shown
-from conformance.run.discovery import record_baseline
+from conformance.run.baseline import record_baseline
 from conformance.run.restorer import Restorer
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer

@@ -23,7 +23,8 @@ from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.faults.unusual.segmented_upload import ShortInSegments
 from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
-from conformance.run.discovery import SANITY_ATTEMPTS, discover, record_baseline
+from conformance.run.baseline import SANITY_ATTEMPTS, record_baseline
+from conformance.run.discovery import discover
 from conformance.run.first_request import ask_first
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
