@@ -24,7 +24,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.oracle import Oracle, follow, hearing
+from conformance.sdo.oracle import Oracle, hearing, standing
 from conformance.sdo.rules import Violation
 
 ABORT = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()
@@ -118,7 +118,7 @@ def test_many_ambiguous_requests_are_more_than_can_be_followed() -> None:
 def test_what_could_not_be_followed_is_not_held_against_the_server(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for module in (follow, hearing):
+    for module in (hearing, standing):
         monkeypatch.setattr(module, "MOST_BRANCHES", 100)
     pipeline = Pipeline()
     assert pipeline.burst([READ] * 20 + [AMBIGUOUS] * 20 + [ABORT] + [READ] * 20) == []
