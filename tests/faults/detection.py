@@ -76,6 +76,7 @@ THOROUGH = ("--sdo-thorough", f"--sdo-examples={DEFAULT_EXAMPLES}")
 MORE_THAN_TRANSFERS = (About.LENGTHS, About.OBJECTS, About.CHANNELS, About.NMT)
 BEYOND_TRANSFERS = (
     "test_object_dictionary",
+    "test_object_dictionary_protocols",
     "test_object_dictionary_storage",
     "test_channels",
     "test_channels_stored",
