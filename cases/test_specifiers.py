@@ -19,7 +19,8 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     BlockUploadInitiateResponse,
 )
-from conformance.sdo.layout import Message
+from conformance.sdo.layout import Message, Multiplexer
+from conformance.sdo.rules import MULTIPLEXER, Violation
 from conformance.sdo.rules.download_initiates import BLOCK_DOWNLOAD_RESERVED_BITS
 from conformance.sdo.rules.idle import BLOCK_UNSUPPORTED
 from conformance.sdo.rules.idle import UNKNOWN_SPECIFIER as UNKNOWN
@@ -117,6 +118,7 @@ def test_block_upload_reserved_bits(sdo: Dialogue, blocks: Blocks, bits: int) ->
     "specifier.block-upload",
     "block.unsupported",
     "response.not-refused",
+    "response.multiplexer",
     "block-upload.no-switch",
     clause="7.2.4.3.13",
     crc=[True, False],
@@ -134,6 +136,7 @@ def test_block_upload(sdo: Dialogue, crc: bool) -> None:
     "specifier.block-download",
     "block.unsupported",
     "response.not-refused",
+    "response.multiplexer",
     clause="7.2.4.3.9",
     sized=[True, False],
 )
@@ -146,16 +149,16 @@ def test_block_download(sdo: Dialogue, variable: KnownObject, sized: bool) -> No
 
 def _served_or_unimplemented(
     sdo: Dialogue,
-    mux: object,
+    mux: Multiplexer,
     kind: type[BlockUploadInitiateResponse] | type[BlockDownloadInitiateResponse],
 ) -> None:
     response = sdo.receive()
     if isinstance(response, Abort):
-        abort = sdo.take_abort(response, BLOCK_UNSUPPORTED.codes, response.mux)
-        if abort.mux != mux:
-            raise sdo.breach(f"an abort of {mux}", in_words(response))
+        sdo.take_abort(response, BLOCK_UNSUPPORTED.codes, mux)
         raise Unimplemented(in_words(response))
-    if not isinstance(response, kind) or response.mux != mux:
+    if not isinstance(response, kind):
         raise sdo.breach(
             f"a block initiate response for {mux}, or abort 05040001h", in_words(response)
         )
+    if response.mux != mux:
+        raise Violation(MULTIPLEXER, expected=f"multiplexer {mux}", actual=in_words(response))

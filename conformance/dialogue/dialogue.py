@@ -110,8 +110,8 @@ class Dialogue(Transfers):
         self.send(DownloadInitiate.with_size(mux_of(target), size))
         response = self.receive()
         if isinstance(response, Abort):
-            if size is None and response.code == AbortCode.COMMAND_NOT_VALID not in codes:
-                raise ServerAborted(response)  # it takes no download that indicates no size
+            if size is None and response.code not in codes:
+                raise ServerAborted(response)  # for what follows it cannot be
             self.take_abort(response, codes, target)
             self._expect_nothing_taken(data, 0, size)
             return 0

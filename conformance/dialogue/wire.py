@@ -37,6 +37,7 @@ from conformance.sdo.frames import (
     BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
+    RemoteFrame,
     Request,
     Response,
     UploadInitiate,
@@ -59,11 +60,11 @@ class Wire:
     a block that were sent and not acknowledged, ``crossed`` those that an abort of the server may
     have crossed, and ``let_pass`` are refusals of these. ``misshapen`` is the breach by the shape
     of an answer to what was sent last, and ``server_aborted`` says that the last response was an
-    abort; it is the ``refusal`` where it was that of an initiate. While it is ``fencing``, what
-    comes may have been asked for by what went before; ``after_fence`` is called then. It
-    ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes. ``seen`` is that
-    of ``Keeping``. ``is_proven``: a fence has proven the server idle, and nothing but ordinary
-    uploads followed.
+    abort; it is the ``refusal`` where it was that of an initiate. By ``own_abort`` the suite has
+    ended a transfer since the case sent anything. While it is ``fencing``, what comes may have been
+    asked for by what went before; ``after_fence`` is called then. It ``looks_for_aborts`` before it
+    sends, unless an oracle is shown whatever comes. ``seen`` is that of ``Keeping``. ``is_proven``:
+    a fence has proven the server idle, and nothing but ordinary uploads followed.
     """
 
     def __init__(self, channel: Channel, device: Device, record: CaseRecord) -> None:
@@ -89,6 +90,7 @@ class Wire:
         self.misshapen: Violation | None = None
         self.server_aborted = False
         self.refusal: Abort | None = None
+        self.own_abort: Abort | None = None
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.looks_for_aborts = True
@@ -127,9 +129,8 @@ class Wire:
             if isinstance(decoded, Abort):
                 self.record.early.aborted(running)
             if len(data) < FRAME_LENGTH:
-                # What a careless device may take it for decides on what it may write.
                 decoded = decode_request(whole_frame(data))
-            self._about_to_send(decoded)
+            self._about_to_send(decoded, decoded)
         self.channel.send(data, in_burst=in_burst)
         self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=within)
@@ -145,7 +146,8 @@ class Wire:
                 "needs permission to send SDO requests to other nodes, which may end a transfer "
                 f"that another client has open there: add --sdo-allow={OTHER_NODES}"
             )
-        self._about_to_send(decode_request(whole_frame(frame.data)))
+        like = decode_request(whole_frame(frame.data))
+        self._about_to_send(RemoteFrame(frame.data, frame.dlc) if frame.remote else like, like)
         self.channel.send_frame(frame)
         self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=self.tracker.open is not None)
@@ -161,7 +163,7 @@ class Wire:
         mux = self.tracker.open
         if mux is None:
             raise RuntimeError("no transfer is open")
-        abort = Abort(mux, AbortCode.GENERAL_ERROR)
+        self.own_abort = abort = Abort(mux, AbortCode.GENERAL_ERROR)
         self.is_proven = False
         self.delivered.request(self.tracker.request(abort.encode()))
         self.channel.send(abort)
@@ -169,22 +171,24 @@ class Wire:
         self.timing.ended()
         return abort
 
-    def _about_to_send(self, request: Request) -> None:
+    def _about_to_send(self, request: Request, like: Request) -> None:
         """Take note of what goes out next, before an interruption could come in between.
 
-        Raises WriteNotPermitted or NotTestable.
+        A careless device may take it for the request that it is ``like``: that decides on what it
+        may write. Raises WriteNotPermitted or NotTestable.
         """
-        reads = isinstance(request, READING)
-        target = None if reads else self.effects.permit(request)
+        reads = isinstance(like, READING)
+        target = None if reads else self.effects.permit(like)
         self.sent_before, self.last_sent = self.last_sent, request
         if not self.fencing:
+            self.own_abort = None
             self.record.early.sent(request)
         self.segments = int(isinstance(request, BlockSegment))
         self.timing.sent(task_of(request, self.tracker.open))
         self._read = b""
         self.is_proven = self.is_proven and isinstance(request, PLAIN_READING)
         if not reads:
-            self.effects.note(request, target)
+            self.effects.note(like, target)
 
     def _about_to_send_another(self, segment: BlockSegment) -> None:
         """Take note of a segment behind another one: nothing is new but what it brings."""

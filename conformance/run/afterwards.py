@@ -15,7 +15,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, Response
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
-from conformance.sdo.rules.idle import OUT_OF_BLOCK
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, OUT_OF_BLOCK
 
 STREAMS = (OUT_OF_BLOCK.id, "segments are sent by and by")
 
@@ -30,6 +30,11 @@ class Leaving:
     afterwards: Afterwards
     violation: Violation | None = None
     stray: Sequence[Response] = ()
+
+    @property
+    def answers_abort(self) -> bool:
+        """Whether the first that came is an abort, behind that by which the suite left."""
+        return self.violation is not None and self.violation.rule is ABORT_NOT_ANSWERED
 
 
 class Proof(Enum):
@@ -130,7 +135,8 @@ def _look(sdo: Dialogue) -> Leaving:
         return _recover(sdo, error)
     if not stray:
         return Leaving(Afterwards.IDLE)
-    first = unasked(stray[0], aborted=aborted)
+    echoed = stray[0] == sdo.wire.own_abort
+    first = unasked(stray[0], aborted=aborted or echoed)
     others = stray[1:]
     if others:
         first = Violation(

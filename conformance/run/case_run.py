@@ -243,7 +243,7 @@ class CaseRun:
         if crossed is not None:
             # What was taken for the answer had come for something else.
             crossed.request, error = sdo.wire.sent_before, crossed
-        refused = confirmed_and_refused(error, stray, asked) if stray else None
+        refused = confirmed_and_refused(error, leaving, asked) if leaving is not None else None
         error = refused or error
         misshapen = sdo.wire.misshapen
         if misshapen is not None and isinstance(error, Violation | ServerAborted):

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from conformance.bus.errors import BenchError
 from conformance.device.lacking import NotTestable, Unimplemented
 from conformance.dialogue.causes import Cause, Causes, Standing, kind_of_answer
+from conformance.run.afterwards import Leaving
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
@@ -193,18 +194,21 @@ def crossing(
 
 
 def confirmed_and_refused(
-    error: BaseException | None, stray: Sequence[Response], asked: Request
+    error: BaseException | None, leaving: Leaving, asked: Request
 ) -> Violation | None:
     """Return what was wrong where an abort came behind the confirmation of a download.
 
-    ``stray`` is what came when the case was over, ``asked`` what it had sent last.
+    ``leaving`` has what came when the case was over, ``asked`` is what it had sent last. An abort
+    behind that of the suite answers this one.
     """
     last = isinstance(asked, DownloadSegment) and asked.last
-    if not (isinstance(error, Violation) and last and isinstance(as_answer(stray[0]), Abort)):
+    if not (isinstance(error, Violation) and last and leaving.stray) or leaving.answers_abort:
         return None
-    if kind_of_answer(error.actual) != "download segment response":
+    abort = as_answer(leaving.stray[0])
+    confirmed = kind_of_answer(error.actual) == "download segment response"
+    if not confirmed or not isinstance(abort, Abort):
         return None
-    both = f"{error.actual}, and {in_words(as_answer(stray[0]))} behind it"
+    both = f"{error.actual}, and {in_words(abort)} behind it"
     found = Violation(UNSOLICITED, expected=error.expected, actual=both)
     found.habit = (UNSOLICITED.id, "an abort behind the confirmation of a download")
     return found

@@ -26,6 +26,7 @@ from conformance.sdo.frames import (
     DownloadInitiateResponse,
     DownloadSegment,
     DownloadSegmentResponse,
+    RemoteFrame,
     Request,
     Response,
     Unknown,
@@ -198,6 +199,11 @@ def _(message: Unknown) -> str:
     if len(message.frame) != FRAME_LENGTH:
         return f"{_bytes(len(message.frame))} instead of 8: {hex_bytes(message.frame)}"
     return f"command specifier {message.frame[0]:02X}h, which is not defined"
+
+
+@_words.register
+def _(message: RemoteFrame) -> str:
+    return f"remote frame, DLC {message.dlc}"
 
 
 # A look into this cache takes a third of what singledispatch takes to find a kind.

@@ -337,6 +337,13 @@ class Unknown:
         return self.frame
 
 
+@dataclass(frozen=True, slots=True)
+class RemoteFrame(Unknown):
+    """A remote frame on the COB-ID of the requests: it has a DLC and no data, so no request."""
+
+    dlc: int = 0
+
+
 RequestMessage = (
     DownloadInitiate
     | DownloadSegment

@@ -25,6 +25,7 @@ from conformance.sdo.frames import (
     BlockUploadInitiate,
     DownloadInitiate,
     DownloadSegment,
+    RemoteFrame,
     Request,
     Unknown,
     UploadInitiate,
@@ -311,6 +312,12 @@ def test_wrong_data_are_one_cause_whatever_was_asked_last() -> None:
 def test_reserved_bits_make_no_other_request() -> None:
     assert kind_of_request(UploadInitiate(MUX, reserved_bits=1)) == "upload initiate"
     assert kind_of_request(BlockAck(1, 2, reserved=b"\1\2\3\4\5")) == "block acknowledgement"
+
+
+def test_a_remote_frame_is_no_request() -> None:
+    silence = violation(ANSWERED, "nothing within 1000 ms")
+    cause = cause_of(silence, ANSWERED, RemoteFrame(b"", 8))
+    assert cause == Cause(ANSWERED.id, "no answer to remote frame")
 
 
 def test_a_served_sub_index_ffh_is_one_of_those_that_are_served() -> None:

@@ -22,6 +22,10 @@ RESERVED = "response.reserved: other than 0"
 DISTURBED = "channel.independent: a transfer on one channel disturbs that on another"
 UNSTORED = "response.not-refused: a download that is confirmed and not stored"
 BEHIND_LAST = "block-upload.end: block segment"
+UNSIZED = "response.not-refused: abort 06010000h to download initiate, size not indicated"
+MULTIPLEXER = "response.multiplexer: abort"
+TOGGLE = "segmented-download.toggle: download segment response"
+REMOTE = "response.answered: no answer to remote frame"
 BLOCK_UPLOADS = ("test_block_upload_errors.py", "test_block_upload_choices.py")
 
 
@@ -79,3 +83,22 @@ def test_it_is_told_as_one_cause(
     told = Counter(run.causes[case_id] for case_id in run.failed())
     assert told.most_common(1)[0][0] == cause
     assert len(told) <= 1 + others
+
+
+@pytest.mark.parametrize(
+    ("fault", "cause", "chosen"),
+    [
+        # No size has come yet that could be too large.
+        ("unsized-downloads-unsupported", UNSIZED, "number-too-long-not-indicated"),
+        ("unsized-downloads-unsupported", UNSIZED, "number-too-short-not-indicated"),
+        # That block transfers are refused is allowed.
+        ("blocks-refused-without-multiplexer", MULTIPLEXER, "specifier.block-"),
+        # The abort that comes is that of the suite.
+        ("download-toggle-ignored+abort-echoed-late", TOGGLE, "segmented-download.number-toggle"),
+        ("dead-after-remote", REMOTE, "frame.remote"),
+    ],
+)
+def test_it_is_named_for_what_it_is(fault: str, cause: str, chosen: str) -> None:
+    run = run_cases(fault, "--sdo-response-timeout=0.25", "-k", chosen)
+    assert run.failed()
+    assert {run.causes[case_id] for case_id in run.failed()} == {cause}

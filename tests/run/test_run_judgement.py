@@ -2,7 +2,10 @@
 
 import pytest
 
+from conformance.dialogue.odd_frames import unasked
+from conformance.run.afterwards import Leaving
 from conformance.run.judgement import Point, confirmed_and_refused, crossing
+from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
@@ -144,7 +147,7 @@ CONFIRMED = Violation(TOGGLE, expected="an abort", actual=in_words(DownloadSegme
 
 
 def test_an_abort_behind_a_confirmation_is_a_cause_of_its_own() -> None:
-    found = confirmed_and_refused(CONFIRMED, [ABORT], LAST)
+    found = confirmed_and_refused(CONFIRMED, Leaving(Afterwards.IDLE, stray=[ABORT]), LAST)
     assert found is not None
     assert found.habit == (UNSOLICITED.id, "an abort behind the confirmation of a download")
 
@@ -162,4 +165,9 @@ def test_an_abort_behind_a_confirmation_is_a_cause_of_its_own() -> None:
 def test_what_is_no_abort_behind_a_confirmation(
     error: Exception | None, stray: Response, asked: Request
 ) -> None:
-    assert confirmed_and_refused(error, [stray], asked) is None
+    assert confirmed_and_refused(error, Leaving(Afterwards.IDLE, stray=[stray]), asked) is None
+
+
+def test_what_answers_the_abort_of_the_suite_is_none_behind_a_confirmation() -> None:
+    answers = Leaving(Afterwards.IDLE, unasked(ABORT, aborted=True), [ABORT])
+    assert confirmed_and_refused(CONFIRMED, answers, LAST) is None

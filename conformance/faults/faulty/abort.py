@@ -196,6 +196,24 @@ class EveryAbortAnswered(Server):
         return [*super().on_abort(request), Abort(NO_MULTIPLEXER, AbortCode.COMMAND_NOT_VALID)]
 
 
+@fault("abort-echoed-late", Defect.ABORT, "abort.not-answered", "run.outside-the-cases")
+class EchoedLate(Server):
+    """Sends every abort of the client back, behind the answer to its next request."""
+
+    echo: tuple[Response, ...] = ()
+
+    def on_abort(self, request: Abort) -> list[Response]:
+        self.echo = (request,)
+        return super().on_abort(request)
+
+    def react(self, request: Request) -> list[Response]:
+        responses = super().react(request)
+        if not responses or isinstance(request, Abort):
+            return responses
+        echo, self.echo = self.echo, ()
+        return [*responses, *echo]
+
+
 @fault(
     "request-behind-abort-lost",
     Defect.ROBUSTNESS,

@@ -82,6 +82,17 @@ class AbortsRemote(Node):
         return super().receive(frame)
 
 
+@fault("dead-after-remote", Defect.ROBUSTNESS, "frame.remote")
+class DeadAfterRemote(Node):
+    """Answers nothing behind a remote frame: the data that it reads are not there."""
+
+    is_dead = False
+
+    def receive(self, frame: CanFrame) -> list[CanFrame]:
+        self.is_dead |= frame.can_id == self.request_id and frame.remote
+        return [] if self.is_dead else super().receive(frame)
+
+
 @fault("short-request-from-stale-buffer", Defect.FRAME_SHAPE, "frame.short")
 class StaleBuffer(_StaleBuffer):
     """Completes a request of fewer than 8 bytes with what was received before it."""

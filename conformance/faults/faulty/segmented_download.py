@@ -400,12 +400,23 @@ class ConfirmedThenRefused(Server):
 class UnsizedDownloadsRefused(Server):
     """Refuses segmented and block downloads that do not indicate their size."""
 
+    code = AbortCode.LENGTH_MISMATCH
+
     def on_download_initiate(self, request: DownloadInitiate) -> list[Response]:
         if not request.expedited and not request.sized:
-            raise Refusal(AbortCode.LENGTH_MISMATCH)
+            raise Refusal(self.code)
         return super().on_download_initiate(request)
 
     def on_block_download_initiate(self, request: BlockDownloadInitiate) -> list[Response]:
         if not request.sized:
-            raise Refusal(AbortCode.LENGTH_MISMATCH)
+            raise Refusal(self.code)
         return super().on_block_download_initiate(request)
+
+
+@fault(
+    "unsized-downloads-unsupported", Defect.ACCESS_OR_SIZE, "segmented-download.size-not-indicated"
+)
+class UnsizedDownloadsUnsupported(UnsizedDownloadsRefused):
+    """Refuses downloads that do not indicate their size as access that it does not support."""
+
+    code = AbortCode.UNSUPPORTED_ACCESS

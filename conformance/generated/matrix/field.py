@@ -16,7 +16,7 @@ from conformance.generated.lockstep import Lockstep, knowledge_of
 from conformance.generated.matrix.stimuli import Stimulus, Targets
 from conformance.generated.server_states import BLOCK_DOWNLOAD_BETWEEN, SIZE, State
 from conformance.generated.ways_to_states import LONGEST
-from conformance.sdo.frames import DownloadSegment, Request
+from conformance.sdo.frames import DownloadSegment, RemoteFrame, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import IDLE_AFTERWARDS, Violation
@@ -52,7 +52,9 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
             lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
         lockstep.send(stimulus(targets), point=True)
         # What a server keeps of data that are not due it may store when it is aborted.
-        stray = isinstance(sdo.wire.last_sent, DownloadSegment) and not state.downloads
+        stray = (
+            isinstance(sdo.wire.last_sent, DownloadSegment | RemoteFrame) and not state.downloads
+        )
         try:
             lockstep.settle(known.mux, abort=stray)
         except Violation as behind:
