@@ -272,7 +272,8 @@ class Channel:
         oracle, asked = self.oracle, self.asked
         self._tell()
         pause = last is not None and seen.time - last.time >= SERVER_TIMEOUT
-        if pause and oracle.awaited is Awaited.NOTHING:
+        unasked = pause and oracle.awaited is Awaited.NOTHING
+        if unasked:
             oracle.silence()
         unknown = oracle.is_unwatched
         taken = self._burst.answered(seen.frame.data, in_sub_block=oracle.in_sub_block)
@@ -283,7 +284,7 @@ class Channel:
             self.not_judged.append(seen.number)
         ended = oracle.ended
         timed_out = pause and ended is not None and ended.abort.code == AbortCode.TIMED_OUT
-        if ended is not None and (timed_out or not ended.refusal):
+        if ended is not None and (unasked or timed_out or not ended.refusal):
             # It may do so at any time; whether it does so every time no log can tell.
             findings = [found for found in findings if found is not ended.violation]
         behind = self._behind.found(blamed=bool(findings))

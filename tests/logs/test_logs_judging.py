@@ -59,6 +59,26 @@ def test_what_a_server_may_do_in_a_silence(lines: tuple[str, ...]) -> None:
     assert found_in(IDLE, *lines) == []
 
 
+@pytest.mark.parametrize(
+    "begun",
+    [
+        ("0.1 > 21 10 20 00 14", "0.101 < 60 10 20 00"),
+        ("0.1 > 40 10 20 00", "0.101 < 41 10 20 00 14"),
+        ("0.1 > A0 10 20 00 10", "0.101 < C2 10 20 00 14"),
+        BLOCK,
+        (*BLOCK, "0.102 > 01 30 31 32 33 34 35 36"),
+    ],
+    ids=["download", "upload", "block-upload", "block-download", "sub-block"],
+)
+@pytest.mark.parametrize("time", ["0.11", "0.14", "1.3"])
+@pytest.mark.parametrize("code", ["22 00 00 08", "21 00 00 08", "00 00 00 08"])
+def test_a_server_may_end_a_transfer_for_a_reason_of_its_own(
+    begun: tuple[str, ...], time: str, code: str
+) -> None:
+    aborted = f"{time} < 80 10 20 00 {code}"
+    assert found_in(IDLE, *begun, aborted, f"1.4 {READ}", f"1.401 {SERVED}") == []
+
+
 def test_each_request_that_is_never_answered_is_found() -> None:
     asked = (f"0.1 {READ}", f"1.1 {OTHER}", f"2.1 {WRITE}")
     assert found_in(IDLE, *asked, "9.1 > 40 01 20 00", "9.101 < 4F 01 20 00", END) == [
