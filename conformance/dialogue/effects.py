@@ -9,6 +9,7 @@ from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
+    BlockDownloadInitiate,
     BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
@@ -38,12 +39,17 @@ FIRST_LIKE_INITIATE = 0x20
 
 
 class Effects:
-    """What the requests of one case may change, on one channel of a device."""
+    """What the requests of one case may change, on one channel of a device.
+
+    ``spelled`` are the objects to which segments of the latest block download would be writes, if
+    the server had ended it.
+    """
 
     def __init__(self, device: Device, record: CaseRecord) -> None:
         """Take the device, and what is known of the case."""
         self._device = device
         self._record = record
+        self.spelled: set[Multiplexer] = set()
         # What was written within an initiate last, and what objects read before they were probed.
         self._expedited: Multiplexer | None = None
         self._before: dict[Multiplexer, bytes] = {}
@@ -71,6 +77,8 @@ class Effects:
         """
         device, record = self._device, self._record
         device.extents.request(request)
+        if isinstance(request, BlockDownloadInitiate):
+            self.spelled.clear()
         if target is not None:
             self._note_written(request, target)
         if record.written or not isinstance(request, Abort):
@@ -100,10 +108,13 @@ class Effects:
         self._device.extents.request(segment)
         if segment.sequence >= FIRST_LIKE_INITIATE:
             target = written_by(decode_request(segment.encode()))
-            if target is not None and self._device.would_lose(target):
+            if target is None:
+                return
+            if self._device.would_lose(target):
                 raise NotTestable(
                     f"a segment would be a write to {target} if the server had ended the transfer"
                 )
+            self.spelled.add(target)
 
     def note_taken_segment(self, mux: Multiplexer) -> None:
         """Note that a server that had ended a block download has taken a segment for a write.

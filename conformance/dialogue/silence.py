@@ -168,10 +168,10 @@ class Silence:
         return True
 
     def _taken_segment(self, response: Response) -> Multiplexer | None:
-        """Return the object that an answer says was written, if no case has meant to write it."""
+        """Return the object that an answer says was written, if a segment that crossed names it."""
         if not isinstance(response, DownloadInitiateResponse):
             return None
-        return None if response.mux in self._wire.record.written else response.mux
+        return response.mux if response.mux in self._wire.effects.spelled else None
 
     def _no_answer(self, stray: list[Response]) -> Violation:
         heard = self._wire.heard_elsewhere()
