@@ -123,7 +123,7 @@ class Cause:
 SWITCHED = Cause(NO_SWITCH.id, "upload initiate response")
 SWITCHES = frozenset(
     (rule.id, SWITCHED.answer)
-    for rule in (NO_SWITCH, ABOVE_THRESHOLD, INVALID_BLOCK_SIZE, BLOCK_UNSUPPORTED, NOT_REFUSED)
+    for rule in (NO_SWITCH, ABOVE_THRESHOLD, INVALID_BLOCK_SIZE, BLOCK_UNSUPPORTED, SPECIFIER)
 )
 # A sub-index that an object lacks is served, FFh among others.
 SERVED = Cause("object.sub-index-missing", "served")
@@ -196,7 +196,11 @@ def cause_of(violation: Violation, rule: Rule, request: Request) -> Cause:
         answer = "abort"
     if rule.id == ABORT_CODE.id and answer.startswith("abort "):
         answer = "abort with a code that is none"
-    if isinstance(request, BlockUploadInitiate) and (rule.id, answer) in SWITCHES:
+    if (
+        isinstance(request, BlockUploadInitiate)
+        and (rule.id, answer) in SWITCHES
+        and str(request.mux) in violation.actual  # else it answers what was asked before
+    ):
         return SWITCHED
     if answer == NO_ANSWER and rule.id in OF_SUB_BLOCKS and isinstance(request, BlockAck):
         rule = ANSWERED  # it was answered by fewer segments than it asks for, perhaps by none

@@ -41,7 +41,7 @@ def missing_sub_index(sdo: Transfers, index: int) -> Multiplexer:
     names = ", ".join(f"{sub:02X}h" for sub in MISSING_SUB_INDICES)
     if index in IDENTITY:
         raise Violation(
-            MISSING_REFUSED,
+            SUB_INDEX_MISSING,
             expected=f"an abort: {index:04X}h has no sub-indices {names}",
             actual="each of them is served",
         )

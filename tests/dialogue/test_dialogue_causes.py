@@ -329,11 +329,19 @@ def test_a_served_sub_index_ffh_is_one_of_those_that_are_served() -> None:
     assert causes.told_as(structure, READ, "a.case", generated=False) == served
 
 
-@pytest.mark.parametrize("rule_id", ["block-upload.above-threshold", "block.unsupported"])
+@pytest.mark.parametrize(
+    "rule_id", ["block-upload.above-threshold", "block.unsupported", "response.specifier"]
+)
 def test_an_ordinary_upload_for_a_block_upload_is_one_cause(rule_id: str) -> None:
-    ordinary = violation(rule_of(rule_id), from_hex("43 00 10 00 92 01 00 00"))
+    ordinary = violation(rule_of(rule_id), from_hex("43 10 20 01 92 01 00 00"))
     cause = cause_of(ordinary, ordinary.rule, BlockUploadInitiate(MUX, 127))
     assert cause == Cause("block-upload.no-switch", "upload initiate response")
+
+
+def test_an_ordinary_upload_of_another_object_is_no_answer_to_a_block_upload() -> None:
+    late = violation(SPECIFIER, from_hex("43 00 10 00 92 01 00 00"))
+    cause = cause_of(late, late.rule, BlockUploadInitiate(MUX, 127))
+    assert cause == Cause("response.specifier", "upload initiate response to block upload initiate")
 
 
 OTHER_DATA = violation(NOT_REFUSED, "2 bytes: 01 02")

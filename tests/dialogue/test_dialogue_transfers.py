@@ -310,8 +310,8 @@ def test_a_device_that_serves_everything() -> None:
             missing_sub_index(sdo, 0x1018)
         with pytest.raises(Violation) as everything:
             missing_object(sdo)
-    assert variable.value.rule is rule_of("object.sub-index-missing")
-    assert identity.value.rule is everything.value.rule is MISSING_REFUSED
+    assert variable.value.rule is identity.value.rule is rule_of("object.sub-index-missing")
+    assert everything.value.rule is MISSING_REFUSED
 
 
 def test_silence_is_no_refusal() -> None:
