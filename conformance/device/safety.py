@@ -4,13 +4,17 @@ was permitted by name.
 
 from collections.abc import Iterable
 
+from conformance.bus.channel import Channel
 from conformance.bus.errors import WriteNotPermitted
 from conformance.device.protected_objects import (
+    OTHER_NODES,
     READ_ONLY_PROBES,
     group_of,
     how_to_permit,
     protection,
 )
+from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.frames import (
     BlockDownloadInitiate,
     DownloadInitiate,
@@ -85,3 +89,10 @@ def written_by(request: Request) -> Multiplexer | None:
     if isinstance(request, WRITING):
         return request.mux
     return None
+
+
+def may_ask(frame: CanFrame, channel: Channel, permissions: frozenset[str]) -> bool:
+    """Say whether a frame is for the node of a channel, or requests to others are permitted."""
+    asks = frame.can_id & ~0x7F == REQUEST_BASE and not frame.extended
+    own = frame.can_id in (channel.request_id, REQUEST_BASE + channel.node_id)
+    return own or not asks or OTHER_NODES in permissions

@@ -13,6 +13,7 @@ from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
 from conformance.device.protected_objects import OTHER_NODES
+from conformance.device.safety import may_ask
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
 from conformance.dialogue.delivered import Delivered
 from conformance.dialogue.early import INITIATES, leaves
@@ -28,7 +29,6 @@ from conformance.dialogue.tracker import ENDING, TransferTracker
 from conformance.dialogue.waits import MOST_SURPLUS, Waits
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.decoding import decode_request, decode_segment
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
@@ -141,7 +141,7 @@ class Wire:
         """Send any CAN frame, a request or not; raises NotTestable for one that the bus cannot."""
         if frame.remote and not self.channel.link.sends_remote_frames:
             raise NotTestable(f"needs remote frames, which {self.channel.link.name} cannot send")
-        if not self.may_ask(frame):
+        if not may_ask(frame, self.channel, self.device.permissions):
             raise NotTestable(
                 "needs permission to send SDO requests to other nodes, which may end a transfer "
                 f"that another client has open there: add --sdo-allow={OTHER_NODES}"
@@ -151,12 +151,6 @@ class Wire:
         self.channel.send_frame(frame)
         self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=self.tracker.open is not None)
-
-    def may_ask(self, frame: CanFrame) -> bool:
-        """Say whether a frame is for this node, or requests to others are permitted."""
-        asks = frame.can_id & ~0x7F == REQUEST_BASE and not frame.extended
-        own = frame.can_id in (self.channel.request_id, REQUEST_BASE + self.device.node_id)
-        return own or not asks or OTHER_NODES in self.device.permissions
 
     def abort_open(self) -> Abort:
         """Abort the open transfer from the client's side; return the abort."""

@@ -7,6 +7,7 @@ from itertools import takewhile
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.device.lacking import NotTestable
+from conformance.device.safety import may_ask
 from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.early import INITIATES
@@ -294,7 +295,7 @@ class Lockstep:
 
     def may_ask(self, frame: CanFrame) -> bool:
         """Say whether the node that a frame is for may be sent requests."""
-        return self._sdo.wire.may_ask(frame)
+        return may_ask(frame, self._sdo.channel, self._sdo.device.permissions)
 
     def settle(self, mux: Multiplexer, *, abort: bool = False) -> None:
         """Abort what may be open, and prove by a fence that nothing more comes.
