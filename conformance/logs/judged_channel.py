@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from conformance.logs.behind import Behind
 from conformance.logs.burst import Burst
+from conformance.logs.emptied import Emptied
 from conformance.logs.exchanges import ASKING, Exchanges, is_one_of
 from conformance.logs.findings import Finding, Found, NotFollowed, Remark
 from conformance.logs.patience import INITIATES, Patience
@@ -82,6 +83,7 @@ class Channel:
     _waits: bool = False
     _burst: Burst = field(default_factory=Burst)
     _behind: Behind = field(default_factory=Behind)
+    _emptied: Emptied = field(default_factory=Emptied)
 
     @classmethod
     def of(
@@ -119,6 +121,7 @@ class Channel:
         self._follow_open(seen)
         self._patience.asked(seen.frame.data, in_sub_block=oracle.in_sub_block)
         self._burst.sent(seen.frame.data, in_sub_block=oracle.in_sub_block)
+        self._emptied.asked(seen.frame.data, in_sub_block=oracle.in_sub_block)
         if not oracle.in_sub_block:
             self._behind.asked(seen)
         if oracle.idle and is_one_of(ASKING, seen.frame):
@@ -140,6 +143,9 @@ class Channel:
         if not self._is_followed(seen, last):
             self.not_judged.append(seen.number)
         else:
+            emptied = self._emptied.answered(seen.frame.data)
+            if emptied is not None:
+                yield Remark(self.node_id, seen, emptied)
             if not self._exchanges.has(self.asked, seen):
                 yield from self._judged(seen, last)
             yield from self._limited(seen)
@@ -193,6 +199,7 @@ class Channel:
         self._open.clear()
         self._burst.clear()
         self._behind.clear()
+        self._emptied.clear()
 
     def end(self, now: float) -> Iterator[Found]:
         """Yield which answers have not come until now."""
