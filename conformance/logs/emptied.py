@@ -79,10 +79,10 @@ class Emptied:
             case UploadInitiateResponse(mux=mux) as response if mux == self._read:
                 if response.expedited:
                     return self._ended(mux, len(response.data))
-            case UploadSegmentResponse() as response if (mux := self._read) is not None:
+            case UploadSegmentResponse() as response if self._read is not None:
                 self._size += len(response.data)
                 if response.last:
-                    return self._ended(mux, self._size)
+                    return self._ended(self._read, self._size)
             case _:
                 self._begin()
         return None
