@@ -24,6 +24,7 @@ from conformance.dialogue.object_expectations import (
     scan,
     unchanged,
     value_of,
+    value_to_write_back,
     whole_value,
     write_quickly,
 )
@@ -130,7 +131,8 @@ def test_default_of_parameter(
     found = storage.loaded_defaults().get(entry.mux)
     if found is None:
         raise NotTestable("the object was not served when the defaults had been loaded")
-    if not same_value(entry, found, with_spaces(entry, due, found)):
+    seen_of_it = device.known.get(entry.mux, entry)
+    if not same_value(seen_of_it, found, with_spaces(entry, due, found)):
         if changes_by_itself(sdo, entry.mux):
             raise NotTestable(CHANGES)
         raise sdo.breach(f"{entry} reads {shown(due)} after the defaults were loaded", shown(found))
@@ -195,7 +197,7 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
 def test_write_back(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
-    value = whole_value(device, entry) or blocks.read(entry)
+    value = value_to_write_back(blocks, device, entry)
     expect_written_back(sdo, entry, write_quickly(sdo, entry, value), value)
 
 

@@ -150,6 +150,8 @@ class Device:
 
     def may_put_back(self, mux: Multiplexer) -> bool:
         """Say whether an entry may be written with the value that it had before the run."""
+        if mux in self.lengths and self.lengths[mux].irreplaceable:
+            return False
         return self.policy.permits(mux) and mux not in self.permits.never
 
     def may_be_sent(self, request: Request, target: Multiplexer) -> bool:

@@ -11,8 +11,9 @@ class Lengths:
     """The lengths, in bytes, that a string or domain takes.
 
     ``taken`` are some that it has taken. ``most`` is the largest, None until it was measured; a
-    ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in
-    words. Shorter values than ``filled`` bytes are filled up to as many. Behind shorter ones than
+    ``fixed`` one is the only one. ``refusal`` is how the device refuses others, in words. A value
+    is ``irreplaceable`` that is refused as too long though it reads so: nothing is written there.
+    Shorter values than ``filled`` bytes are filled up to as many. Behind shorter ones than
     ``lasting`` bytes the end of a longer one stays: what is longer would last. Between lengths that
     are taken there may be ``refused`` ones. ``whole`` are some that were written in segments, and
     read whole. It was ``asked`` for room once. ``much`` is how many bytes it took when it was asked
@@ -23,6 +24,7 @@ class Lengths:
     most: int | None = None
     fixed: bool = False
     refusal: str = ""
+    irreplaceable: bool = False
     filled: int = 0
     lasting: int = 0
     refused: set[int] = field(default_factory=set)
@@ -52,7 +54,7 @@ class Lengths:
         """Return what to write where ``wanted`` bytes would be best; None to try just these."""
         if self.fixed:
             return self.most
-        if self.filled:
+        if self.filled and (self.most is None or self.filled <= self.most):
             return self.filled
         if wanted in self.refused and self.taken:
             return max((taken for taken in self.taken if taken < wanted), default=min(self.taken))

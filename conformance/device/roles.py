@@ -180,6 +180,12 @@ class Roles:
             return NotTestable(
                 f"needs {what}; {self.device.serving.way_out(refused, self.device.permissions)}"
             )
+        for known in self.device.objects:
+            if self.device.lengths[known.mux].irreplaceable and any(each(known) for each in fits):
+                return NotTestable(
+                    f"needs {what}; {known} would do, but reads longer than may be written: what "
+                    "it holds could not be put back"
+                )
         return lacking(self.device, what, example, *fits)
 
     def _refused_by_state(self, fits: Iterable[Fits]) -> Refused | None:
@@ -205,6 +211,7 @@ class Roles:
             and self.device.policy.permits(known.mux)
             and self.device.serving.refusal(Service.DOWNLOAD, known.mux) is None
             and group_of(known.mux.index) is None
+            and not self.device.lengths[known.mux].irreplaceable
         ]
         return sorted(found, key=lambda known: known.is_limited)
 

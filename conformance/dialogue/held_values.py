@@ -25,6 +25,7 @@ def expect_stated(sdo: Transfers, known: KnownObject, stated: bytes) -> None:
     00h is a VISIBLE_CHAR (7.1.6.3), which such a file cannot state: a text with some behind it
     breaks a SHOULD.
     """
+    known = sdo.device.known.get(known.mux, known)  # with what was seen of it
     found = sdo.upload(known)
     _expect_found(sdo, known, with_spaces(known, stated, found), found)
     is_text = known.data_type is DataType.VISIBLE_STRING

@@ -13,7 +13,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.changing import changes_by_itself, is_steady
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storing import write_in_blocks
-from conformance.dialogue.values import check_constant, same_value, shown
+from conformance.dialogue.values import check_constant, longer_than_taken, same_value, shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
@@ -105,6 +105,20 @@ def whole_value(device: Device, entry: KnownObject) -> bytes | None:
     return value if len(value) > LONG_VALUE else None
 
 
+def value_to_write_back(blocks: Blocks, device: Device, entry: KnownObject) -> bytes:
+    """Return the value that an entry has, without what fills it up where it takes none so long.
+
+    Raises Violation for one that reads longer than may be written, and is not filled up.
+    """
+    known = device.known.get(entry.mux, entry)
+    if known.habits.beyond:
+        return device.values[entry.mux]
+    value = whole_value(device, entry) or blocks.read(entry)
+    if device.lengths[entry.mux].irreplaceable:
+        raise longer_than_taken(entry, value)
+    return value
+
+
 def is_known_to_go(device: Device, value: bytes) -> bool:
     """Say whether a very long value is known to go in segments: one that counts as far did so."""
     whole = [size for lengths in device.lengths.values() for size in lengths.whole]
@@ -160,7 +174,7 @@ def expect_written_back(
     """
     if abort is None:
         if is_steady(sdo.device, entry):
-            Blocks(sdo).expect_value(entry, value)
+            Blocks(sdo).expect_value(sdo.device.known.get(entry.mux, entry), value)
         return
     refusal = in_words(abort)
     in_use = entry.mux.index in IN_ORDER and abort.code in KEPT_IN_USE

@@ -410,7 +410,7 @@ class Room:
         needed = 7 * (segments - 1) + 1
         try:
             known = Roles(self._device).variable(needed)
-            data = self.prepare(known, 7 * segments - 1, least=needed)
+            data = known.habits.filling(self.prepare(known, 7 * segments - 1, least=needed))
         except (NotTestable, Violation):
             # What only the device changes may be another value the next time.
             for known in sorted(self._device.objects, key=self._last_to_be_read):

@@ -209,7 +209,7 @@ class Storage:
         why = (
             f"{first} is written in an order of its own"
             if ordered
-            else self._device.permits.refusal(first)
+            else self._device.permits.refusal(first) or f"{first} refuses what it reads"
         )
         raise NotTestable(
             f"what {names}{more} hold may be no default, and could not be put back ({why}){BY_HAND}"

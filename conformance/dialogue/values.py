@@ -16,6 +16,8 @@ from conformance.sdo.rules.sizes import TYPE_LENGTH, VARIABLE_LENGTH
 
 LENGTH_OF_ANOTHER = (TYPE_LENGTH.id, "values read with more or fewer bytes than they have")
 
+LONGER_THAN_TAKEN = (VARIABLE_LENGTH.id, "values read longer than may be written")
+
 
 def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
     """Compare values: the 00h that ends a string is optional.
@@ -49,6 +51,8 @@ def not_as_written(known: KnownObject, due: bytes, found: bytes) -> Violation:
         return of_another_length(known, found)
     if known.habits.keeps_tails:
         return tail_kept(known, due)
+    if known.habits.beyond:
+        return longer_than_taken(known, found)
     return filled_up(known, due, found)
 
 
@@ -141,6 +145,17 @@ def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
         expected=f"{known} to take values of {len(due)} bytes",
         actual=f"shorter values are filled up with 00h, {len(found)} bytes in all",
     )
+
+
+def longer_than_taken(known: KnownObject, found: bytes) -> Violation:
+    """Build the breach that a value has more bytes than any that may be written."""
+    violation = Violation(
+        VARIABLE_LENGTH,
+        expected=f"{known} to take a value as long as the one that it reads",
+        actual=f"{known} reads longer than may be written: {shown(found)}",
+    )
+    violation.habit = LONGER_THAN_TAKEN
+    return violation
 
 
 def shown(data: bytes) -> str:

@@ -28,6 +28,7 @@ from conformance.dialogue.values import (
     tail_kept,
 )
 from conformance.run.adapting import find_cut
+from conformance.run.longer import PADDINGS, find_longer, find_others
 from conformance.run.states import look_where_it_writes, was_download_refused
 from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
@@ -54,8 +55,6 @@ GONE = "it does not answer any more, not even a read of 1000h after an abort"
 FIRST_SEEN = "the beginning of the run"
 # Two lengths in bytes, of which a wrong count cannot turn one into the other.
 SHORT, LONGER = 7, 15
-# With what a device fills up a value that is shorter than its buffer.
-PADDINGS = (b"\0", b" ")
 
 
 def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None:
@@ -91,6 +90,11 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
     while known := next((one for one in _used(sdo.device) if one.mux not in used), None):
         used.add(known.mux)
         try:
+            if known.habits.beyond:
+                continue
+            if find_longer(sdo, known):
+                find_others(sdo)
+                continue
             _find_only_length(sdo, known)
             unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):

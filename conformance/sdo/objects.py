@@ -69,14 +69,16 @@ TEXT_TYPES = (DataType.VISIBLE_STRING, DataType.UNICODE_STRING)
 class Habits:
     """How an entry reads otherwise than it was written, as was seen of a device.
 
-    Shorter values than ``filled`` bytes are filled up with its ``padding``; of longer values than
-    ``cut`` bytes, where that is not 0, the first of them are kept. One that ``keeps_tails`` leaves
-    the end of a longer value behind a shorter one. The last bytes of a value are left out, as many
-    as it ``lacks``. A number that is ``too_long`` reads with bytes behind those that its type has,
-    a value that is ``miscounted`` with another number of the 4 bytes of its answer than it has.
+    Shorter values than ``filled`` bytes are filled up with its ``padding``; ``beyond`` its room are
+    these where no value of so many bytes may be written. Of longer values than ``cut`` bytes, where
+    that is not 0, the first of them are kept. One that ``keeps_tails`` leaves the end of a longer
+    value behind a shorter one. The last bytes of a value are left out, as many as it ``lacks``. A
+    number that is ``too_long`` reads with bytes behind those that its type has, a value that is
+    ``miscounted`` with another number of the 4 bytes of its answer than it has.
     """
 
     filled: int = 0
+    beyond: bool = False
     keeps_tails: bool = False
     lacks: int = 0
     too_long: bool = False
@@ -88,6 +90,10 @@ class Habits:
     def adapts(self) -> bool:
         """Whether values are made to fit, where CiA 301 asks that they be kept or refused."""
         return self.cut > 0 or (self.filled > 0 and self.padding.strip(b"\0") != b"")
+
+    def filling(self, data: bytes) -> bytes:
+        """Return what is read where ``data`` were written, as far as it is about filling up."""
+        return data.ljust(self.filled, self.padding)
 
 
 AS_WRITTEN = Habits()
@@ -109,8 +115,7 @@ def same_data(
         return found.startswith(due)
     if habits.cut:
         due = due[: habits.cut]
-    filled = due.ljust(habits.filled, habits.padding)
-    return found in (due, filled, due[: len(due) - habits.lacks])
+    return found in (due, habits.filling(due), due[: len(due) - habits.lacks])
 
 
 class Access(StrEnum):

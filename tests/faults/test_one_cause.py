@@ -11,6 +11,7 @@ from conformance.run.verdict import Verdict
 FILES = ("test_expedited_download.py", "test_segmented_upload.py", "test_sequences.py")
 SEGMENTS = ("test_expedited_download.py", "test_segmented_upload.py", "test_segmented_download.py")
 LENGTHS = "data.type-length: values read with more or fewer bytes than they have"
+LONGER = "data.variable-length: values read longer than may be written"
 END = "segmented-upload.segments: the end of a value is left out"
 IN_BLOCKS = "block-upload.first-sub-block: other data"
 BLOCKED = "server.idle-afterwards: abort 08000021h to whatever is asked, until the client aborts"
@@ -38,6 +39,29 @@ def test_a_wrong_code_of_a_right_refusal_prevents_few_cases(fault: str, most: in
     assert run.failed()
     prevented = [each for each in run.verdicts.values() if each is Verdict.NOT_TESTABLE]
     assert len(prevented) < most
+
+
+@pytest.mark.parametrize(
+    ("fault", "failed", "prevented"),
+    [("strings-of-20-bytes-read-64", 4, 8), ("texts-of-20-bytes-read-64", 0, 8)],
+)
+def test_what_reads_longer_than_may_be_written_is_used_as_it_is(
+    fault: str, failed: int, prevented: int
+) -> None:
+    """What may be written is put back; few cases are about what it is filled up with."""
+    run = run_cases(fault, *(str(CASES / file) for file in SEGMENTS))
+    assert Counter(run.causes[case_id] for case_id in run.failed()).keys() <= {LONGER}
+    assert len(run.failed()) <= failed
+    verdicts = Counter(run.verdicts.values())
+    assert verdicts[Verdict.NOT_TESTABLE] <= prevented
+    assert "not restored" not in run.output
+
+
+def test_what_could_not_be_put_back_is_one_cause() -> None:
+    run = run_cases("strings-too-long-to-be-put-back", str(CASES / "test_object_dictionary.py"))
+    assert [run.causes[case_id] for case_id in run.failed()] == [LONGER]
+    assert "reads longer than may be written: 64 bytes: 2D" in run.output
+    assert "not restored" not in run.output
 
 
 @pytest.mark.parametrize(

@@ -78,7 +78,7 @@ class Facts:
 
     def begins(self, found: bytes, due: bytes) -> bool:
         """Say whether ``found`` may be the first bytes of ``due``."""
-        filled = due.ljust(self.habits.filled, self.habits.padding)
+        filled = self.habits.filling(due)
         return filled.startswith(found) or (len(found) > len(due) and self.same(found, due))
 
 

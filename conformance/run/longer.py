@@ -1,0 +1,78 @@
+"""Whether a string or domain reads with more bytes than may be written to it.
+
+What it holds could not be put back as it was read. So this is found out by writing just that,
+before any other value.
+"""
+
+from dataclasses import replace
+
+from conformance.device.known_objects import KnownObject
+from conformance.device.lacking import NotTestable
+from conformance.device.roles import Roles
+from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.room import Room
+from conformance.dialogue.storing import NO_ROOM
+from conformance.dialogue.values import longer_than_taken
+from conformance.sdo.limits import EXPEDITED_LENGTH
+from conformance.sdo.objects import DataType
+
+# With what a device fills up a value that is shorter than its buffer.
+PADDINGS = (b"\0", b" ")
+
+
+def find_longer(sdo: Dialogue, known: KnownObject) -> bool:
+    """Find out whether a value is refused for its length, though the object reads so.
+
+    Where it is only filled up, the part of it that may be written is put back from then on. Else
+    nothing is ever written there. Says whether it is refused.
+    """
+    device = sdo.device
+    own = device.values[known.mux]
+    if len(own) <= EXPEDITED_LENGTH or not _refused(sdo, known, own):
+        return False
+    padding = next((each for each in PADDINGS if own.endswith(each)), b"")
+    written = _written_part(sdo, known, own, padding)
+    device.keeping.changes.is_back(known.mux, own)
+    if written is None:
+        device.lengths[known.mux].irreplaceable = True
+        sdo.note(longer_than_taken(known, own))
+        return True
+    device.values[known.mux] = written
+    habits = replace(known.habits, filled=len(own), padding=padding, beyond=True)
+    device.known[known.mux] = known = replace(known, habits=habits)
+    _measure(sdo, known, len(own))
+    if known.data_type is not DataType.VISIBLE_STRING and not known.habits.adapts:
+        sdo.note(longer_than_taken(known, own))
+    return True
+
+
+def find_others(sdo: Dialogue) -> None:
+    """Find out which other strings and domains are like the one that reads longer."""
+    for known in Roles(sdo.device).all_writable(lambda known: known.varies):
+        if not known.habits.beyond:
+            find_longer(sdo, known)
+
+
+def _refused(sdo: Dialogue, known: KnownObject, own: bytes) -> bool:
+    abort = sdo.try_download(known, own)
+    return abort is not None and abort.code in NO_ROOM
+
+
+def _written_part(sdo: Dialogue, known: KnownObject, own: bytes, padding: bytes) -> bytes | None:
+    """Write a value without what fills it up; return it if the object reads as before then."""
+    if not padding:
+        return None
+    written = own.rstrip(padding) or padding
+    taken = sdo.try_download(known, written) is None
+    return written if taken and sdo.upload(known) == own else None
+
+
+def _measure(sdo: Dialogue, known: KnownObject, size: int) -> None:
+    """Find out how many bytes may be written, fewer than ``size``."""
+    lengths = sdo.device.lengths[known.mux]
+    lengths.taken.add(len(sdo.device.values[known.mux]))
+    try:
+        Room(sdo).fit(known, size - 1)
+    except NotTestable:
+        lengths.most = max(lengths.taken)
+    lengths.filled = size
