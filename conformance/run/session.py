@@ -10,6 +10,7 @@ from conformance.device.device import Device
 from conformance.dialogue.allowance import Allowance
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.network import Network
 from conformance.dialogue.record import CaseRecord
 from conformance.run.doubts import Doubts
 from conformance.run.evidence import cansend_lines, trace_lines
@@ -204,8 +205,17 @@ class DeviceSession:
             why = self.revival.attempt()
             if not why:
                 self.lost = False
+                self._go_home()
                 self.restore_pending()
         return why
+
+    def _go_home(self) -> None:
+        """Send a device that has booted to the NMT state in which it serves what the cases need."""
+        sdo = self._dialogue(_RESTORING)
+        try:
+            Network(sdo).go_home()
+        except Violation:
+            sdo.silence.recover()  # the next case shows what is wrong there
 
     def restore_pending(self) -> None:
         """Try once more to put back what could not be; what still cannot stays listed."""

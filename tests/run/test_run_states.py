@@ -1,19 +1,26 @@
-"""A device that refuses by its state, without permission to look for another state."""
+"""A device that refuses by its state: what is known of it, and where cases run."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
-from run_bench import NODE_ID, NUMBER, TEXT, Workbench, begin, discovered
+from run_bench import NODE_ID, NUMBER, PROBES, TEXT, Workbench, begin, discovered
 
 from conformance.device.lacking import NotTestable
+from conformance.device.permits import Permits
+from conformance.device.process import DeviceProcess, ProcessSettings
+from conformance.device.protected_objects import NMT
 from conformance.device.roles import Roles
 from conformance.device.serving import Refused, Service
 from conformance.faults.catalogue import build_node
+from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.nmt import NmtCommand, NmtMessage, NmtState
 
 MISSING_AMONG = Multiplexer(0x2006)
 
@@ -62,3 +69,32 @@ def test_nothing_is_commanded_without_permission() -> None:
     with met("reads-refused-in-pre-operational") as (bench, _):
         assert bench.device.serving.state is None
         assert bench.device.serving.home is None
+
+
+class Rebooting(Revival):
+    """Brings a device back by a reset of the node, as a power cycle does."""
+
+    def __init__(self, bench: Workbench, folder: Path) -> None:
+        settings = ProcessSettings(recover=["true"])
+        super().__init__(settings, DeviceProcess(settings, folder / "log"), bench.channel)
+        self._reset = bench.channel.send_nmt
+
+    def attempt(self) -> str:
+        self._reset(NmtMessage(NmtCommand.RESET_NODE, NODE_ID))
+        return super().attempt()
+
+
+def test_a_device_that_was_brought_back_serves_the_next_case(tmp_path: Path) -> None:
+    """It has booted, and refuses downloads until it is Operational."""
+    with discovered(build_node("writes-refused-in-pre-operational", NODE_ID)) as bench:
+        bench.device = replace(bench.device, permits=Permits(permissions=PROBES | {NMT}))
+        session = bench.session()
+        session.survey()
+        assert bench.device.serving.home is NmtState.OPERATIONAL
+        session.revival = Rebooting(bench, tmp_path)
+        session.lost = True
+        assert session.revive() == ""
+        run = begin(session)
+        value = bench.device.values[NUMBER.mux]
+        assert run.sdo.try_download(NUMBER, value) is None
+        assert run.conclude(None).verdict is Verdict.PASS
