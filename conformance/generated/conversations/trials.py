@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured
+from conformance.dialogue.causes import OTHER_DATA
+from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
 from conformance.generated.conversations.conversation import Conversation
@@ -13,6 +15,7 @@ from conformance.generated.conversations.device_objects import DeviceObjects
 from conformance.run.afterwards import leave, shift
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Afterwards
+from conformance.sdo.checks import ServerAborted
 from conformance.sdo.rules import Rule, Violation
 
 
@@ -90,7 +93,8 @@ class Trials:
             if not is_known:
                 self._left = record.early.way(violation, asked)
             self._recover()
-            return None if excused else failure
+            moved = (violation.rule.id, OTHER_DATA) == violation.habit and self._moves(conversation)
+            return None if excused or moved else failure
         except BenchError as error:
             self.bench_error, self.ended = error, True
         finally:
@@ -104,6 +108,17 @@ class Trials:
             self.ended = leave(self._sdo, failed=True).afterwards is Afterwards.LOST
         except BenchError as error:
             self.bench_error, self.ended = error, True
+
+    def _moves(self, conversation: Conversation) -> bool:
+        """Say whether the device changes an object of a conversation by itself."""
+        targets = dict.fromkeys(transfer.target for transfer in conversation)
+        try:
+            return not self.ended and any(changes_by_itself(self._sdo, mux) for mux in targets)
+        except (Violation, ServerAborted):
+            return False  # the failure says enough
+        except BenchError as error:
+            self.bench_error, self.ended = error, True
+            return False
 
     def _keep_one_of_each(self) -> None:
         """Keep one breach of each rule that does not fail a device: there are many examples."""
