@@ -155,6 +155,8 @@ class Room:
                 if abort is None:
                     self._sdo.record.causes.way_to_store = way
                     return True
+                if self._sdo.record.early.met is not None:
+                    self._sdo.silence.recover(crossed=True)
         return False
 
     def check_length(self, known: KnownObject, size: int) -> None:

@@ -7,6 +7,7 @@ from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
 from conformance.device.roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again
+from conformance.dialogue.causes import Cause
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.room import Room
 from conformance.faults.catalogue import build_node
@@ -17,7 +18,8 @@ from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadSegment, Response
 from conformance.sdo.objects import Refusal
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import UNSOLICITED, Violation
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 
 @pytest.mark.parametrize(
@@ -110,6 +112,7 @@ class AbortsInCrossing(Server):
     """Ends its first download while a segment is on the way, which an idle server refuses."""
 
     has_aborted = False
+    code = AbortCode.TIMED_OUT
 
     def on_download_segment(self, request: DownloadSegment) -> list[Response]:
         transfer = self.transfer
@@ -117,7 +120,7 @@ class AbortsInCrossing(Server):
             return super().on_download_segment(request)
         self.has_aborted, self.transfer = True, None
         crossed = self.refuse(request, AbortCode.COMMAND_NOT_VALID)
-        return [Abort(transfer.mux, AbortCode.DEVICE_STATE), *crossed]
+        return [Abort(transfer.mux, self.code), *crossed]
 
 
 def test_a_segment_that_crosses_with_an_abort() -> None:
@@ -129,6 +132,32 @@ def test_a_segment_that_crosses_with_an_abort() -> None:
         Room(sdo).store(TEXT, b"x" * 20, segmented=True)
         assert server.has_aborted
         assert sdo.record.minor == []
+        assert sdo.upload(TEXT) == b"x" * 20
+
+
+NOISE = Cause(ABORT_NOT_ANSWERED.id, "an answer")
+
+
+class AbortsAlwaysInCrossing(AbortsInCrossing):
+    """Does so with each download that is not in blocks."""
+
+    is_discovered = False
+
+    def on_download_segment(self, request: DownloadSegment) -> list[Response]:
+        self.has_aborted = not self.is_discovered
+        return super().on_download_segment(request)
+
+
+def test_segments_that_cross_with_aborts_on_several_ways() -> None:
+    """What the device is blamed for is that it ends each download, though it has sent too much."""
+    server = AbortsAlwaysInCrossing(reference_device(NODE_ID))
+    with discovered(Node(NODE_ID, server)) as bench:
+        server.is_discovered = True
+        sdo = bench.dialogue()
+        unasked = Violation(ABORT_NOT_ANSWERED, expected="no answer", actual="an abort")
+        sdo.record.causes.add(NOISE, "another.case", unasked, aside=True)
+        Room(sdo).store(TEXT, b"x" * 20, segmented=True)
+        assert UNSOLICITED not in {found.rule for found in sdo.record.minor}
         assert sdo.upload(TEXT) == b"x" * 20
 
 
