@@ -194,6 +194,7 @@ def test_short_block_segment(
     room.prepare(text, 14)
     with sdo.unchanged(text):
         blocks.initiate_download(text, size, crc=False)
+        sdo.silence.calms_down = False  # what comes is the point, and no noise
         sdo.send((b"\x81" + sdo.payload(7))[:dlc])
         end = BlockEnd(0)
         # A refusal of the short segment may be here by now: it is none to the end.
