@@ -1,23 +1,22 @@
 """How much a string or domain takes: found out by writing, and remembered for the run."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.blocks import LONG
-from conformance.dialogue.causes import Way
-from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.left import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
+from conformance.dialogue.room_trials import Trials
 from conformance.dialogue.storing import NO_ROOM, WAYS, write_in_blocks
 from conformance.dialogue.transfers import Transfers
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
-from conformance.sdo.objects import TEXT_TYPES, DataType
+from conformance.sdo.objects import TEXT_TYPES
 from conformance.sdo.rules import NOT_REFUSED, Violation
 from conformance.sdo.rules.download_initiates import TOO_LONG
 
@@ -25,10 +24,6 @@ from conformance.sdo.rules.download_initiates import TOO_LONG
 MUCH_ROOM = 897
 # Where this size or less is refused, the suite finds out how many bytes are taken.
 MOST_MEASURED = 300
-# A lost frame spoils one attempt; what spoils as many one after another is due to the device.
-MOST_SPOILT = 2
-# What even an object of a few bytes takes one of.
-EXPEDITED = (1, 4)
 
 
 class Room:
@@ -38,6 +33,7 @@ class Room:
         """Take what writes; what was found out is known of its device."""
         self._sdo = sdo
         self._device = sdo.device
+        self._trials = Trials(sdo)
 
     def store(
         self,
@@ -56,14 +52,14 @@ class Room:
         """
         self.check_length(known, len(data))
         way = self._sdo.record.causes.way_to_store
-        if way is not None and not exactly and self._store_otherwise(known, data, (way,)):
+        if way is not None and not exactly and self._trials.write_otherwise(known, data, (way,)):
             return
         always_long = self._device.lengths[known.mux].least > LONG
         if always_long and not exactly and write_in_blocks(self._sdo, known.mux, data):
             return
         try:
             # What matters exactly is what went before as well: it is the case that is repeated.
-            write = self._sdo.try_download if exactly else self._try_often
+            write = self._sdo.try_download if exactly else self._trials.write
             abort = write(known, data, segmented=segmented, sized=sized)
             asked = self._sdo.wire.last_sent
         except Violation as broken:
@@ -78,9 +74,9 @@ class Room:
             return
         # What has begun is not refused for a length that it announced.
         by_length = abort.code not in NO_ROOM and self._sdo.wire.refusal is not None
-        if by_length and not exactly and self._is_too_long(known, data):
+        if by_length and not exactly and self._trials.is_too_long(known, data):
             self._note_code(known, len(data), abort)
-        elif abort.code not in NO_ROOM or self._takes_otherwise(known, data):
+        elif abort.code not in NO_ROOM or self._trials.takes_otherwise(known, data):
             refused = Violation(
                 NOT_REFUSED,
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
@@ -93,71 +89,16 @@ class Room:
             return
         self._device.lengths[known.mux].refused.add(len(data))
         if len(data) <= MOST_MEASURED and self._device.lengths[known.mux].most is None:
-            self._measure(known, len(data), abort)
+            self._trials.measure(known, len(data), abort)
             self.check_length(known, len(data))
         raise self.refused(known, len(data), abort)
-
-    def _try_often(
-        self, known: KnownObject, data: bytes, *, segmented: bool | None = True, sized: bool = True
-    ) -> Abort | None:
-        """Write a value; where the server ends the running transfer, write it again.
-
-        Returns the abort if it ends each of some tries.
-        """
-        for rest in reversed(range(MOST_TRIES)):
-            try:
-                abort = self._sdo.try_download(known, data, segmented=segmented, sized=sized)
-            except Violation:
-                if self._sdo.record.early.met is None or not rest:
-                    raise
-            else:
-                if self._sdo.record.early.met is None:
-                    break
-            self._sdo.silence.recover(crossed=True)
-        return abort
 
     def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:
         refused.request = refused.request or self._sdo.wire.last_sent
         self._sdo.note(refused)
-        if not self._store_otherwise(known, data, WAYS):
-            self._learn_that_nothing_is_taken(known, data, refused)
+        if not self._trials.write_otherwise(known, data, WAYS):
+            self._trials.learn_that_nothing_is_taken(known, data, refused)
             raise refused
-
-    def _learn_that_nothing_is_taken(
-        self, known: KnownObject, data: bytes, refused: Violation
-    ) -> None:
-        """Remember of an object that takes no value at all, by no way, that it takes none.
-
-        That is told here, once; the cases behind this one do without the object.
-        """
-        lengths = self._device.lengths[known.mux]
-        own = self._device.values[known.mux]
-        if lengths.taken or lengths.most is not None:
-            return
-        for _ in range(MOST_SPOILT):
-            self._sdo.silence.recover()
-            if own != data and self._store_otherwise(known, own, WAYS):
-                lengths.taken.add(len(own))
-                return
-            if any(self._takes(known, size) for size in EXPEDITED):
-                return
-        lengths.most, lengths.refusal = 0, refused.actual
-
-    def _store_otherwise(self, known: KnownObject, data: bytes, ways: Iterable[Way]) -> bool:
-        """Write by one of several ways; say whether one of them was taken."""
-        for way in ways:
-            try:
-                abort = self._sdo.abort_of(way(self._sdo.client, known.mux, data))
-            except Violation as broken:
-                self._sdo.note(broken)
-                self._sdo.silence.recover()
-            else:
-                if abort is None:
-                    self._sdo.record.causes.way_to_store = way
-                    return True
-                if self._sdo.record.early.met is not None:
-                    self._sdo.silence.recover(crossed=True)
-        return False
 
     def check_length(self, known: KnownObject, size: int) -> None:
         """Raise NotTestable for a length of which it was found out that an object does not take it.
@@ -201,7 +142,7 @@ class Room:
         lengths.check_lasting(known, size)
         if not lengths.lasting and lengths.asked and lengths.much is None:
             much = MUCH_ROOM if self._device.beliefs.nowhere else MOST_PLAIN
-            lengths.much = much if self._takes(known, much) else 0
+            lengths.much = much if self._trials.takes(known, much) else 0
         lengths.asked = True
         if not self.has(known, size) and (lengths.much or 0) < size:
             self.store(known, self._sdo.payload(size), segmented=True)
@@ -271,37 +212,6 @@ class Room:
             f"{known} has no room for {size} bytes {why}: name a larger string or domain"
         )
 
-    def _takes_otherwise(self, known: KnownObject, data: bytes) -> bool:
-        """Say whether it is not for the length that an object refused a download.
-
-        It takes these bytes without their size. Or it takes longer and shorter values, so that no
-        fixed length, no shortest one and no multiple explains the refusal.
-        """
-        size = len(data)
-        return (
-            self._sdo.try_download(known, data, segmented=True, sized=False) is None
-            or self._sdo.try_download(known, data, segmented=True) is None
-            or self._has_gap(known, size)
-        )
-
-    def _is_too_long(self, known: KnownObject, data: bytes) -> bool:
-        """Say whether it is for its length that an object refuses a value, whatever it says.
-
-        It takes a shorter one in segments, and this one by no protocol.
-        """
-        size, lengths = len(data), self._device.lengths[known.mux]
-        own = len(self._device.values[known.mux])
-        shorter = [taken for taken in (*lengths.taken, own, *EXPEDITED) if 0 < taken < size]
-        if not shorter or not self._takes(known, max(shorter)):
-            return False
-        try:
-            in_blocks = self._sdo.abort_of(self._sdo.client.block_download(known.mux, data))
-        except Violation as broken:
-            self._sdo.note(broken)
-            self._sdo.end_transfer()
-            return False
-        return in_blocks is not None and not self._takes_otherwise(known, data)
-
     def _note_code(self, known: KnownObject, size: int, abort: Abort) -> None:
         """Tell a wrong code of a refusal that is right; the length is known from then on."""
         due = f"a refusal of {size} bytes by {known} with {describe_code(TOO_LONG.codes[0])}"
@@ -326,29 +236,6 @@ class Room:
             if abort.code not in NO_ROOM or self._sdo.abort_of(in_blocks) is not None:
                 raise self.refused(known, size, abort)
         return known, data
-
-    def _has_gap(self, known: KnownObject, size: int) -> bool:
-        """Say whether an object takes values around a length that it does not take."""
-        if not self._takes(known, size + 1):
-            return False
-        two_more = self._takes(known, size + 2)
-        shorter = self._takes(known, size - 1) if size > 1 else self._takes(known, size + 3)
-        if known.data_type is DataType.VISIBLE_STRING:
-            return two_more or shorter  # else it has one length
-        return two_more and shorter
-
-    def _takes(self, known: KnownObject, size: int) -> bool:
-        for _ in range(MOST_SPOILT):
-            try:
-                taken = self._try_often(known, self._sdo.payload(size)) is None
-            except Violation as broken:
-                self._sdo.note(broken)
-                self._sdo.silence.recover()
-                continue
-            if taken:
-                self._device.lengths[known.mux].taken.add(size)
-            return taken
-        return False
 
     # As many bytes as an object takes
 
@@ -391,26 +278,6 @@ class Room:
             return False
         self._device.lengths[known.mux].taken.add(len(data))
         return True
-
-    def _measure(self, known: KnownObject, refused: int, abort: Abort) -> None:
-        """Find the most bytes that an object takes, fewer than ``refused``, or its only length."""
-        lengths = self._device.lengths[known.mux]
-        own = len(self._device.values[known.mux])
-        if own and own not in lengths.taken:
-            self._takes(known, own)
-        low = max((taken for taken in lengths.taken if taken < refused), default=0)
-        high = refused
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (middle, high) if self._takes(known, middle) else (low, middle)
-        longer = [taken for taken in lengths.taken if taken > refused]
-        if len(lengths.taken) == 1:
-            (low,) = lengths.taken
-            lengths.fixed = low == 1 or not self._takes(known, low - 1)
-        elif longer:
-            low = max(longer)
-        lengths.most = low
-        lengths.refusal = describe_code(abort.code)
 
     def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:
         """Return an object whose upload takes ``segments`` or more, and its value.
