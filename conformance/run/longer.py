@@ -6,16 +6,18 @@ before any other value.
 
 from dataclasses import replace
 
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.lacking import NotTestable
 from conformance.device.roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.room import Room
-from conformance.dialogue.storing import NO_ROOM
 from conformance.dialogue.values import longer_than_taken
+from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType
 
+TOO_LONG = (AbortCode.LENGTH_TOO_HIGH, AbortCode.LENGTH_MISMATCH, AbortCode.OUT_OF_MEMORY)
 # With what a device fills up a value that is shorter than its buffer.
 PADDINGS = (b"\0", b" ")
 
@@ -28,7 +30,10 @@ def find_longer(sdo: Dialogue, known: KnownObject) -> bool:
     """
     device = sdo.device
     own = device.values[known.mux]
-    if len(own) <= EXPEDITED_LENGTH or not _refused(sdo, known, own):
+    if not EXPEDITED_LENGTH < len(own) <= LONG_VALUE:
+        return False  # what is very long costs more requests than this is worth
+    # A device may be short of memory once.
+    if not all(_refused(sdo, known, own) for _ in range(2)):
         return False
     padding = next((each for each in PADDINGS if own.endswith(each)), b"")
     written = _written_part(sdo, known, own, padding)
@@ -55,7 +60,7 @@ def find_others(sdo: Dialogue) -> None:
 
 def _refused(sdo: Dialogue, known: KnownObject, own: bytes) -> bool:
     abort = sdo.try_download(known, own)
-    return abort is not None and abort.code in NO_ROOM
+    return abort is not None and abort.code in TOO_LONG
 
 
 def _written_part(sdo: Dialogue, known: KnownObject, own: bytes, padding: bytes) -> bytes | None:
