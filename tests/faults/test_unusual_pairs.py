@@ -1,7 +1,7 @@
 """Two right servers in one: which can be, and what a run of them shows."""
 
 import pytest
-from case_runs import Run
+from case_runs import Run, run_cases
 from unusual_pairs import DRAWN, SEED, can_be_built, drawn, problem_with_pair
 
 from conformance.faults.catalogue import find_deviation, unusual
@@ -68,3 +68,9 @@ def test_a_pair_with_a_missed_should_may_miss_it() -> None:
     verdicts = {"a": Verdict.NON_STRICT}
     run = Run("foreign-abort-ignored+new-initiate-refused", verdicts=verdicts)
     assert problem_with_pair(run) == ""
+
+
+def test_a_number_that_counts_is_not_written_by_what_is_refused_next_to_it() -> None:
+    run = run_cases("rw-values-count-now-and-then", "-k", "number-too and not-indicated")
+    assert run.verdicts
+    assert run.failed() == []
