@@ -48,6 +48,9 @@ COMMON = (
             # It has none that could be missing.
             *("download.sub-index-missing", "segmented-download.sub-index-missing"),
             "block-download.sub-index-missing",
+            *each("communication.no-further-entry", "1000h", "1001h", "1008h", "1009h"),
+            *each("communication.no-further-entry", "100Ah", "1017h"),
+            "other-state.sub-index-missing",
             # These need the abort that does not come.
             "abort.frame",
             "abort.own-multiplexer",
@@ -119,6 +122,16 @@ CANOPEN = (
         (
             *each("segmented-download.toggle", *DOWNLOADS),
             "segmented-download.toggle-ignored-data",
+        ),
+    ),
+    Finding(
+        ("server.nothing-afterwards",),
+        "A number with too few or too many bytes is refused at the last segment, and the segment "
+        "that follows is confirmed: the server's own abort does not end the download.",
+        (
+            *each("segmented-download.number-too-short", "2", "4", "8"),
+            *each("segmented-download.number-too-short-not-indicated", "2", "4", "8"),
+            *each("segmented-download.number-too-long-not-indicated", "1", "2", "4", "8"),
         ),
     ),
     Finding(
