@@ -74,3 +74,9 @@ def test_a_number_that_counts_is_not_written_by_what_is_refused_next_to_it() -> 
     run = run_cases("rw-values-count-now-and-then", "-k", "number-too and not-indicated")
     assert run.verdicts
     assert run.failed() == []
+
+
+def test_a_string_that_takes_one_length_alone_is_sent_no_other_at_random() -> None:
+    run = run_cases("values-of-fixed-length-64", "-k", "random.interrupted")
+    assert run.verdicts
+    assert run.failed() == []

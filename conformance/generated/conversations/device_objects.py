@@ -161,12 +161,14 @@ def _room(sdo: Dialogue, known: KnownObject) -> int:
     for room in ROOMS:
         if lengths.lasting and room > lengths.lasting:
             continue
-        if room in lengths.taken:
+        if room <= (lengths.surely or 0):
             return room
         abort = sdo.try_download(known, sdo.payload(room), segmented=True)
         if abort is None:
             lengths.taken.add(room)
-            return room
+            # It may be the only length that is taken.
+            shorter = sdo.try_download(known, sdo.payload(room - 1), segmented=True)
+            return room if shorter is None else 0
         if abort.code not in NO_ROOM:
             raise Violation(
                 NOT_REFUSED,
