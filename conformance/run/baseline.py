@@ -41,9 +41,13 @@ def record_baseline(channel: Channel, device: Device) -> bool:
 
 
 def _reads_behind_abort(channel: Channel, device: Device) -> bool:
-    # Ends what an earlier client may have left running.
-    channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
-    return _exchange(channel, device, UploadInitiate(DEVICE_TYPE))
+    """Read right behind an abort: the run has to know whether the device takes that.
+
+    The abort ends what an earlier client may have left running.
+    """
+    with channel.without_pause():
+        channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        return _exchange(channel, device, UploadInitiate(DEVICE_TYPE))
 
 
 def _learn_rest(channel: Channel, device: Device) -> None:
