@@ -202,6 +202,11 @@ CANOPEN = (
         ),
     ),
     Finding(
+        ("server.new-initiate-served",),
+        "A download goes on after an upload was served in its middle, where its toggle bit fits.",
+        each("segmented-download.new-upload", *DOWNLOADS[:2]),
+    ),
+    Finding(
         ("segmented-upload.client-abort",),
         "An abort of the client does not end an upload: the segments go on.",
         (
