@@ -14,7 +14,7 @@ from typing import Any
 from conformance.run.risks import Kind
 
 # How many requests a quick run sends at most. A request counts when it is answered.
-QUICK = 2500
+QUICK = 3000
 # A case of more requests is in it only for the faults that it catches.
 FEW = 100
 # What may happen to any client; frames of other kinds than these servers may not have met before.

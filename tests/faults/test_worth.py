@@ -16,7 +16,8 @@ from conformance.plugin.worth import FAMILIAR, FEW, place_in_run, quick_choice, 
 from conformance.run.risks import Kind
 
 # Of the faults that cases show where the server declares no time-out; one shows before the first.
-MOST, MOST_OF_QUICK = 0.95, 0.95
+# A quick run sends 560 of its requests beside the cases, most of them before the first.
+MOST, MOST_OF_QUICK = 0.95, 0.94
 BEFORE_CASES = "dies-at-once"
 SHOWN = {
     fault.name: fault
@@ -89,8 +90,7 @@ def test_a_quick_run_shows_nearly_all_faults() -> None:
 def test_a_quick_run_shows_each_kind_of_fault() -> None:
     found = [SHOWN[name] for name in caught_by(quick_choice(services(), writes=True))]
     assert {fault.defect for fault in found} == set(Defect)
-    # How long values are shows in transfers of more than a quick run sends, time by the clock.
-    assert {fault.about for fault in found} == set(About) - {About.TIME, About.LENGTHS}
+    assert {fault.about for fault in found} == set(About)
 
 
 def test_a_quick_run_has_a_case_of_each_service() -> None:
