@@ -16,6 +16,7 @@ LISTED = f"""\
   <Case abort.not-answered[all-zero]  MUST  clause 7.2.4.3.17  {ABOUT}>
   <Case abort.frame  MUST  clause 7.2.4.3.17  rules abort.code response.reserved>
 <CaseModule test_whole_run.py>
+  <Case run.constants  MUST  clause 7.4.5  rules object.constant>
   <Case run.reserved  MUST  clause 7.2.4.3  rules response.reserved>
   <Case run.filler  SHOULD  clause 7.2.4.3  rules response.filler>
   <Case run.no-late-response  MUST  clause 7.2.4.2  rules response.unsolicited>
@@ -29,6 +30,7 @@ cases/test_abort.py::abort.not-answered[code-0]
 cases/test_abort.py::abort.not-answered[unknown-code]
 cases/test_abort.py::abort.not-answered[all-zero]
 cases/test_abort.py::abort.frame
+cases/test_whole_run.py::run.constants
 cases/test_whole_run.py::run.reserved
 cases/test_whole_run.py::run.filler
 cases/test_whole_run.py::run.no-late-response

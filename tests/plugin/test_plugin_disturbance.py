@@ -31,7 +31,7 @@ BEYOND = ("vanished", "sequence", "od.", "nmt.", "channel", "storage")
 SHORT = " and ".join(f"not {word}" for word in (*BEYOND, *LARGE))
 TRAFFIC = (
     CanFrame(0x080, b""),  # SYNC
-    CanFrame(0x080 + NODE_ID, bytes.fromhex("0010010000000000")),  # EMCY, of the device as well
+    CanFrame(0x080 + NODE_ID, bytes.fromhex("0000010000000000")),  # EMCY, of the device as well
     CanFrame(0x080 + OTHER, bytes.fromhex("3081110000000000")),
     CanFrame(0x100, bytes.fromhex("112233445566")),  # TIME
     CanFrame(0x180 + NODE_ID, bytes.fromhex("4300100091010F00")),  # PDOs
@@ -111,7 +111,8 @@ def test_foreign_traffic(pytester: pytest.Pytester) -> None:
     crowd = Crowd()
     assert verdicts(pytester, device(), crowd, chosen=SHORT) == quiet
     assert len(quiet) > 300
-    assert {verdict for verdict, _ in quiet.values()} <= {"pass", "info", "not testable"}
+    seen = {verdict for verdict, _ in quiet.values()}
+    assert seen <= {"pass", "info", "not testable", "unimplemented"}
     assert crowd.sent > 10_000
 
 

@@ -34,10 +34,15 @@ def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) ->
     assert set(outcomes) == {"passed", "info", "skipped"}
     assert sum(outcomes.values()) == len(ids)
     assert set(case_ids(the_report(pytester) / "junit.xml")) == set(ids)
-    result.stdout.fnmatch_lines(["*= conformance =*", "* pass, * info, 19 not testable"])
-    lacking, in_use = [line for line in result.outlines if line.startswith("not testable (")]
+    result.stdout.fnmatch_lines(
+        ["*= conformance =*", "* pass, * info, 14 unimplemented, 23 not testable"]
+    )
+    lacking, in_use, emergency = [
+        line for line in result.outlines if line.startswith("not testable (")
+    ]
     assert "declare it with --sdo-server-timeout" in lacking
     assert "1005h:00 is not in use" in in_use
+    assert "no emergency of the device was heard" in emergency
 
 
 @pytest.mark.parametrize(
@@ -56,7 +61,7 @@ def test_a_mistyped_case(pytester: pytest.Pytester, argument: str, said: str) ->
 
 
 @pytest.mark.parametrize(
-    "case_id", ["matrix.idle[40h]", "matrix.block-upload-end[dlc-0]", "random.transfers"]
+    "case_id", ["matrix.idle[40h]", "matrix.block-upload-end[dlc-0]", "random.sequences"]
 )
 def test_a_generated_case_is_named_by_its_id(pytester: pytest.Pytester, case_id: str) -> None:
     result = self_test(pytester, "--sdo-simulated", case_id)
@@ -155,13 +160,13 @@ def test_ids_as_they_are_printed_run_these_cases_and_no_other(pytester: pytest.P
 
 def test_a_file_of_cases_may_be_named(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, str(CASES / "test_whole_run.py"))
-    result.assert_outcomes(passed=4)
+    result.assert_outcomes(passed=5)
 
 
 def test_cases_and_own_tests_together(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_mine=OWN_TEST)
     result = self_test(pytester, "test_mine.py", str(CASES / "test_whole_run.py"))
-    result.assert_outcomes(passed=5)
+    result.assert_outcomes(passed=6)
 
 
 def test_a_case_may_be_named_by_the_id_that_is_shown(pytester: pytest.Pytester) -> None:
@@ -219,10 +224,10 @@ def test_what_x_left_is_in_the_report(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--sdo-fault=abort-big-endian", "-k", "abort.", "-x")
     outcomes = result.parseoutcomes()
     ids = case_ids(the_report(pytester) / "junit.xml")
-    assert len(ids) == len(set(ids)) == 16
+    assert len(ids) == len(set(ids)) == 18
     report = (the_report(pytester) / "junit.xml").read_text(encoding="utf-8")
     run = outcomes["failed"] + outcomes.get("passed", 0)
-    assert report.count("not run: stopping after 1 failures") == 16 - run > 0
+    assert report.count("not run: stopping after 1 failures") == 18 - run > 0
 
 
 def test_several_devices_are_tested_one_after_another(pytester: pytest.Pytester) -> None:

@@ -181,15 +181,18 @@ def test_no_wait_behind_a_block_upload() -> None:
 
 def test_an_abort_that_comes_late_is_no_stream() -> None:
     class Late(AnswersLater):
-        delay = 0.0
+        delay = late = 0.0
 
         def receive(self, frame: CanFrame) -> list[CanFrame]:
             if frame.data[:1] != b"\xa3":
                 return Node.receive(self, frame)
-            self.held.append((self.now + 0.005, self.respond(ABORTED_1000H)))
+            self.held.append((self.now + self.late, self.respond(ABORTED_1000H)))
             return []
 
-    with discovered(Late(NODE_ID, recording())) as bench:
+    node = Late(NODE_ID, recording())
+    with discovered(node) as bench:
+        # Behind the fence, which the suite sends when the device had the time to serve the start.
+        node.late = bench.channel.pace.room(bench.channel.response_timeout) + 0.005
         sdo = bench.dialogue()
         sdo.send(BlockUploadStart())
         sdo.fence()
