@@ -37,12 +37,13 @@ def test_the_self_test_runs_all_cases_and_is_green(pytester: pytest.Pytester) ->
     result.stdout.fnmatch_lines(
         ["*= conformance =*", "* pass, * info, 14 unimplemented, 23 not testable"]
     )
-    lacking, in_use, emergency = [
-        line for line in result.outlines if line.startswith("not testable (")
-    ]
-    assert "declare it with --sdo-server-timeout" in lacking
-    assert "1005h:00 is not in use" in in_use
-    assert "no emergency of the device was heard" in emergency
+    lacking = "\n".join(line for line in result.outlines if line.startswith("not testable ("))
+    for reason in (
+        "declare it with --sdo-server-timeout",
+        "1005h:00 is not in use",
+        "no emergency of the device was heard",
+    ):
+        assert lacking.count(reason) == 1
 
 
 @pytest.mark.parametrize(
