@@ -30,6 +30,8 @@ from conformance.sdo.rules import (
     Violation,
 )
 
+# So often the values are looked at behind the last case, as long as some are not as before.
+MOST_AUDITS = 3
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back outside the cases.")
 MOST_INCIDENTS = 200
 # What comes faster than it is taken has no end.
@@ -225,10 +227,21 @@ class DeviceSession:
         self.keep_late(self._last_case)
 
     def finish(self) -> None:
-        """Put back, behind the last case, what is not back, and what no case has meant to write."""
+        """Put back, behind the last case, what is not back, and what no case has meant to write.
+
+        A wrong device may write elsewhere whatever is put back: so it is looked at again.
+        """
         self.collect_late()
-        if not (self.lost or self.channel.link.stop.gives_up) and self.restorer.has_written:
-            self.written_beside = self.restorer.audit(self._dialogue(_RESTORING))
+        self.restore_pending()
+        found: dict[Multiplexer, None] = {}
+        for _ in range(MOST_AUDITS):
+            if self.lost or self.channel.link.stop.gives_up or not self.restorer.has_written:
+                break
+            beside = self.restorer.audit(self._dialogue(_RESTORING))
+            if not beside:
+                break
+            found |= dict.fromkeys(beside)
+        self.written_beside = list(found)
         self.restore_pending()
 
     def close(self) -> None:

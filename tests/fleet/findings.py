@@ -49,7 +49,8 @@ COMMON = (
             *("download.sub-index-missing", "segmented-download.sub-index-missing"),
             "block-download.sub-index-missing",
             *each("communication.no-further-entry", "1000h", "1001h", "1008h", "1009h"),
-            *each("communication.no-further-entry", "100Ah", "1017h"),
+            *each("communication.no-further-entry", "1005h", "100Ah", "1014h"),
+            *each("communication.no-further-entry", "1015h", "1017h", "1021h"),
             "other-state.sub-index-missing",
             # These need the abort that does not come.
             "abort.frame",

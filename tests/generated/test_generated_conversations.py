@@ -116,7 +116,7 @@ def test_the_same_seed_sends_the_same_frames(tmp_path: Path, kind: Kind) -> None
 @pytest.mark.parametrize(
     ("server", "kind", "most"),
     [
-        ("third-segmented-upload-late", Kind.SEGMENTED_TRANSFERS, 40),
+        ("third-segmented-upload-late", Kind.SEGMENTED_TRANSFERS, 80),
         ("upload-toggle-ignored", Kind.ANY_FRAMES, 30),
         ("download-not-stored", Kind.SEGMENTED_TRANSFERS, 30),
     ],
