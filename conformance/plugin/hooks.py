@@ -107,7 +107,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     config = session.config
     config.pluginmanager.register(Collecting(), "conformance-collecting")
     state = config.stash.get(STATE, None)
-    if state is not None and config.get_verbosity() < 0:
+    if state is not None and config.getoption("verbose") < 0:
         for line in left_lines(state.options):
             say(config, line, always=True)
 
