@@ -19,7 +19,7 @@ SENT, RECEIVED = "T", "R"
 KB = 1024
 
 # How much longer or shorter than foreseen the rest of a run may take after each of these parts.
-PARTS, MOST_OFF = (0.05, 0.1, 0.2, 0.4, 0.6, 0.8), 1.5
+PARTS, MOST_OFF = (0.05, 0.1, 0.2, 0.4, 0.6, 0.8), 1 / 3
 ANSWER = 0.005
 
 
