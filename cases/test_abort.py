@@ -5,8 +5,8 @@ from contextlib import suppress
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate

@@ -2,7 +2,7 @@
 
 from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import (
     lose_one,
     lose_segment,
@@ -12,9 +12,9 @@ from conformance.dialogue.block_downloads import (
 )
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import same_value, segments_of, shown
-from conformance.generated.variations import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
+from conformance.model_cases.variations import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.run.case import may, must, should
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode

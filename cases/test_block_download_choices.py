@@ -1,7 +1,7 @@
 """Block downloads where CiA 301 leaves a choice: any choice passes, a wrong result does not."""
 
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.safety import written_by
 from conformance.dialogue.block_downloads import (
     Gap,
@@ -12,9 +12,9 @@ from conformance.dialogue.block_downloads import (
 )
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.run.case import may, must
-from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
+from conformance.run.new_transfers import INITIATE_SIZE, INITIATES, Initiate
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16

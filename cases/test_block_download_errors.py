@@ -2,7 +2,7 @@
 
 from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import (
     begin_block_download,
     send_blocks,
@@ -11,17 +11,17 @@ from conformance.dialogue.block_downloads import (
 )
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.wrong_lengths import refusing
-from conformance.generated.server_states import (
+from conformance.model_cases.server_states import (
     BLOCK_DOWNLOAD_END,
     BLOCK_DOWNLOAD_FIRST,
     BLOCK_DOWNLOAD_INSIDE,
     State,
     by_name,
 )
-from conformance.generated.variations import UNKNOWN_SPECIFIERS
+from conformance.model_cases.variations import UNKNOWN_SPECIFIERS
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode

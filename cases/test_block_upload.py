@@ -4,14 +4,14 @@ from contextlib import suppress
 
 from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable, Unimplemented
+from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_empty
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import same_value, segments_of, shown
-from conformance.generated.variations import BEYOND_16_BITS, BLOCK_UPLOAD_SIZES
+from conformance.model_cases.variations import BEYOND_16_BITS, BLOCK_UPLOAD_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import wrong_count

@@ -5,23 +5,23 @@ from contextlib import contextmanager, suppress
 
 from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import same_value, shown
-from conformance.generated.open_transfer import begin
-from conformance.generated.server_states import (
+from conformance.model_cases.open_transfer import begin
+from conformance.model_cases.server_states import (
     BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOAD_END,
     BLOCK_UPLOAD_INITIATED,
     State,
     by_name,
 )
-from conformance.generated.ways_to_states import BLOCK_SIZE, LONGEST
+from conformance.model_cases.ways_to_states import BLOCK_SIZE, LONGEST
 from conformance.run.case import may, must
-from conformance.run.initiates import INITIATE_SIZE, INITIATES, Initiate
+from conformance.run.new_transfers import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import as_answer, as_segment
 from conformance.sdo.describe import in_words

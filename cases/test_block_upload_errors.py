@@ -2,21 +2,21 @@
 
 from conformance.device.device import IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
-from conformance.dialogue.room import Room
-from conformance.generated.open_transfer import begin
-from conformance.generated.server_states import (
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
+from conformance.model_cases.open_transfer import begin
+from conformance.model_cases.server_states import (
     BLOCK_UPLOAD_BETWEEN,
     BLOCK_UPLOAD_END,
     BLOCK_UPLOAD_INITIATED,
     State,
     by_name,
 )
-from conformance.generated.variations import UNKNOWN_SPECIFIERS
-from conformance.generated.ways_to_states import BLOCK_SIZE
+from conformance.model_cases.variations import UNKNOWN_SPECIFIERS
+from conformance.model_cases.ways_to_states import BLOCK_SIZE
 from conformance.run.case import must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

@@ -4,12 +4,12 @@ from collections.abc import Callable, Generator
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.device.suggestions import lacking
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, interleave
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import same_value, shown
 from conformance.run.case import may, must
 from conformance.sdo.block_client import Step

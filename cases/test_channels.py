@@ -2,7 +2,7 @@
 
 from conformance.device.device import VENDOR_ID, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import Unimplemented
+from conformance.device.not_testable import Unimplemented
 from conformance.dialogue.by_itself import judge_kept
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.channels import (
@@ -18,9 +18,9 @@ from conformance.dialogue.channels import (
     Channels,
 )
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
-from conformance.dialogue.room import Room
 from conformance.dialogue.values import of_another_length
 from conformance.run.case import may, must
 from conformance.run.risks import EXTENDED

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from conformance.device.device import Device
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import NMT, STORE_PARAMETERS
 from conformance.dialogue.channels import (
     CLIENT,

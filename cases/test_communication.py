@@ -3,11 +3,11 @@
 from contextlib import suppress
 
 from conformance.device.device import VENDOR_ID, Device
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.long_values import read_in_blocks
-from conformance.dialogue.missing import missing_object
+from conformance.dialogue.missing_objects import missing_object
 from conformance.dialogue.parameters import (
     COB_ID_ENTRIES,
     PDOS,

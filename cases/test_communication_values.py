@@ -2,7 +2,7 @@
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import CLEAR_ERRORS, NMT, STORE_PARAMETERS
 from conformance.device.safety import IDENTITY
 from conformance.dialogue.dialogue import Dialogue

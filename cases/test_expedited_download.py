@@ -2,10 +2,10 @@
 
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.values import same_value, shown
 from conformance.dialogue.wrong_lengths import refusing
 from conformance.run.case import may, must, should

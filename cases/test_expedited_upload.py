@@ -5,10 +5,10 @@ from contextlib import suppress
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR_ID, Device
 from conformance.device.effort import LONG_VALUE, sampled
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.values import of_another_length
 from conformance.run.case import may, must, should
 from conformance.sdo.checks import ServerAborted

@@ -3,12 +3,12 @@
 from conformance.bus.strangers import asked_by_others
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object
 from conformance.run.case import may, must, should
 from conformance.run.risks import EXTENDED, REMOTE, of_length
 from conformance.sdo.abort_codes import AbortCode

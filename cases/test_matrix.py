@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.matrix.field import perform
-from conformance.generated.matrix.field_risks import risk_in
-from conformance.generated.matrix.stimuli import Stimulus
-from conformance.generated.server_states import (
+from conformance.model_cases.matrix.field import perform
+from conformance.model_cases.matrix.field_risks import risk_in
+from conformance.model_cases.matrix.stimuli import Stimulus
+from conformance.model_cases.server_states import (
     BLOCK_DOWNLOAD_BETWEEN,
     BLOCK_DOWNLOAD_END,
     BLOCK_DOWNLOAD_FIRST,

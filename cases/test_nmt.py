@@ -2,11 +2,11 @@
 
 from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import Unimplemented
+from conformance.device.not_testable import Unimplemented
 from conformance.device.serving import Service
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.network import Network
-from conformance.dialogue.room import Room
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response

@@ -1,7 +1,7 @@
 """What a reset of the communication changes of the values of a device, and what not (7.3.2.2.1)."""
 
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.by_itself import judge_kept
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import HEARTBEAT_TIME, Network

@@ -3,12 +3,11 @@
 from conformance.device.device import Device
 from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.changing import changes_by_itself, is_steady
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_stated
-from conformance.dialogue.left import write_as_before
 from conformance.dialogue.object_expectations import (
     NOT_NOW,
     encoded,
@@ -28,6 +27,7 @@ from conformance.dialogue.object_expectations import (
     whole_value,
     write_quickly,
 )
+from conformance.dialogue.own_values import write_as_before
 from conformance.dialogue.storage import Storage
 from conformance.dialogue.values import of_another_length, same_value, shown, with_spaces
 from conformance.run import object_choices as choose

@@ -7,7 +7,7 @@ them out.
 from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.object_expectations import (

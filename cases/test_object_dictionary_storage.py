@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from conformance.device.lacking import Unimplemented
+from conformance.device.not_testable import Unimplemented
+from conformance.device.object_roles import Roles
 from conformance.device.protected_objects import NMT, STORE_PARAMETERS
-from conformance.device.roles import Roles
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network

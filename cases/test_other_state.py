@@ -10,10 +10,10 @@ from contextlib import suppress
 
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.network import Network
 from conformance.dialogue.object_expectations import (
     codes_of_refusal,

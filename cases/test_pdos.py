@@ -1,7 +1,7 @@
 """PDOs: what they map, how that changes, and what does not change while they are valid."""
 
 from conformance.device.device import Device
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.mapped_objects import (
     another_entry,

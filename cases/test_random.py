@@ -4,8 +4,8 @@ A failure is shrunk to the shortest conversation that breaks the same rule, kept
 reports, and tried first by the next run.
 """
 
-from conformance.generated.conversations.conversation import Kind
-from conformance.generated.conversations.search import Search
+from conformance.model_cases.conversations.conversation import Kind
+from conformance.model_cases.conversations.search import Search
 from conformance.run.case import must
 from conformance.run.risks import ANYTHING, LOST_SEGMENT
 

@@ -2,14 +2,14 @@
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.whole_values import expect_stored_and_read
-from conformance.generated.variations import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
+from conformance.model_cases.variations import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (

@@ -10,10 +10,10 @@ from conformance.device.device import (
     VENDOR_ID,
 )
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
-from conformance.generated.server_states import (
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.model_cases.server_states import (
     SEGMENTED_DOWNLOAD_FIRST,
     SEGMENTED_DOWNLOAD_LAST,
     SEGMENTED_DOWNLOAD_MIDDLE,
@@ -21,7 +21,7 @@ from conformance.generated.server_states import (
     State,
     by_name,
 )
-from conformance.generated.variations import FOREIGN_IN_DOWNLOAD
+from conformance.model_cases.variations import FOREIGN_IN_DOWNLOAD
 from conformance.run.case import may, must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

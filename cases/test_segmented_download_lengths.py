@@ -2,9 +2,9 @@
 
 from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.wrong_lengths import refusing
 from conformance.run.case import may, must
 from conformance.sdo.frames import Abort, DownloadInitiate

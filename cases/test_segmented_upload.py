@@ -2,14 +2,14 @@
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_empty
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import not_emptied, same_value, shown
 from conformance.dialogue.whole_values import expect_stored_and_read
-from conformance.generated.open_transfer import begin
-from conformance.generated.server_states import (
+from conformance.model_cases.open_transfer import begin
+from conformance.model_cases.server_states import (
     SEGMENTED_UPLOAD_FIRST,
     SEGMENTED_UPLOAD_LAST,
     SEGMENTED_UPLOAD_MIDDLE,
@@ -17,7 +17,7 @@ from conformance.generated.server_states import (
     State,
     by_name,
 )
-from conformance.generated.variations import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
+from conformance.model_cases.variations import FOREIGN_IN_UPLOAD, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode

@@ -4,12 +4,12 @@ from math import ceil
 
 from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.blocks import LONG
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object
 from conformance.run.case import may, must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, UploadInitiate

@@ -5,12 +5,12 @@ These cases wait, and no others do.
 
 from collections.abc import Callable, Generator
 
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import PROMPT, Dialogue
-from conformance.dialogue.room import Room
-from conformance.generated.open_transfer import begin
-from conformance.generated.server_states import (
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.model_cases.open_transfer import begin
+from conformance.model_cases.server_states import (
     BLOCK_DOWNLOAD_INSIDE,
     BLOCK_UPLOAD_BETWEEN,
     SEGMENTED_DOWNLOAD_MIDDLE,

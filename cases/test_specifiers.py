@@ -4,10 +4,10 @@ from dataclasses import replace
 
 from conformance.device.device import DEVICE_TYPE, VENDOR_ID
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import Unimplemented
+from conformance.device.not_testable import Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.variations import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
+from conformance.model_cases.variations import BLOCK_FRAMES, UNKNOWN_SPECIFIERS
 from conformance.run.case import may, must
 from conformance.run.risks import UNKNOWN_SPECIFIER, risk_of_request
 from conformance.sdo.decoding import as_answer

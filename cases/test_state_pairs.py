@@ -6,7 +6,7 @@ conversation and knows.
 
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
-from conformance.generated.state_pairs import (
+from conformance.model_cases.state_pairs import (
     BEHIND_ABORT,
     BESIDE,
     SUPERSEDED,

@@ -4,8 +4,8 @@ from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.values import shown
-from conformance.generated.open_transfer import begin
-from conformance.generated.server_states import SILENT, State
+from conformance.model_cases.open_transfer import begin
+from conformance.model_cases.server_states import SILENT, State
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import in_words

@@ -21,8 +21,8 @@ from conformance.commands.status import (
     WRONG_USE,
 )
 from conformance.faults.catalogue import UnknownServer
-from conformance.sdo.inert import inert
 from conformance.sdo.nearest import did_you_mean, meant
+from conformance.sdo.printable_text import inert
 from conformance.sdo.rules import UnknownRule
 
 LINE_END = "\n"

@@ -8,7 +8,7 @@ from conformance.reporting.comparison.comparison import Comparison
 from conformance.reporting.comparison.page import write_comparison
 from conformance.reporting.comparison.sides import Side
 from conformance.reporting.comparison.text import comparison_lines
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 HELP = "show what has changed between two runs; exit status 3 if it got worse"
 

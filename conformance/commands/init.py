@@ -19,7 +19,7 @@ from conformance.proposing.proposals import Proposals, by_eds, by_reading
 from conformance.proposing.reading import about, differences, read_device, search
 from conformance.proposing.text import Draft, draft_text
 from conformance.sdo.cob_id import HIGHEST_NODE_ID
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 HELP = "draft a device.toml: read a device, its EDS or both, and propose what may be written"
 FILE = Path("device.toml")

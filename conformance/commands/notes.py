@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterable
 
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 
 def tell(notes: Iterable[str]) -> None:

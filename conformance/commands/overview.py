@@ -8,7 +8,7 @@ from conformance.commands.status import DONE
 from conformance.reporting.overview.page import write_overview
 from conformance.reporting.overview.runs import read_overview
 from conformance.reporting.overview.text import overview_lines
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 HELP = "show which device was tested when, and how it ended, of a folder of many runs"
 

@@ -8,7 +8,7 @@ from conformance.reporting.archive import write_archive
 from conformance.reporting.recorded import read_run
 from conformance.reporting.report import write_reports
 from conformance.reporting.summary import verdict_counts
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 HELP = "write the reports of a run again, even if it was killed"
 

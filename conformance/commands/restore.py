@@ -11,7 +11,7 @@ from conformance.commands.bus_options import add_bus_options, add_response_timeo
 from conformance.commands.status import BROKEN_BENCH, DONE, NOT_THERE
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.sdo.cob_id import ChannelIds
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 HELP = "restore the values that a run left changed, from its report folder"
 

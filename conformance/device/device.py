@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from conformance.device.beliefs import Beliefs
 from conformance.device.eds_listing import Listing
 from conformance.device.effort import LONG_VALUE, sampled
-from conformance.device.extents import Extents
 from conformance.device.keeping import Defaults, Keeping
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
+from conformance.device.not_testable import NotTestable
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import group_of
 from conformance.device.safety import IDENTITY, WritePolicy
 from conformance.device.services import Services
 from conformance.device.serving import Serving
+from conformance.device.upload_limits import Extents
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import DownloadInitiate, Request
 from conformance.sdo.layout import Multiplexer

@@ -4,7 +4,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from conformance.device.changes import Changes
+from conformance.device.change_journal import Changes
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 

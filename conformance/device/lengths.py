@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 
 
 @dataclass(slots=True)

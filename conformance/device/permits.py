@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from conformance.device.eds_listing import Listing
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import (
     LOAD_DEFAULTS,
     NMT,

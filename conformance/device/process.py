@@ -17,7 +17,7 @@ from typing import Self
 from conformance.bus.errors import ProcessFailed
 from conformance.device import programs
 from conformance.device.bounded_log import BoundedLog
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 # How long things may take, in seconds: to recover a device, to start one.
 RECOVER_LIMIT = 60.0

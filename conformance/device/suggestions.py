@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.permits import FIRST_OF_DEVICE, LAST_OF_DEVICE
 
 Fits = Callable[[KnownObject], bool]

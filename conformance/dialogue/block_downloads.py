@@ -8,7 +8,7 @@ from conformance.device.device import TWO_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.transfers import mux_of
 from conformance.dialogue.values import segments_of
 from conformance.sdo.abort_codes import AbortCode

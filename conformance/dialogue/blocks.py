@@ -4,11 +4,11 @@ from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable, Unimplemented
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue, named
+from conformance.dialogue.ended_transfers import has_left
 from conformance.dialogue.held_values import expect_read
-from conformance.dialogue.server_aborts import has_left
 from conformance.dialogue.transfers import Target, mux_of
 from conformance.dialogue.values import same_value
 from conformance.sdo.abort_codes import AbortCode

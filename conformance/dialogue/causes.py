@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from conformance.dialogue.one_defect import NO_ANSWER, told_once
+from conformance.dialogue.rule_families import NO_ANSWER, told_once
 from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
 from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe

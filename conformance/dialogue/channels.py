@@ -10,11 +10,11 @@ from contextlib import contextmanager, suppress
 from conformance.bus.channel import Channel
 from conformance.device.device import VENDOR_ID
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import SDO_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.odd_frames import in_brief
 from conformance.dialogue.parameters import Parameters
+from conformance.dialogue.shape_breaches import in_brief
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step

@@ -8,10 +8,10 @@ from typing import Self
 
 from conformance.bus.channel import Channel
 from conformance.device.device import Device
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
+from conformance.dialogue.case_record import CaseRecord
+from conformance.dialogue.must_serve import Served
 from conformance.dialogue.payload import MOST_PLAIN, text
-from conformance.dialogue.record import CaseRecord
-from conformance.dialogue.served import Served
 from conformance.dialogue.silence import Silence
 from conformance.dialogue.wire import Wire
 from conformance.sdo.block_client import BlockClient

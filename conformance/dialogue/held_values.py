@@ -3,7 +3,7 @@
 from conformance.device.effort import LONG_VALUE, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.changing import changes_by_itself
-from conformance.dialogue.delivered import is_written_through
+from conformance.dialogue.download_parts import is_written_through
 from conformance.dialogue.transfers import Transfers
 from conformance.dialogue.values import (
     not_as_written,

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from conformance.device.device import LAST_DATA_TYPE, Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.parameters import CobIdEntry
 from conformance.sdo.abort_codes import AbortCode

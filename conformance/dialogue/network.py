@@ -9,12 +9,12 @@ from contextlib import contextmanager
 from math import ceil
 
 from conformance.bus.deadline import Deadline
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.device.serving import STATE_NAMES, Service
 from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.left import write_all_as_before
+from conformance.dialogue.own_values import write_all_as_before
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.serving_trial import ServingTrial
 from conformance.sdo.abort_codes import AbortCode

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks

@@ -7,7 +7,7 @@ a busy machine may keep it waiting: then the server is right, and the case says 
 import time
 from collections.abc import Callable
 
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import Abort, Response

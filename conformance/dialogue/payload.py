@@ -12,7 +12,7 @@ import random
 from collections.abc import Sequence
 
 from conformance.device.device import Device
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import SEGMENT_LENGTH

@@ -1,7 +1,7 @@
 """What a refusal says: it is about the service that was asked for, or known of the device."""
 
 from conformance.device.device import Device
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.serving import Service, service_of
 from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS
 from conformance.sdo.describe import in_words

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import Way
-from conformance.dialogue.early import MOST_TRIES
+from conformance.dialogue.server_aborts import MOST_TRIES
 from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import describe_code

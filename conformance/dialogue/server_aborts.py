@@ -1,50 +1,154 @@
-"""Whether the server has aborted the transfer, before it gets a request of that transfer.
+"""Aborts by which a server ends a transfer that is running: it may do so at any time (7.2.4.3.17).
 
-To an idle server that would be another request. These functions look at what has arrived, and wait
-for nothing.
+Once is nothing to blame it for, so a case that one has ended is tried again. What ends each try
+in the same way is no chance: the server refuses the service.
 """
 
-from conformance.dialogue.early import is_early
-from conformance.dialogue.wire import ABORTS, Wire
-from conformance.sdo.describe import in_words
-from conformance.sdo.frames import BlockAck
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeGuard
+
+from conformance.dialogue.causes import kind_of_request
+from conformance.sdo.abort_codes import ACCUSATIONS, APPLICATION_STATE, AbortCode
+from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import hex_bytes
+from conformance.sdo.frames import (
+    Abort,
+    BlockDownloadInitiate,
+    BlockSegment,
+    BlockUploadInitiate,
+    DownloadInitiate,
+    Request,
+    Response,
+    UploadInitiate,
+)
+from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-SEGMENTS_PER_LOOK = 4
-_ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
+MOST_TRIES = 4
+INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
+_CODES = frozenset(AbortCode)
 
 
-def look_for_abort(wire: Wire, data: bytes) -> None:
-    """Raise Violation where the server has ended the transfer before the next request, ``data``."""
-    # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
-    if leaves_unasked(wire, within_burst=data[:1] != ABORTS):
-        actual = in_words(wire.receive())
-        found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=actual)
-        found.request = wire.last_sent
-        raise found
+@dataclass(frozen=True, slots=True)
+class Way:
+    """How a try has ended: the rule that it breaks, the abort, and behind which request.
 
-
-def leaves_unasked(wire: Wire, *, within_burst: bool = False) -> bool:
-    """Say whether the server has ended the transfer though it owes no answer.
-
-    ``within_burst`` leaves segments of a block to ``has_left``.
+    ``transfers`` counts those that had begun. Before the first try ends it may have been found out
+    what an object takes, so the count may differ there.
     """
-    if not wire.looks_for_aborts:
-        return False
-    running = wire.tracker.open
-    owed = wire.owed and (within_burst or not wire.segments)
-    if running is None or owed or wire.fencing:
-        return False
-    waiting = wire.channel.waiting()
-    return bool(waiting) and is_early(wire.tracker.read(waiting[0].data), running)
+
+    rule_id: str
+    abort: Abort
+    request: str
+    transfers: int
+
+    def resembles(self, other: "Way") -> bool:
+        """Say whether all but the count is the same."""
+        return replace(self, transfers=0) == replace(other, transfers=0)
 
 
-def has_left(wire: Wire) -> bool:
-    """Say whether the server has said something else than that it takes segments.
+def is_systematic(ways: Sequence[Way]) -> bool:
+    """Say whether all tries have ended in one way, and all but the first at the same place."""
+    alike = all(way.resembles(ways[-1]) for way in ways)
+    return len(ways) >= MOST_TRIES and alike and len(set(ways[1:])) == 1
 
-    What follows an abort within a sub-block would be requests to an idle server. This looks only
-    now and then: before an answer to a segment could be here, some more are on their way.
+
+class EarlyAborts:
+    """Notes that the server has ended transfers early.
+
+    ``met`` is the abort that has ended the latest one, until the next begins. ``transfers`` counts
+    the initiates that were sent. An abort of the server may have ``crossed`` with one of the
+    client: what that asked next may be served behind it.
     """
-    if wire.segments % SEGMENTS_PER_LOOK:
-        return False
-    return any(frame.data[:1] != _ACKNOWLEDGES for frame in wire.channel.waiting())
+
+    def __init__(self) -> None:
+        """No transfer has begun."""
+        self.transfers = 0
+        self.crossed = False
+        self._given_up: Multiplexer | None = None
+        self._met: Abort | None = None
+        self._all: list[Abort] = []
+
+    @property
+    def met(self) -> Abort | None:
+        """The abort that has ended the latest transfer."""
+        return self._met
+
+    def sent(self, request: Request) -> None:
+        """Take what a case sends."""
+        if isinstance(request, INITIATES):
+            self._met = None
+            self.transfers += 1
+
+    def aborted(self, running: Multiplexer | None) -> None:
+        """Take an abort of the client; ``running`` is the object of the transfer that it ends."""
+        self._given_up = running
+
+    def note(self, abort: Abort) -> None:
+        """Take an abort that has ended a transfer early."""
+        self._met = abort
+        if abort not in self._all:
+            self._all.append(abort)
+
+    def received(self, response: Response, running: Multiplexer | None) -> None:
+        """Take a response; ``running`` is the object of the transfer that is, if there is one."""
+        if isinstance(response, Abort):
+            if is_early(response, running):
+                self.note(response)
+            elif is_early(response, self._given_up):
+                self.crossed = True
+                self.note(response)
+        self._given_up = None
+
+    def forget(self) -> None:
+        """Begin with something else."""
+        self.transfers, self._met, self._all = 0, None, []
+
+    def way(self, error: BaseException | None, asked: Request) -> Way | None:
+        """Say in which way a try has ended; None where the server has not left early."""
+        match error:
+            case Violation():
+                abort = self._met or self._told_of(error)
+                rule_id, asked = error.rule.id, error.request or asked
+            case ServerAborted():
+                abort = error.abort if error.abort in self._all else None
+                rule_id = NOT_REFUSED.id
+            case _:
+                return None
+        if abort is None or _accuses(abort, asked):
+            return None
+        return Way(rule_id, abort, kind_of_request(asked), self.transfers)
+
+    def _told_of(self, error: Violation) -> Abort | None:
+        """Return the abort that a breach tells of: what came since may have been tidying."""
+        return next((abort for abort in self._all if _bytes_of(abort) in error.actual), None)
+
+
+def _accuses(abort: Abort, asked: Request) -> bool:
+    """Say whether an abort calls a request wrong: there is no chance in that.
+
+    A server may have lost a segment of a burst, and call the next one out of sequence.
+    """
+    lost = isinstance(asked, BlockSegment) and abort.code == AbortCode.INVALID_SEQUENCE_NUMBER
+    return abort.code in ACCUSATIONS and not lost
+
+
+def _bytes_of(abort: Abort) -> str:
+    return hex_bytes(abort.encode())
+
+
+def leaves(response: Response, running: Multiplexer | None) -> bool:
+    """Say whether a server ends what runs for a reason of its own, not for what it was sent."""
+    return is_early(response, running) and response.code in APPLICATION_STATE
+
+
+def is_early(response: Response, running: Multiplexer | None) -> TypeGuard[Abort]:
+    """Say whether a response is an abort of what runs, and nothing is wrong with it."""
+    return (
+        running is not None
+        and isinstance(response, Abort)
+        and response.mux == running
+        and response.code in _CODES
+        and not response.reserved_bits
+    )

@@ -2,7 +2,7 @@
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.device.serving import BY_STATE, Service
 from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.checks import ServerAborted

@@ -6,9 +6,9 @@ the run began with is sent behind it, and only its answer may come.
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import blocked
-from conformance.dialogue.early import INITIATES, leaves
-from conformance.dialogue.odd_frames import in_brief, unasked, unsolicited
-from conformance.dialogue.server_aborts import leaves_unasked, look_for_abort
+from conformance.dialogue.ended_transfers import leaves_unasked, look_for_abort
+from conformance.dialogue.server_aborts import INITIATES, leaves
+from conformance.dialogue.shape_breaches import in_brief, unasked, unsolicited
 from conformance.dialogue.wire import ABORTS, Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame

@@ -7,12 +7,12 @@ So nothing is loaded unless all that would be lost can be put back, and stored a
 from collections.abc import Iterable, Mapping
 
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
 from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.left import write_all_as_before
 from conformance.dialogue.network import Network
+from conformance.dialogue.own_values import write_all_as_before
 from conformance.dialogue.transfers import NOT_NOW
 from conformance.dialogue.values import same_value, shown, with_spaces
 from conformance.sdo.checks import ServerAborted

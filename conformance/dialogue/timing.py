@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from conformance.bus.kinds import READING, Kind, Task, Tasks
 from conformance.bus.pace import Pace
-from conformance.dialogue.allowance import Allowance
+from conformance.dialogue.slow_device import Allowance
 
 
 class Timing:

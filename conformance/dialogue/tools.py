@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
-from conformance.dialogue.room import Room
 from conformance.dialogue.storage import Storage
 
 

@@ -8,9 +8,9 @@ from collections.abc import Generator
 from dataclasses import replace
 
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
+from conformance.dialogue.ended_transfers import has_left
 from conformance.dialogue.exchange import Exchange, InitiateRefused
-from conformance.dialogue.server_aborts import has_left
 from conformance.dialogue.values import check_constant, of_another_length
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step

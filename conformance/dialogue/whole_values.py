@@ -4,7 +4,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.dialogue.blocks import LONG
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_read
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 
 
 def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: int) -> None:

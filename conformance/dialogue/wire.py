@@ -11,22 +11,22 @@ from conformance.bus.channel import Channel
 from conformance.bus.kinds import task_of
 from conformance.bus.strangers import heard_elsewhere
 from conformance.device.device import Device
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import OTHER_NODES
 from conformance.device.safety import may_ask
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
-from conformance.dialogue.delivered import Delivered
-from conformance.dialogue.early import INITIATES, leaves
-from conformance.dialogue.effects import READING, Effects
-from conformance.dialogue.odd_frames import check_shape
-from conformance.dialogue.one_defect import NO_ANSWER
+from conformance.dialogue.download_parts import Delivered
 from conformance.dialogue.pauses import Pauses
-from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.refusals import of_other_service, step_aside
+from conformance.dialogue.rule_families import NO_ANSWER
+from conformance.dialogue.server_aborts import INITIATES, leaves
+from conformance.dialogue.shape_breaches import check_shape
 from conformance.dialogue.sub_blocks import LAST, SubBlocks
 from conformance.dialogue.timing import Timing
 from conformance.dialogue.tracker import ENDING, TransferTracker
 from conformance.dialogue.waits import MOST_SURPLUS, Waits
+from conformance.dialogue.write_guard import READING, Effects
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request, decode_segment

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from conformance.device.device import Device
 from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.values import shown

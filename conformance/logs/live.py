@@ -11,7 +11,7 @@ import can
 from conformance.bus.link import Link
 from conformance.bus.stop import RunStopped, Stop
 from conformance.logs.reading import Seen
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 # Seconds of one wait for a frame; a request to stop ends it at once.
 WAIT = 60.0

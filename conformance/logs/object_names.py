@@ -3,7 +3,7 @@
 import re
 
 from conformance.device.eds_listing import Listing
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 _OBJECT = re.compile(r"\b([0-9A-F]{4})h:([0-9A-F]{2})\b")
 

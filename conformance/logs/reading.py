@@ -24,8 +24,8 @@ from can.io.blf import BLFParseError
 from conformance.bus.messages import to_frame
 from conformance.device.files import shortened
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.inert import inert
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.printable_text import inert
 
 STANDARD_INPUT = "-"
 # What python-can tells by the end of the name; there may be a .gz behind it.

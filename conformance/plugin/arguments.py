@@ -13,8 +13,8 @@ from conformance.device.known_objects import ObjectNameError
 from conformance.device.named_objects import NamedObject
 from conformance.device.programs import words
 from conformance.device.protected_objects import PermissionNameError, parse_permission
+from conformance.plugin.case_order import QUICK
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
-from conformance.plugin.worth import QUICK
 from conformance.reporting.requirements import (
     Requirement,
     RequirementError,

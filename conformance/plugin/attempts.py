@@ -11,15 +11,15 @@ import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
-from conformance.device.lacking import NotTestable
-from conformance.dialogue.early import MOST_TRIES, Way, is_systematic
-from conformance.generated.conversations.search import Search
+from conformance.device.not_testable import NotTestable
+from conformance.dialogue.server_aborts import MOST_TRIES, Way, is_systematic
+from conformance.model_cases.conversations.search import Search
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.state import CASE_RUN, ItemCase
 from conformance.plugin.suite_errors import conclude
-from conformance.run import doubts
+from conformance.run import frame_loss
 from conformance.run.case_run import CaseRun, begin_case
-from conformance.run.doubts import Stumble, is_certain
+from conformance.run.frame_loss import Stumble, is_certain
 from conformance.run.second_try import doubt, stumble, take_back
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import BREACHES, CaseResult
@@ -99,13 +99,13 @@ def conclude_tries(
             return run, error, result
         failed = result
         take_back(run)
-        if len(tries) == doubts.MOST_TRIES:
+        if len(tries) == frame_loss.MOST_TRIES:
             break
         run = begin_again()
         item.stash[CASE_RUN] = run
         run, error = try_again(item, run, perform(item, run), begin_again)
         result = _conclude(item, run, error)
-    if not tries or (result.verdict in BREACHES and len(tries) < doubts.MOST_TRIES):
+    if not tries or (result.verdict in BREACHES and len(tries) < frame_loss.MOST_TRIES):
         return run, error, result
     if isinstance(item, CaseFunction) and len(tries) == 1 and result.verdict not in BREACHES:
         shown = run.session.frames

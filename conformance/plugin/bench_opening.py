@@ -10,8 +10,8 @@ from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.hosting import simulated_bus, virtual_host
-from conformance.plugin.about import about_device
 from conformance.plugin.options import Options
+from conformance.plugin.run_description import about_device
 from conformance.plugin.state import RunState
 from conformance.plugin.time_left import DiscoveryProgress
 from conformance.plugin.traffic import logging_too

@@ -13,11 +13,11 @@ from typing import TypeVar
 import pytest
 
 from conformance.bus.stop import RunStopped
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
-from conformance.generated.conversations.plan import Plan
-from conformance.generated.conversations.search import Search
-from conformance.generated.conversations.store import FailingStore
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
+from conformance.model_cases.conversations.plan import Plan
+from conformance.model_cases.conversations.search import Search
+from conformance.model_cases.conversations.store import FailingStore
 from conformance.plugin.attempts import begin
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of

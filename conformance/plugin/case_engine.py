@@ -24,11 +24,11 @@ from conformance.plugin.state import (
     left_out,
 )
 from conformance.reporting.summary import device_properties
-from conformance.run.accounting import account
 from conformance.run.bench import Bench
 from conformance.run.case_run import CaseRun
-from conformance.run.losses import MOST_IN_A_ROW, Losses
+from conformance.run.known_failures import account
 from conformance.run.session import DeviceSession
+from conformance.run.stopped_by import MOST_IN_A_ROW, Losses
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 
 # Of a device of which that is known no case can tell more.

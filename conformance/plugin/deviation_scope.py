@@ -6,7 +6,7 @@ import pytest
 
 from conformance.device.known_deviations import unknown_case
 from conformance.plugin.state import RunState, case_of
-from conformance.run.accounting import Scope
+from conformance.run.known_failures import Scope
 from conformance.sdo.rules import RULES
 
 

@@ -17,10 +17,10 @@ from conformance.bus.errors import (
 )
 from conformance.device.known_deviations import KnownDeviation, write_deviations
 from conformance.plugin import budget
-from conformance.plugin.about import about_run
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.recorder import Recorder, as_place
+from conformance.plugin.run_description import about_run
 from conformance.plugin.selection import FOLDER
 from conformance.plugin.settings import ASKED
 from conformance.plugin.state import RunState, uses_device
@@ -29,8 +29,8 @@ from conformance.plugin.terminal_summary import TerminalSummary
 from conformance.plugin.workers import Controller
 from conformance.reporting.cause_counts import causes_of
 from conformance.reporting.requirements import untested
-from conformance.run.accounting import stale_entries
 from conformance.run.drafting import draft
+from conformance.run.known_failures import stale_entries
 from conformance.run.verdict import CaseResult, Verdict
 
 # Those of pytest; a plugin that runs a case again has others for the tries that do not count.

@@ -5,11 +5,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from conformance.bus.errors import BenchError, FailedOnce, error_named
-from conformance.device.changes import WRITTEN_UNREAD
+from conformance.device.change_journal import WRITTEN_UNREAD
 from conformance.device.known_deviations import KnownDeviation
 from conformance.dialogue.values import shown
 from conformance.run.session import DeviceSession
-from conformance.run.twins import either
+from conformance.run.two_devices import either
 from conformance.run.verdict import CaseResult
 
 

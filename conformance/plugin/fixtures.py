@@ -9,15 +9,15 @@ import pytest
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
-from conformance.dialogue.room import Room
 from conformance.dialogue.storage import Storage
-from conformance.generated.conversations.search import Search
+from conformance.model_cases.conversations.search import Search
 from conformance.plugin.attempts import begin
 from conformance.plugin.case_arguments import (
     end_unperformed,

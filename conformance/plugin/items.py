@@ -11,8 +11,8 @@ from weakref import WeakKeyDictionary
 import pytest
 
 from conformance.device.eds_listing import Listing
+from conformance.plugin.case_order import FIRST, Place, place_in_run
 from conformance.plugin.failure import CaseFailed, as_pytest_shows
-from conformance.plugin.worth import FIRST, Place, place_in_run
 from conformance.run.case import CaseInfo, case_info
 from conformance.run.case_files import CASE_FILES, CASES
 from conformance.run.risks import Kind, Risk

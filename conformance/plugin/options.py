@@ -20,7 +20,7 @@ from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
-from conformance.generated.conversations.plan import SEARCH_SECONDS
+from conformance.model_cases.conversations.plan import SEARCH_SECONDS
 from conformance.plugin.arguments import DEFAULT_EXAMPLES, THOROUGH_EXAMPLES
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.workers import Share, share_of

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 
 import pytest
 
+from conformance.plugin.case_order import quick_choice
 from conformance.plugin.items import CaseFunction, judges_run
 from conformance.plugin.options import Options
-from conformance.plugin.worth import quick_choice
 from conformance.reporting.summary import QUICK
 from conformance.run.bench import RunSettings
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.errors import BenchError, CaseEnded, SuiteError
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.pauses import NOT_JUDGED
 from conformance.plugin.items import CaseFunction
 from conformance.run.case_files import CASES

@@ -5,7 +5,7 @@ from typing import Any
 
 from conformance.bus.channel import Channel
 from conformance.bus.errors import NotWritten
-from conformance.device.changes import LeftBehind
+from conformance.device.change_journal import LeftBehind
 from conformance.device.device import Device
 from conformance.plugin.findings import Findings
 from conformance.plugin.options import Options

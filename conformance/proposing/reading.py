@@ -7,8 +7,8 @@ from conformance.device.device import DEVICE_TYPE, TEXTS, Device
 from conformance.device.eds_listing import Listing, mandatory_and
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.permits import known_objects
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
 from conformance.proposing.finding import Found, Search
 from conformance.run.discovery import READING, Reading, discover
 from conformance.run.object_choices import is_error_place

@@ -12,7 +12,7 @@ from conformance.bus.opening import BusSettings
 from conformance.device.known_objects import name_of
 from conformance.proposing.additions import ALL_CASES, BY_OBJECT, PERMISSIONS, Permission
 from conformance.proposing.proposals import LONG_VALUE, Proposal, Proposals
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 # Where the comment behind a proposal begins.
 COLUMN = 32

@@ -13,9 +13,9 @@ from typing import Any, BinaryIO
 
 from conformance.bus.channel import Channel
 from conformance.bus.opening import BusSettings
-from conformance.device.changes import LeftBehind
+from conformance.device.change_journal import LeftBehind
 from conformance.reporting.appending import GrowingFile
-from conformance.run.putting_back import put_back
+from conformance.run.restore_command import put_back
 
 if sys.platform == "win32":  # its locks would keep others from reading the file
 

@@ -23,8 +23,8 @@ from conformance.run.recording import ChannelDecoder
 from conformance.run.verdict import CaseResult, rule_of_cause
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
-from conformance.sdo.inert import inert
 from conformance.sdo.nmt import describe_nmt
+from conformance.sdo.printable_text import inert
 from conformance.sdo.rules import RULES_BY_ID, cited
 
 FOLDER = "reproduce"

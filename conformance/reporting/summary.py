@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from conformance import __version__
 from conformance.device.device import Device
-from conformance.device.lacking import addition
+from conformance.device.not_testable import addition
 from conformance.run.bench import RunSettings
 from conformance.run.verdict import NOT_TESTED, CaseResult, Verdict
 

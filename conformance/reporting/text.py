@@ -2,7 +2,7 @@
 
 import re
 
-from conformance.sdo.inert import in_ascii
+from conformance.sdo.printable_text import in_ascii
 
 # XML 1.0 allows tab, line feed, carriage return and what lies above the control characters. A
 # carriage return would be read back as a line feed, and the C1 controls are legal but junit-xml

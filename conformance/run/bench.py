@@ -23,7 +23,7 @@ from conformance.bus.errors import (
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, connection_of, open_bus
 from conformance.bus.stop import Stop
-from conformance.device.changes import Changes
+from conformance.device.change_journal import Changes
 from conformance.device.device import STORAGE_TIME, Device
 from conformance.device.eds_listing import Listing, mandatory_and
 from conformance.device.known_objects import KnownObject, by_multiplexer
@@ -32,13 +32,13 @@ from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.channels import TEST_CHANNELS
+from conformance.run.before_first_case import Watch
 from conformance.run.discovery import discover, unseen
-from conformance.run.doubts import Beginning, beginning, in_doubt, is_settled
 from conformance.run.evidence import CANSEND_KNOWS
 from conformance.run.first_request import FirstRequest
+from conformance.run.frame_loss import Beginning, beginning, in_doubt, is_settled
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
-from conformance.run.watch import Watch
 from conformance.sdo.cob_id import ChannelIds
 
 DEFAULT_RESPONSE_TIMEOUT = 1.0

@@ -12,24 +12,24 @@ from conformance.device.device import (
     Device,
 )
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import Unimplemented
-from conformance.device.roles import Roles
+from conformance.device.not_testable import Unimplemented
+from conformance.device.object_roles import Roles
 from conformance.device.serving import BY_STATE, Service
 from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND, Cause, Causes
 from conformance.dialogue.changing import may_change, take_as_changing
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.early import MOST_TRIES
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
-from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.server_aborts import MOST_TRIES
 from conformance.dialogue.transfers import EXISTS
 from conformance.run.baseline import record_baseline
 from conformance.run.first_reading import FirstReading, in_order
-from conformance.run.habits import GONE, keep_aside, lost_early
-from conformance.run.losses import ENOUGH
 from conformance.run.object_choices import is_error_place
 from conformance.run.states import learn_refusal, look_where_it_reads
-from conformance.run.twins import examine, look_for_second
+from conformance.run.stopped_by import ENOUGH
+from conformance.run.survey import GONE, keep_aside, lost_early
+from conformance.run.two_devices import examine, look_for_second
 from conformance.run.whole_reading import TooLong, read_whole
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame

@@ -3,10 +3,10 @@
 from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import Cause, kind_of_answer
-from conformance.run.habits import FIRST_SEEN
 from conformance.run.plain_reads import end_read
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
+from conformance.run.survey import FIRST_SEEN
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse

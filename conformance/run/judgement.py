@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.causes import Cause, Causes, Standing, kind_of_answer
-from conformance.run.afterwards import Leaving
+from conformance.run.leaving import Leaving
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.values import longer_than_taken
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.limits import EXPEDITED_LENGTH

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.blocks import LONG, Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storage import write_signature
 from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.values import restored_value, shown
-from conformance.run.afterwards import take_the_rest
-from conformance.run.mappings import in_order, is_0_meanwhile, needed_for
+from conformance.run.leaving import take_the_rest
+from conformance.run.pdo_mapping import in_order, is_0_meanwhile, needed_for
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer

@@ -4,7 +4,7 @@ What stays of a try that does not count is its trace.
 """
 
 from conformance.run.case_run import CaseRun
-from conformance.run.doubts import MOST_TRIES, Stumble
+from conformance.run.frame_loss import MOST_TRIES, Stumble
 from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import NO_REBOOT
 

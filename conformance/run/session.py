@@ -7,17 +7,17 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
-from conformance.dialogue.allowance import Allowance
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
-from conformance.dialogue.record import CaseRecord
-from conformance.run.doubts import Doubts
+from conformance.dialogue.slow_device import Allowance
 from conformance.run.evidence import cansend_lines, trace_lines
-from conformance.run.habits import SURVEY, survey
+from conformance.run.frame_loss import Doubts
 from conformance.run.recording import Recording
 from conformance.run.restorer import Restorer
 from conformance.run.revival import Revival
+from conformance.run.survey import SURVEY, survey
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import in_words

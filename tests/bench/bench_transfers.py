@@ -26,8 +26,8 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.device.device import Device
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
 from conformance.faults.hosting import virtual_host
 from conformance.run.bench import private_channel
 from conformance.sdo.layout import Multiplexer

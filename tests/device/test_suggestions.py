@@ -7,9 +7,9 @@ import pytest
 from conformance.device.device import Device
 from conformance.device.eds_listing import ListedObject, Listing, ObjectType
 from conformance.device.known_objects import KnownObject, by_multiplexer
-from conformance.device.lacking import NotTestable, addition
+from conformance.device.not_testable import NotTestable, addition
+from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
-from conformance.device.roles import Roles
 from conformance.device.safety import WritePolicy
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType

@@ -12,9 +12,9 @@ from conformance.device.device import Device
 from conformance.device.known_objects import by_multiplexer
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.blocks import Blocks
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
-from conformance.dialogue.server_aborts import SEGMENTS_PER_LOOK
+from conformance.dialogue.ended_transfers import SEGMENTS_PER_LOOK
 from conformance.reference.simulated_bus import SimulatedBus
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, BlockAck, BlockDownloadInitiateResponse

@@ -3,7 +3,7 @@
 import pytest
 from run_bench import DOMAIN, NODE_ID, TEXT, Recording, begin, discovered
 
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.safety import written_by
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.payload import MOST_PLAIN, PRINTABLE_OBJECTS, check_for_blocks

@@ -13,7 +13,7 @@ from conformance.dialogue.causes import (
     cause_of,
     kind_of_request,
 )
-from conformance.dialogue.one_defect import NO_ANSWER
+from conformance.dialogue.rule_families import NO_ANSWER
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import in_words

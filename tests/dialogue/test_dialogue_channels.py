@@ -7,7 +7,7 @@ import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
 from conformance.device.device import DEVICE_TYPE
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.safety import WritePolicy

@@ -5,7 +5,7 @@ from run_bench import NODE_ID, TEXT, discovered
 
 from conformance.dialogue.exchange import InitiateRefused
 from conformance.faults.catalogue import build_node
-from conformance.generated.server_states import BLOCK_DOWNLOAD_END
+from conformance.model_cases.server_states import BLOCK_DOWNLOAD_END
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer

@@ -8,10 +8,10 @@ from run_bench import DOMAIN, NODE_ID, Workbench, discovered
 
 from conformance.bus.link import Direction
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import held
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.faults.catalogue import build_node
 from conformance.sdo.rules import Violation
 

@@ -3,13 +3,13 @@
 import pytest
 from run_bench import DOMAIN, NODE_ID, TEXT, discovered
 
-from conformance.device.lacking import NotTestable
 from conformance.device.lengths import Lengths
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again
 from conformance.dialogue.causes import Cause
-from conformance.dialogue.left import write_as_before
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.own_values import write_as_before
 from conformance.faults.catalogue import build_node
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node

@@ -10,7 +10,7 @@ from conformance.dialogue.long_values import COMPARED, read_in_blocks
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
-from conformance.run.afterwards import leave
+from conformance.run.leaving import leave
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry
 from conformance.sdo.rules import Violation

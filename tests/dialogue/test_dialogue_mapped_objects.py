@@ -8,7 +8,7 @@ from run_bench import NODE_ID, Recording, discovered
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject, by_multiplexer
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.dialogue.mapped_objects import (
     another_entry,
     expect_mapped,

@@ -5,7 +5,7 @@ import random
 import pytest
 from run_bench import HASTY, NODE_ID, TEXT, Scripted, discovered, recording, undiscovered
 
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.safety import written_by
 from conformance.dialogue.payload import MOST_PLAIN, PRINTABLE, PRINTABLE_OBJECTS, text
 from conformance.reference.built_in_device import reference_entries

@@ -7,7 +7,7 @@ from run_bench import DOMAIN, NODE_ID, RULE, TEXT, Recording, discovered
 from storage_bench import Watched, configured
 
 from conformance.device.effort import LONG_VALUE
-from conformance.dialogue.left import write_all_as_before, write_as_before
+from conformance.dialogue.own_values import write_all_as_before, write_as_before
 from conformance.dialogue.storage import write_signature
 from conformance.faults.registry import assemble
 from conformance.reference.built_in_device import reference_entries

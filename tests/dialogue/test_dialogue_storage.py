@@ -6,7 +6,7 @@ import pytest
 from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
 from storage_bench import IN_USE, NUMBER, Kept, Watched, configured
 
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
 from conformance.dialogue.network import Network

@@ -9,8 +9,8 @@ from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.pace import SHORTEST_OF_ROOM, Pace
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
 from conformance.dialogue.timing import Timing
 from conformance.reference.node import Node
 from conformance.reference.simulated_bus import SimulatedBus

@@ -19,11 +19,11 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.missing import missing_object, missing_sub_index
-from conformance.dialogue.record import CaseRecord
-from conformance.dialogue.room import Room
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.values import same_value, shown
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries

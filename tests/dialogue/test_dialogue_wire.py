@@ -16,10 +16,10 @@ from run_bench import (
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SecondClient, WriteNotPermitted
 from conformance.bus.strangers import asked_by_others
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import Cause
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.odd_frames import check_shape
-from conformance.dialogue.record import CaseRecord
+from conformance.dialogue.shape_breaches import check_shape
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId

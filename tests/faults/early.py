@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 from functools import cache
 
 from conformance.faults.catalogue import build_node
-from conformance.plugin import worth
+from conformance.plugin import case_order
 from conformance.reference.built_in_eds import listing_of
 from conformance.reporting.rule_listing import scripted_cases
 from conformance.run.risks import Kind
@@ -36,9 +36,11 @@ def early_cases(
     They are those of a quick run, which shows the most at its requests, the cheapest ones for what
     it does not show, and more in their order.
     """
-    early = {case for case in quick if risks()[case] in worth.FAMILIAR}
+    early = {case for case in quick if risks()[case] in case_order.FAMILIAR}
     left = EARLY * total - sum(costs[case] for case in early)
-    familiar = [case for case in order if case not in early and risks()[case] in worth.FAMILIAR]
+    familiar = [
+        case for case in order if case not in early and risks()[case] in case_order.FAMILIAR
+    ]
     missing = [found for found in usual.values() if found.keys().isdisjoint(early)]
     for case in sorted(familiar, key=costs.__getitem__):
         if costs[case] <= left and any(case in found for found in missing):

@@ -11,8 +11,8 @@ from early import risks
 
 from conformance.faults.catalogue import faults
 from conformance.faults.registry import About, Defect
-from conformance.plugin import worth
-from conformance.plugin.worth import FAMILIAR, FEW, place_in_run, quick_choice, table
+from conformance.plugin import case_order
+from conformance.plugin.case_order import FAMILIAR, FEW, place_in_run, quick_choice, table
 from conformance.run.risks import Kind
 
 # Of the faults that cases show where the server declares no time-out; one shows before the first.
@@ -33,7 +33,7 @@ def services() -> dict[str, str]:
 
 
 def kept() -> dict[str, Any]:
-    text = Path(worth.__file__).with_suffix(".json").read_text("utf-8")
+    text = Path(case_order.__file__).with_suffix(".json").read_text("utf-8")
     found: dict[str, Any] = json.loads(text)
     return found
 
@@ -47,7 +47,7 @@ def test_each_case_is_one_that_there_is() -> None:
 
 
 def test_each_case_and_each_fault_stands_there_once() -> None:
-    text = Path(worth.__file__).with_suffix(".json").read_text("utf-8")
+    text = Path(case_order.__file__).with_suffix(".json").read_text("utf-8")
     pairs: list[tuple[str, object]] = json.loads(text, object_pairs_hook=list)
     cases: list[tuple[str, object]] = dict(pairs)["cases"]  # type: ignore[assignment]
     assert max(Counter(name for name, _ in cases).values()) == 1

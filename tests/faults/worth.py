@@ -7,7 +7,7 @@
 ``catches`` adds the faults to ``catches.json`` that are not in it yet, one after another; it may be
 ended and begun again. NAMEs are measured anew. It takes scripts of few requests; a fault that they
 do not catch meets the cases that it names. Faults that take a thorough run are left out. ``order``
-counts the requests of each case, and writes ``conformance/plugin/worth.json``, by which a run
+counts the requests of each case, and writes ``conformance/plugin/case_order.json``, by which a run
 orders its cases and ``--sdo-quick`` chooses them.
 ``quick`` runs that choice against all faults that show without a declared time-out. What catches
 one there is added to ``catches.json``; what does not, though it has in another order, is taken out
@@ -38,11 +38,11 @@ from detection import (
 from early import EARLY, early_cases
 
 from conformance.faults.catalogue import faults, find_deviation
-from conformance.plugin import worth
+from conformance.plugin import case_order
 from conformance.plugin.exit_code import ExitCode
 from conformance.run.verdict import Verdict
 
-TABLE = Path(worth.__file__).with_suffix(".json")
+TABLE = Path(case_order.__file__).with_suffix(".json")
 # A value that is written by one of these and read by another is written once.
 ONE_EXCHANGE = ("segmented-upload.size", "segmented-download.size")
 # How often a quick run is made and counted: then its cases cost what they were thought to.
@@ -69,7 +69,7 @@ def prove_quick(names: Sequence[str], workers: int) -> None:
         for each in faults()
         if not (each.timed or each.thorough) and (each.name in names or not names)
     ]
-    chosen = {case for case, known in worth.table().items() if known.quick}
+    chosen = {case for case, known in case_order.table().items() if known.quick}
     catches = read_catches()
     missed = []
     with ProcessPoolExecutor(workers) as pool:
@@ -103,7 +103,7 @@ def own_catchers(found: Mapping[str, float], costs: Costs) -> dict[str, float]:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """What ``conformance/plugin/worth.json`` is made of, but for the requests of a quick run."""
+    """The content of ``plugin/case_order.json``, without the requests of a quick run."""
 
     total: int
     catches: Catches
@@ -153,7 +153,7 @@ def write_table(kept: Mapping[str, Any]) -> None:
         f'{{{head},\n"faults": {json.dumps(kept["faults"])},\n"cases": {{\n{listed}\n}}}}\n',
         encoding="utf-8",
     )
-    worth.forget()
+    case_order.forget()
 
 
 def count_early(usual: Catches) -> None:
@@ -214,7 +214,7 @@ def cheapest_of_missing(
     shown = {name for case in quick for name in needed[case]}
     found: dict[str, str] = {}
     for case in sorted(needed, key=costs.each.__getitem__):
-        if costs.each[case] <= worth.FEW:
+        if costs.each[case] <= case_order.FEW:
             for name in needed[case] - shown:
                 found.setdefault(name, case)
     return sorted(set(found.values()) - set(quick))
@@ -237,25 +237,27 @@ def make_table() -> None:
     table = Table(everything.total, catches, costs, order, needs_write)
     best: dict[str, int] = {}
     most = 0
-    quick = [case for case, known in worth.table().items() if known.quick and case in costs.each]
+    quick = [
+        case for case, known in case_order.table().items() if known.quick and case in costs.each
+    ]
     needed = needs(catches, costs, everything.services)
     quick += cheapest_of_missing(quick, needed, costs)  # what they cost there shows at once
     quick_runs: list[Mapping[str, int]] = []
     for number in range(ROUNDS):
-        table.write(dict.fromkeys(quick, 1), worth.QUICK - len(quick))  # and no others
+        table.write(dict.fromkeys(quick, 1), case_order.QUICK - len(quick))  # and no others
         sent = count("--sdo-quick")
         beside = sent.total - sum(sent.requests.values())
         found = len({name for case in quick for name in needed[case]})
         print(f"{sent.total} requests, {beside} beside the cases: {found} faults", flush=True)
-        if sent.total <= worth.QUICK and found > most:
+        if sent.total <= case_order.QUICK and found > most:
             most, best = found, {case: sent.requests[case] for case in quick}
         quick_runs.append(sent.requests)
         costs = costs_of(counted, quick_runs)
-        budget = worth.QUICK - sent.total + costs.of(quick)
+        budget = case_order.QUICK - sent.total + costs.of(quick)
         quick = Choice(needed, costs, budget, Random(number)).best(best or quick)
     if not best:
         raise SystemExit("no choice of cases for a quick run keeps to its requests")
-    table.write(best, worth.QUICK - sum(best.values()))  # no room for others
+    table.write(best, case_order.QUICK - sum(best.values()))  # no room for others
     count_early(usual)
 
 

@@ -102,7 +102,7 @@ def test_nothing_else_is_in_the_wheel(names: list[str]) -> None:
     suffixes = {Path(name).suffix for name in names if name.startswith("conformance/")}
     assert suffixes == {".py", ".typed", ".json", ".jinja", ".css", ".js"}
     assert [name for name in names if name.endswith(".json")] == [
-        "conformance/plugin/worth.json",
+        "conformance/plugin/case_order.json",
         "conformance/reporting/workload.json",
     ]
 

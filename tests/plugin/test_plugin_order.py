@@ -3,7 +3,7 @@
 import pytest
 from plugin_runs import case_ids, self_test, the_report
 
-from conformance.plugin.worth import table
+from conformance.plugin.case_order import table
 from conformance.run.risks import Kind
 
 pytest_plugins = ["pytester"]

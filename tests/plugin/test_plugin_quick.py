@@ -7,7 +7,7 @@ import pytest
 from plugin_runs import QUICK as PLAIN
 from plugin_runs import case_ids, parsed, reports, run, self_test, the_report
 
-from conformance.plugin.worth import FEW, QUICK, table
+from conformance.plugin.case_order import FEW, QUICK, table
 from conformance.reporting.workload import service_of
 
 pytest_plugins = ["pytester"]

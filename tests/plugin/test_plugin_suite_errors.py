@@ -3,7 +3,7 @@
 import pytest
 from plugin_runs import case_ids, parsed, self_test, the_report
 
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.pauses import Pauses
 from conformance.plugin.exit_code import ExitCode

@@ -5,7 +5,7 @@ from itertools import product
 import pytest
 from plugin_runs import case_ids, self_test, the_report
 
-from conformance.generated.server_states import STATES
+from conformance.model_cases.server_states import STATES
 
 pytest_plugins = ["pytester"]
 

@@ -13,8 +13,8 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
 from conformance.proposing.finding import MOST_UNANSWERED, Found, Search
 from conformance.reference.built_in_device import reference_entries
 from conformance.run.discovery import READING, Reading

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from conformance.bus.opening import BusSettings
-from conformance.device.changes import LeftBehind
+from conformance.device.change_journal import LeftBehind
 from conformance.reporting.journal import Journal, left_behind, read_journal, take_back
 
 RUN = (

@@ -14,8 +14,8 @@ from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import OTHER_NODES, READ_ONLY_PROBES
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
 from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.reference.node import Node

@@ -17,8 +17,8 @@ from run_bench import (
 
 from conformance.bus.errors import SilentNode
 from conformance.device.known_objects import KnownObject
-from conformance.device.lacking import NotTestable
-from conformance.device.roles import Roles
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.faults.unusual.segmented_upload import ShortInSegments

@@ -3,8 +3,8 @@
 import pytest
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation
-from conformance.run.accounting import account, stale_entries
 from conformance.run.drafting import draft
+from conformance.run.known_failures import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
 
 

@@ -17,14 +17,14 @@ from conformance.device.permits import Permits
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.safety import WritePolicy
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
-from conformance.dialogue.record import CaseRecord
 from conformance.faults.catalogue import build_node
-from conformance.generated.lockstep import Lockstep
 from conformance.logs.reading import RecordedLog
 from conformance.logs.replay_plan import read_plan
 from conformance.logs.replaying import Replay
+from conformance.model_cases.lockstep import Lockstep
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.reference.host import HostedNode
 from conformance.reference.simulated_bus import SimulatedBus, SimulatedClock
@@ -33,7 +33,7 @@ from conformance.run.discovery import discover
 from conformance.run.first_request import ask_first
 from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
-from conformance.run.twins import examine
+from conformance.run.two_devices import examine
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer

@@ -10,7 +10,7 @@ from run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
 from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject, by_multiplexer
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import NMT
 from conformance.dialogue.object_expectations import value_of

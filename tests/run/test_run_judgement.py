@@ -2,9 +2,9 @@
 
 import pytest
 
-from conformance.dialogue.odd_frames import unasked
-from conformance.run.afterwards import Leaving
+from conformance.dialogue.shape_breaches import unasked
 from conformance.run.judgement import Point, confirmed_and_refused, crossing
+from conformance.run.leaving import Leaving
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted

@@ -19,7 +19,7 @@ from conformance.dialogue.silence import Silence
 from conformance.faults.catalogue import build_node
 from conformance.faults.own_clock import AnswersLater
 from conformance.reference.node import Node
-from conformance.run.afterwards import STREAMS, Proof, leave
+from conformance.run.leaving import STREAMS, Proof, leave
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame

@@ -6,11 +6,11 @@ from typing import Any
 import pytest
 from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, discovered, recording
 
-from conformance.device.changes import BACK, CHANGED, Changes
+from conformance.device.change_journal import BACK, CHANGED, Changes
 from conformance.device.device import TWO_SEGMENTS
 from conformance.dialogue.blocks import Blocks
-from conformance.dialogue.left import write_as_before
-from conformance.generated.lockstep import knowledge_of
+from conformance.dialogue.own_values import write_as_before
+from conformance.model_cases.lockstep import knowledge_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.server import BlockDownload
 from conformance.run.case_run import CaseRun, begin_case

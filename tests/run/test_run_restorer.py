@@ -19,7 +19,7 @@ from conformance.device.safety import WritePolicy
 from conformance.dialogue.channels import Channels
 from conformance.dialogue.parameters import Parameters
 from conformance.faults.unusual.frame_shape import ShortFramesServed
-from conformance.generated.lockstep import knowledge_of
+from conformance.model_cases.lockstep import knowledge_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.communication import communication_entries
 from conformance.reference.communication_values import (

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from conformance.generated.matrix.field_risks import risk_in
-from conformance.generated.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
-from conformance.generated.server_states import BLOCK_DOWNLOAD_INSIDE, IDLE
+from conformance.model_cases.matrix.field_risks import risk_in
+from conformance.model_cases.matrix.stimuli import STIMULI, SUB_BLOCK_STIMULI
+from conformance.model_cases.server_states import BLOCK_DOWNLOAD_INSIDE, IDLE
 from conformance.run.case import case_info, must
 from conformance.run.risks import (
     ANYTHING,

@@ -19,7 +19,7 @@ from run_bench import (
 )
 
 from conformance.bus.errors import BenchError, InterfaceLost, SecondClient, WriteNotPermitted
-from conformance.device.lacking import NotTestable, Unimplemented
+from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node

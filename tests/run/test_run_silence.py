@@ -6,10 +6,10 @@ from run_bench import BASELINE, HASTY, NODE_ID, READ, RULE, Scripted, discovered
 from conformance.bus.errors import DeviceLost
 from conformance.bus.pace import PROVEN, SHORTEST, TOO_MANY
 from conformance.device.known_objects import KnownObject
-from conformance.device.roles import Roles
+from conformance.device.object_roles import Roles
+from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.record import CaseRecord
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.expedited_upload import DiesAtOnce
 from conformance.run.case_run import begin_case

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from run_bench import NODE_ID, NUMBER, PROBES, TEXT, Workbench, begin, discovered
 
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.protected_objects import NMT
-from conformance.device.roles import Roles
 from conformance.device.serving import Refused, Service
 from conformance.faults.catalogue import build_node
 from conformance.run.revival import Revival

@@ -15,9 +15,9 @@ from run_bench import (
 )
 
 from conformance.device.effort import LONGEST_READ
-from conformance.device.lacking import NotTestable
+from conformance.device.not_testable import NotTestable
+from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
-from conformance.device.roles import Roles
 from conformance.dialogue.object_expectations import value_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.run.case_run import begin_case

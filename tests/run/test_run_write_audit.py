@@ -5,7 +5,7 @@ from run_audit import ALSO_WRITABLE, WRITABLE, asked_to_write, node_like, run, s
 from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
-from conformance.generated.server_states import STATES
+from conformance.model_cases.server_states import STATES
 from conformance.plugin.exit_code import ExitCode
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node

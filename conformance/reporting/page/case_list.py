@@ -10,7 +10,7 @@ from html import escape
 
 from conformance.reporting.page.cases import Case
 from conformance.run.verdict import CaseResult
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 
 # Requirements, levels, services and the like stand in many cases.
 REPEATED = 4096

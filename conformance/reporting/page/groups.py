@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from conformance.generated.server_states import STATES
+from conformance.model_cases.server_states import STATES
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.page.cases import MATRIX, Case
 from conformance.run.verdict import FAILED, Verdict

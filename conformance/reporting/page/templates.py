@@ -6,7 +6,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from conformance.reporting.page.diagram import LIFELINES, MIDDLE, WIDTH
 from conformance.reporting.recorded import TEXT_NAMES
-from conformance.sdo.inert import inert
+from conformance.sdo.printable_text import inert
 from conformance.sdo.rules import cited
 
 

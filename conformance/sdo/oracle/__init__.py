@@ -8,8 +8,8 @@ from conformance.sdo.oracle import (
 )
 from conformance.sdo.oracle.branch import Freedom
 from conformance.sdo.oracle.endings import Ended
-from conformance.sdo.oracle.follow import Oracle
 from conformance.sdo.oracle.knowledge import Facts, Knowledge, Presence
+from conformance.sdo.oracle.oracle import Oracle
 from conformance.sdo.oracle.standing import Awaited
 
 # Each of them registers the initiates that begin with it.

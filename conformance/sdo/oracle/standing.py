@@ -5,10 +5,10 @@ from enum import Enum, auto
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.branch import Branch
-from conformance.sdo.oracle.hearing import MOST_BRANCHES, given_up, waiting
 from conformance.sdo.oracle.lost import Lost
 from conformance.sdo.oracle.merging import merged
 from conformance.sdo.oracle.profile import Profile
+from conformance.sdo.oracle.requests_in_turn import MOST_BRANCHES, given_up, waiting
 from conformance.sdo.oracle.states import IDLE, Running
 from conformance.sdo.rules import Rule, Violation
 

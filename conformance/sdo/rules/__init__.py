@@ -1,6 +1,6 @@
 """What is required of a server: the one registry of rules, and what a breach of one is."""
 
-from conformance.sdo.rules.aftermath import (
+from conformance.sdo.rules.after_transfer import (
     CONSTANT,
     FIRST_REQUEST,
     IDLE_AFTERWARDS,

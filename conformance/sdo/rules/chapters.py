@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from conformance.sdo.rules.aftermath import AFTERMATH_RULES
+from conformance.sdo.rules.after_transfer import AFTERMATH_RULES
 from conformance.sdo.rules.block_details import BLOCK_DETAIL_RULES, CRC_RULES
 from conformance.sdo.rules.block_download import BLOCK_DOWNLOAD_RULES
 from conformance.sdo.rules.block_upload import BLOCK_UPLOAD_RULES

@@ -6,8 +6,8 @@ from oracle_objects import NODE_ID, REFERENCE
 from oracle_sequences import Script, Silence
 
 from conformance.faults.registry import About, Deviation, assemble
-from conformance.generated.conversations.conversation import Transfer
-from conformance.generated.conversations.disturbed_client import (
+from conformance.model_cases.conversations.conversation import Transfer
+from conformance.model_cases.conversations.disturbed_client import (
     Action,
     DisturbedClient,
     Heard,

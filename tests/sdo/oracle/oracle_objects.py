@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from conformance.generated.conversations.conversation import Transfer
-from conformance.generated.matrix.stimuli import Targets
+from conformance.model_cases.conversations.conversation import Transfer
+from conformance.model_cases.matrix.stimuli import Targets
 from conformance.sdo.layout import Multiplexer
 
 NODE_ID = 5

@@ -20,9 +20,9 @@ from oracle_objects import (
     WRITE_ONLY,
 )
 
-from conformance.generated.conversations.conversation import Disturbance, Event, Service, Transfer
-from conformance.generated.conversations.disturbed_client import FRAMES
-from conformance.generated.matrix.stimuli import STIMULI
+from conformance.model_cases.conversations.conversation import Disturbance, Event, Service, Transfer
+from conformance.model_cases.conversations.disturbed_client import FRAMES
+from conformance.model_cases.matrix.stimuli import STIMULI
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (

@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from oracle_objects import NODE_ID, REFERENCE, TARGETS
 from oracle_sequences import Script, Silence
 
-from conformance.generated.conversations.conversation import Kind
-from conformance.generated.conversations.disturbed_client import FRAMES
-from conformance.generated.conversations.strategies import drawn
+from conformance.model_cases.conversations.conversation import Kind
+from conformance.model_cases.conversations.disturbed_client import FRAMES
+from conformance.model_cases.conversations.strategies import drawn
 from conformance.sdo.can_frame import CanFrame
 
 LIKELY = [make(TARGETS).data for _, make in sorted(FRAMES.items())]

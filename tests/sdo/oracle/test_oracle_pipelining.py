@@ -12,7 +12,7 @@ from oracle_notation import judged
 from oracle_objects import NODE_ID, TARGETS, TEXT, VENDOR_ID
 from sdo_strategies import UNHURRIED
 
-from conformance.generated.matrix.stimuli import STIMULI
+from conformance.model_cases.matrix.stimuli import STIMULI
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
@@ -24,7 +24,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.oracle import Oracle, hearing, standing
+from conformance.sdo.oracle import Oracle, requests_in_turn, standing
 from conformance.sdo.rules import Violation
 
 ABORT = Abort(TEXT, AbortCode.GENERAL_ERROR).encode()
@@ -118,7 +118,7 @@ def test_many_ambiguous_requests_are_more_than_can_be_followed() -> None:
 def test_what_could_not_be_followed_is_not_held_against_the_server(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    for module in (hearing, standing):
+    for module in (requests_in_turn, standing):
         monkeypatch.setattr(module, "MOST_BRANCHES", 100)
     pipeline = Pipeline()
     assert pipeline.burst([READ] * 20 + [AMBIGUOUS] * 20 + [ABORT] + [READ] * 20) == []

@@ -1,0 +1,82 @@
+"""What goes over the bus before the first case, shown where the device dies or boots there."""
+
+from collections import deque
+
+from conformance.bus.channel import Channel
+from conformance.bus.errors import DeviceLost
+from conformance.bus.link import Captured, Direction
+from conformance.dialogue.causes import Causes, cause_of
+from conformance.run.evidence import trace_lines
+from conformance.run.revival import Revival
+from conformance.run.survey import FIRST_SEEN
+from conformance.sdo.decoding import decode_request
+from conformance.sdo.describe import describe
+from conformance.sdo.layout import whole_frame
+from conformance.sdo.nmt import NmtState, error_control
+from conformance.sdo.rules import NO_REBOOT, Violation
+
+MOST_SHOWN = 12
+
+
+class Watch:
+    """Looks at what goes to a device and comes from it, until it is closed."""
+
+    def __init__(self, channel: Channel, revival: Revival | None = None) -> None:
+        """What ``revival`` brings back may boot."""
+        self._channel = channel
+        self._revival = revival
+        self._boot_up = error_control(channel.node_id, NmtState.INITIALISING)
+        self._last: deque[Captured] = deque(maxlen=MOST_SHOWN)
+        self._asked: Captured | None = None
+        self._answered = False
+        self._booted: list[Violation] = []
+        channel.link.listen(self._take)
+
+    def close(self) -> None:
+        """Look no more."""
+        self._channel.link.ignore(self._take)
+
+    def _take(self, captured: Captured) -> None:
+        frame = captured.frame
+        own = (self._channel.request_id, self._channel.response_id, self._boot_up.can_id)
+        if frame.can_id not in own:
+            return
+        self._last.append(captured)
+        if captured.direction is Direction.SENT:
+            self._asked = captured
+        brought_back = self._revival is not None and self._revival.is_active
+        booted = frame == self._boot_up and self._answered and not brought_back
+        if booted and self._asked is not None and len(self._booted) < MOST_SHOWN:
+            self._booted.append(self._boot(self._asked))
+        self._answered |= frame.can_id == self._channel.response_id
+
+    def _boot(self, asked: Captured) -> Violation:
+        request = decode_request(whole_frame(asked.frame.data))
+        last = ", ".join(str(each.frame) for each in self._last)
+        booted = Violation(
+            NO_REBOOT,
+            expected="no boot-up message",
+            actual=f"the device booted; behind {describe(request)}; the last frames: {last}",
+        )
+        booted.request = request
+        return booted
+
+    def keep(self, causes: Causes) -> None:
+        """Add that the device has booted to the causes: no case has failed for it."""
+        for booted in self._booted:
+            if booted.request is not None:
+                cause = cause_of(booted, booted.rule, booted.request)
+                causes.add(cause, FIRST_SEEN, booted, aside=True)
+
+    def lost(self, error: DeviceLost) -> DeviceLost:
+        """Return the loss of the device with the frames that went before."""
+        lines = trace_lines(
+            list(self._last),
+            [self._channel.ids],
+            own=len(self._last),
+            gap=None,
+            aside=False,
+            decisive=False,
+        )
+        shown = ["  the last frames (> sent, < received):", *(f"  {line}" for line in lines)]
+        return DeviceLost("\n".join([str(error), *shown]))
