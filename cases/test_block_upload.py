@@ -3,10 +3,11 @@
 from contextlib import suppress
 
 from conformance.device.device import VENDOR_ID
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.object_roles import Roles
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_empty
 from conformance.dialogue.lengths_by_writing import Room
@@ -138,7 +139,7 @@ def test_block_size(
     """
     beyond = 7 * block_size + 1
     variable = roles.variable(beyond)
-    for size in (beyond,) if beyond > LONG else (beyond - 2, beyond - 1, beyond):
+    for size in (beyond,) if beyond > SHORT_VALUE else (beyond - 2, beyond - 1, beyond):
         data = sdo.payload(size)
         room.store(variable, data, segmented=True)
         expect_data(sdo, variable, data, blocks.upload(variable, block_size=block_size))

@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR_ID, Device
-from conformance.device.effort import LONG_VALUE, sampled
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
@@ -56,7 +56,7 @@ def test_known_objects(sdo: Dialogue, device: Device) -> None:
     """
     long = {mux for mux, value in device.values.items() if len(value) > LONG_VALUE}
     long |= device.beliefs.too_long
-    brief = sampled(sorted(device.values.keys() - long), in_haste=device.permits.in_haste)
+    brief = device.permits.effort.sampled(sorted(device.values.keys() - long))
     for mux in (*TEXTS, *brief):
         with suppress(ServerAborted):
             sdo.read(mux)

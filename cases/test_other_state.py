@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
@@ -37,8 +38,6 @@ from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING, WRITE_ONLY
 STATES = ("nmt.operational", "nmt.pre-operational")
 # So many objects of a kind each, and of a few kinds, stand for all.
 MOST_KINDS = 6
-# What is longer, in bytes, is not moved again to see that it can be.
-SHORT = 64
 EXPEDITED = 4
 
 
@@ -46,7 +45,7 @@ def some(device: Device, entries: Iterable[KnownObject]) -> list[KnownObject]:
     """Return an entry of each type, of a few types, that was read and is short."""
     kinds: dict[object, KnownObject] = {}
     for entry in entries:
-        if 0 < len(device.values.get(entry.mux, b"")) <= SHORT:
+        if 0 < len(device.values.get(entry.mux, b"")) <= SHORT_VALUE:
             kinds.setdefault((entry.data_type, entry.mux.index >> 12), entry)
     return list(kinds.values())[:MOST_KINDS]
 

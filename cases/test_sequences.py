@@ -1,11 +1,9 @@
 """Transfers one after another: nothing of one shows in the next (CiA 301, 7.2.4.2)."""
 
-from math import ceil
-
 from conformance.device.device import IDENTITY_COUNT, VENDOR_ID, Device
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
-from conformance.dialogue.blocks import LONG
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
@@ -29,8 +27,6 @@ PAIRS = {
     f"{first}-then-{second}": (KINDS[first], KINDS[second]) for first in KINDS for second in KINDS
 }
 Kind = tuple[bool, bool, int]
-# What many objects in turn leave behind shows with some of them.
-MOST_IN_TURN = 200
 
 
 def fitting(room: Room, known: KnownObject, kinds: tuple[Kind, ...]) -> list[Kind]:
@@ -68,9 +64,9 @@ def test_downloads_unread(
 def test_uploads(sdo: Dialogue, device: Device) -> None:
     """Uploads of known objects in turn, long and short: each reads as at the beginning."""
     steady = device.briefly_read()
-    due = {mux: sdo.upload(mux) for mux in steady[:: max(ceil(len(steady) / MOST_IN_TURN), 1)]}
+    due = {mux: sdo.upload(mux) for mux in sdo.device.permits.effort.sampled(steady)}
     for mux in list(reversed(due)):
-        again = (mux, mux) if len(due[mux]) <= LONG else (mux,)
+        again = (mux, mux) if len(due[mux]) <= SHORT_VALUE else (mux,)
         for other in (IDENTITY_COUNT, *again):
             found = sdo.upload(other)
             if found != due.setdefault(other, found) and not changes_by_itself(sdo, other):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from conformance.device.beliefs import Beliefs
 from conformance.device.eds_listing import Listing
-from conformance.device.effort import LONG_VALUE, sampled
+from conformance.device.effort import LONG_VALUE
 from conformance.device.keeping import Defaults, Keeping
 from conformance.device.known_objects import KnownObject
 from conformance.device.lengths import Lengths
@@ -127,7 +127,7 @@ class Device:
     def briefly_read(self) -> Sequence[Multiplexer]:
         """Return the steady objects without long values; in haste, some of very many."""
         brief = [mux for mux in self.steady() if len(self.values[mux]) <= LONG_VALUE]
-        return sampled(brief, in_haste=self.permits.in_haste)
+        return self.permits.effort.sampled(brief)
 
     def resettable(self) -> list[KnownObject]:
         """Return what was read, stays until it is written, and goes back in a reset."""

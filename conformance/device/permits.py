@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from conformance.device.eds_listing import Listing
+from conformance.device.effort import Effort
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import (
@@ -37,8 +38,8 @@ class NotPermitted(ValueError):
 class Permits:
     """What the user allows: named objects, all that an EDS calls rw, or permissions by name.
 
-    ``at_defaults`` says that the defaults of the device were loaded before the run; ``in_haste``,
-    that the run is a quick one.
+    ``at_defaults`` says that the defaults of the device were loaded before the run; ``effort``,
+    how much of it the user wants to spend.
     """
 
     named: tuple[KnownObject, ...] = ()
@@ -47,7 +48,7 @@ class Permits:
     never: frozenset[Multiplexer] = frozenset()
     permissions: frozenset[str] = frozenset()
     at_defaults: bool = False
-    in_haste: bool = False
+    effort: Effort = Effort.USUAL
 
     def check(self) -> None:
         """Raise NotPermitted for an object that was named and takes a permission."""

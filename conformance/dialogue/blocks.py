@@ -3,6 +3,7 @@
 from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.object_roles import Roles
@@ -36,8 +37,6 @@ from conformance.sdo.rules import NOT_REFUSED, Violation, accepted
 from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
 from conformance.sdo.stepping import Result, advance
 
-# Fewer bytes take about as many requests in segments.
-LONG = 64
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
 
 
@@ -303,13 +302,13 @@ class Blocks:
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``: a long value in blocks, where those bring it."""
         length = max(len(due), self._sdo.device.lengths[known.mux].least)
-        found = self._brought(known) if length > LONG and self.read_alike() else None
+        found = self._brought(known) if length > SHORT_VALUE and self.read_alike() else None
         if found is None or not same_value(known, found, due):
             expect_read(self._sdo, known, due)
 
     def read(self, known: KnownObject) -> bytes:
         """Read an object: what was long at the beginning of the run in blocks, if they serve."""
-        if len(self._sdo.device.values.get(known.mux, b"")) > LONG and self.read_alike():
+        if len(self._sdo.device.values.get(known.mux, b"")) > SHORT_VALUE and self.read_alike():
             try:
                 return self.upload(known).data
             except (Violation, NotTestable, Unimplemented):
@@ -335,7 +334,7 @@ class Blocks:
         device = self._sdo.device
         if device.services.reads_alike is None:
             lengths = {mux: len(device.values[mux]) for mux in device.steady()}
-            short = [mux for mux, length in lengths.items() if length <= LONG]
+            short = [mux for mux, length in lengths.items() if length <= SHORT_VALUE]
             target = max(short, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
             alike = self.reads(target, self._sdo.upload(target))
             device.services.reads_alike = alike and self._ends_quietly()

@@ -3,13 +3,12 @@
 from dataclasses import replace
 
 from conformance.device.device import Device
+from conformance.device.effort import READS_OF_CHANGING
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 
-# In how many reads, with nothing written between them, a value has to change.
-MOST_READS = 10
 # What is longer, in bytes, is no number that a device measures or counts.
 LONGEST = 8
 
@@ -37,7 +36,7 @@ def changes_by_itself(sdo: Transfers, mux: Multiplexer) -> bool:
     if known is None or known.floats or not may_change(sdo.device, known):
         return known is not None and known.floats
     first = sdo.upload(known)
-    if all(sdo.upload(known) == first for _ in range(MOST_READS)):
+    if all(sdo.upload(known) == first for _ in range(READS_OF_CHANGING)):
         return False
     take_as_changing(sdo.device, known)
     return True

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
+from conformance.device.effort import MOST_MEASURED, MUCH_ROOM, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
-from conformance.dialogue.blocks import LONG
 from conformance.dialogue.own_values import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.room_trials import Trials
@@ -19,11 +19,6 @@ from conformance.sdo.frames import Abort
 from conformance.sdo.objects import TEXT_TYPES
 from conformance.sdo.rules import NOT_REFUSED, Violation
 from conformance.sdo.rules.download_initiates import TOO_LONG
-
-# More than a sub-block can have: nearly all transfers have less.
-MUCH_ROOM = 897
-# Where this size or less is refused, the suite finds out how many bytes are taken.
-MOST_MEASURED = 300
 
 
 class Room:
@@ -54,7 +49,7 @@ class Room:
         way = self._sdo.record.causes.way_to_store
         if way is not None and not exactly and self._trials.write_otherwise(known, data, (way,)):
             return
-        always_long = self._device.lengths[known.mux].least > LONG
+        always_long = self._device.lengths[known.mux].least > SHORT_VALUE
         if always_long and not exactly and write_in_blocks(self._sdo, known.mux, data):
             return
         try:
@@ -169,7 +164,7 @@ class Room:
             raise
 
     def _restore_short(self, known: KnownObject) -> None:
-        long = len(self._device.values[known.mux]) > LONG
+        long = len(self._device.values[known.mux]) > SHORT_VALUE
         if not (long and self._device.may_be_left(known.mux)):
             self.restore_own(known)
 

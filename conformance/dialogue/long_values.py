@@ -1,6 +1,6 @@
 """Very long values are read in blocks, once the device was seen to serve those."""
 
-from conformance.device.effort import LONG_VALUE
+from conformance.device.effort import LONG_VALUE, SEGMENTS_COMPARED
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.checks import ServerAborted
@@ -8,9 +8,6 @@ from conformance.sdo.decoding import as_answer
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
-
-# The segments of a very long value that are compared with the same in blocks.
-COMPARED = 16
 
 
 def read_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bytes | None:
@@ -26,7 +23,9 @@ def read_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bytes | None:
     if size is None or size <= LONG_VALUE or not blocks.read_alike():
         return None
     sdo.start_segmented_upload(mux)
-    begun = b"".join(sdo.upload_segment(toggle=number % 2).data for number in range(COMPARED))
+    begun = b"".join(
+        sdo.upload_segment(toggle=number % 2).data for number in range(SEGMENTS_COMPARED)
+    )
     sdo.end_transfer()
     try:
         found = sdo.run(sdo.client.block_upload(mux)).data

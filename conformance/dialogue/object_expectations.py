@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from conformance.device.device import Device
-from conformance.device.effort import LONG_VALUE
+from conformance.device.effort import LONG_VALUE, READS_OF_MEASURED
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
@@ -34,8 +34,6 @@ from conformance.sdo.rules.object_dictionary import UNLISTED
 MOST_SHOWN = 32
 # From there on a counter of 16 bits has wrapped: what is longer does not count any further.
 BEYOND_16_BITS = 1 << 16
-# Reads of a value that the device measures, before two protocols are said to differ.
-ATTEMPTS = 4
 # What a device may say of an object that it has, at a time when it cannot serve it.
 NOT_NOW = (AbortCode.NO_DATA, AbortCode.LOCAL_CONTROL, AbortCode.DEVICE_STATE)
 KEPT_IN_USE = (*IN_USE, AbortCode.UNSUPPORTED_ACCESS, AbortCode.NOT_MAPPABLE)
@@ -85,7 +83,7 @@ def differing_reads(
             return None
     ordinary: set[bytes] = set()
     steady = is_steady(sdo.device, entry)
-    for _ in range(1 if steady else ATTEMPTS):
+    for _ in range(1 if steady else READS_OF_MEASURED):
         read = sdo.wire.seen.get(entry.mux) if steady else None
         before = sdo.upload(entry) if read is None else read
         ordinary.add(before)

@@ -1,6 +1,7 @@
 """Strings and domains that hold what a case has left, where another needs what they held before."""
 
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.device.effort import SHORT_VALUE
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storing import write_in_blocks
 from conformance.dialogue.transfers import Transfers
@@ -39,7 +40,7 @@ def write_all_as_before(sdo: Dialogue) -> None:
 def _written_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bool:
     """Write a long value in blocks and read it back, where both are known to serve."""
     value, blocks = sdo.device.values[mux], Blocks(sdo)
-    if len(value) <= LONG or not blocks.read_alike() or not write_in_blocks(sdo, mux, value):
+    if len(value) <= SHORT_VALUE or not blocks.read_alike() or not write_in_blocks(sdo, mux, value):
         return False
     sdo.device.services.distrusted = not blocks.reads(mux, value)
     return not sdo.device.services.distrusted

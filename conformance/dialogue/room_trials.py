@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable
 
+from conformance.device.effort import TRIES_OF_LENGTH, TRIES_OF_TRANSFER
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import Way
-from conformance.dialogue.server_aborts import MOST_TRIES
 from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import describe_code
@@ -12,8 +12,6 @@ from conformance.sdo.frames import Abort
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import Violation
 
-# A lost frame spoils one attempt; what spoils as many one after another is due to the device.
-MOST_SPOILT = 2
 # What even an object of a few bytes takes one of.
 EXPEDITED = (1, 4)
 
@@ -33,7 +31,7 @@ class Trials:
 
         Returns the abort if it ends each of some tries.
         """
-        for rest in reversed(range(MOST_TRIES)):
+        for rest in reversed(range(TRIES_OF_TRANSFER)):
             try:
                 abort = self._sdo.try_download(known, data, segmented=segmented, sized=sized)
             except Violation:
@@ -56,7 +54,7 @@ class Trials:
         own = self._device.values[known.mux]
         if lengths.taken or lengths.most is not None:
             return
-        for _ in range(MOST_SPOILT):
+        for _ in range(TRIES_OF_LENGTH):
             self._sdo.silence.recover()
             if own != data and self.write_otherwise(known, own, WAYS):
                 lengths.taken.add(len(own))
@@ -124,7 +122,7 @@ class Trials:
 
     def takes(self, known: KnownObject, size: int) -> bool:
         """Write a value of ``size`` bytes; say whether it was taken."""
-        for _ in range(MOST_SPOILT):
+        for _ in range(TRIES_OF_LENGTH):
             try:
                 taken = self.write(known, self._sdo.payload(size)) is None
             except Violation as broken:

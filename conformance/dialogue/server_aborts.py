@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeGuard
 
+from conformance.device.effort import TRIES_OF_TRANSFER
 from conformance.dialogue.causes import kind_of_request
 from conformance.sdo.abort_codes import ACCUSATIONS, APPLICATION_STATE, AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -25,7 +26,6 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-MOST_TRIES = 4
 INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 _CODES = frozenset(AbortCode)
 
@@ -51,7 +51,7 @@ class Way:
 def is_systematic(ways: Sequence[Way]) -> bool:
     """Say whether all tries have ended in one way, and all but the first at the same place."""
     alike = all(way.resembles(ways[-1]) for way in ways)
-    return len(ways) >= MOST_TRIES and alike and len(set(ways[1:])) == 1
+    return len(ways) >= TRIES_OF_TRANSFER and alike and len(set(ways[1:])) == 1
 
 
 class EarlyAborts:

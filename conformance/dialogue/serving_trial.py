@@ -1,6 +1,7 @@
 """Which services a device refuses in the state that it is in: tried on a few of its objects."""
 
 from conformance.device.device import DEVICE_TYPE
+from conformance.device.effort import SHORT_VALUE, TRIES_OF_REFUSED
 from conformance.device.known_objects import KnownObject
 from conformance.device.object_roles import Roles
 from conformance.device.serving import BY_STATE, Service
@@ -8,11 +9,6 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
-
-# So many objects are tried beyond the first two where one of these is refused.
-MOST_TRIED = 20
-# What is longer, in bytes, is not written to see that.
-SHORT = 64
 
 
 class ServingTrial:
@@ -45,16 +41,16 @@ class ServingTrial:
             self._try(Service.UPLOAD, mux)
 
     def downloads(self) -> None:
-        """Try to write a number and a string; further objects where one of them is refused."""
+        """Try to write a number and a string; all others where one of them is refused."""
         for known in self._few():
             self._try(Service.DOWNLOAD, known.mux)
         if self._serving.refused_here(Service.DOWNLOAD):
-            for known in self._writable()[:MOST_TRIED]:
+            for known in self._device.permits.effort.sampled(self._writable()):
                 self._try(Service.DOWNLOAD, known.mux)
 
     def _writable(self) -> list[KnownObject]:
         found = Roles(self._device).all_writable()
-        return [known for known in found if 0 < len(self._device.values[known.mux]) <= SHORT]
+        return [known for known in found if 0 < len(self._device.values[known.mux]) <= SHORT_VALUE]
 
     def _few(self) -> list[KnownObject]:
         writable = self._writable()
@@ -64,7 +60,7 @@ class ServingTrial:
 
     def _try(self, service: Service, mux: Multiplexer) -> None:
         """Ask once more behind a refusal: a device may have been busy."""
-        for _ in range(2):
+        for _ in range(TRIES_OF_REFUSED):
             try:
                 code = self._refusal(service, mux)
             except (Violation, ServerAborted):

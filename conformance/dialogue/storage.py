@@ -6,10 +6,11 @@ So nothing is loaded unless all that would be lost can be put back, and stored a
 
 from collections.abc import Iterable, Mapping
 
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.own_values import write_all_as_before
@@ -25,9 +26,6 @@ from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
 MOST_NAMED = 8
-# How many requests it may take to read all parameters: each reset of the node takes as many, and
-# what cases store or load takes some resets.
-MOST_READ = 800
 BY_HAND = (
     "; or load the defaults by hand, reset the device, and say so in device.toml, [objects] "
     "at-defaults = true"
@@ -164,7 +162,7 @@ class Storage:
     def _read(self, known: KnownObject) -> bytes:
         """Read a parameter, a long one in blocks if they serve; raises ServerAborted."""
         blocks = Blocks(self._sdo)
-        if len(self._device.values[known.mux]) > LONG and blocks.read_alike():
+        if len(self._device.values[known.mux]) > SHORT_VALUE and blocks.read_alike():
             uploaded = blocks.try_upload(known)
             if not isinstance(uploaded, Abort):
                 return uploaded.data

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator
 
-from conformance.dialogue.blocks import LONG
+from conformance.device.effort import SHORT_VALUE
 from conformance.dialogue.causes import Way
 from conformance.dialogue.payload import endangered
 from conformance.dialogue.transfers import Transfers
@@ -47,7 +47,7 @@ def write_in_blocks(sdo: Transfers, mux: Multiplexer, value: bytes) -> bool:
     where it lacks the room.
     """
     services = sdo.device.services
-    if len(value) <= LONG or not services.takes_blocks or services.distrusted:
+    if len(value) <= SHORT_VALUE or not services.takes_blocks or services.distrusted:
         return False
     if endangered(sdo.device, value) is not None:
         return False

@@ -1,7 +1,7 @@
 """A value that is written in segments and read in segments, whole."""
 
+from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
-from conformance.dialogue.blocks import LONG
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_read
 from conformance.dialogue.lengths_by_writing import Room
@@ -18,5 +18,5 @@ def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: 
     data = sdo.payload(size)
     room.store(known, data, segmented=True)
     expect_read(sdo, known, data)
-    if size > LONG:
+    if size > SHORT_VALUE:
         whole.add(size)

@@ -9,11 +9,11 @@ import pytest
 
 from conformance.bus.arguments import bit_rate, named_value
 from conformance.device.client_channel import ClientRecord, parse_channel
+from conformance.device.effort import EXAMPLES, EXAMPLES_WHEN_THOROUGH, REQUESTS_IN_HASTE
 from conformance.device.known_objects import ObjectNameError
 from conformance.device.named_objects import NamedObject
 from conformance.device.programs import words
 from conformance.device.protected_objects import PermissionNameError, parse_permission
-from conformance.plugin.case_order import QUICK
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.reporting.requirements import (
     Requirement,
@@ -24,7 +24,6 @@ from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT, DEFAULT_SEED
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelError, ChannelIds
 from conformance.sdo.nearest import nearest
 
-DEFAULT_EXAMPLES, THOROUGH_EXAMPLES = 20, 500
 # How our options begin, and those that begin otherwise.
 PREFIXES, OTHERS = ("--sdo-", "--can-"), ("--node-id", "--self-test")
 _NUMBER = r"(\d+(?:\.\d+)?)"
@@ -189,7 +188,7 @@ def add_options(parser: pytest.Parser) -> None:
         "--sdo-examples",
         metavar="N",
         type=_count,
-        help=f"random conversations that each case random.* tries ({DEFAULT_EXAMPLES}); 0 for none",
+        help=f"random conversations that each case random.* tries ({EXAMPLES}); 0 for none",
     )
     group.addoption(
         "--sdo-require",
@@ -211,13 +210,14 @@ def add_options(parser: pytest.Parser) -> None:
     group.addoption(
         "--sdo-quick",
         action="store_true",
-        help=f"only the cases that show most in {QUICK} requests; says what it leaves out",
+        help=f"only the cases that show most in {REQUESTS_IN_HASTE} requests; says what it leaves "
+        "out",
     )
     group.addoption(
         "--sdo-thorough",
         action="store_true",
-        help=f"{THOROUGH_EXAMPLES} random conversations for each case random.*, and every pair of "
-        "states, the cases pairs.*",
+        help=f"{EXAMPLES_WHEN_THOROUGH} random conversations for each case random.*, and every "
+        "pair of states, the cases pairs.*",
     )
 
 

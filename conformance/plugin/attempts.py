@@ -11,13 +11,13 @@ import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.bus.stop import RunStopped
+from conformance.device.effort import TRIES_OF_CASE, TRIES_OF_TRANSFER
 from conformance.device.not_testable import NotTestable
-from conformance.dialogue.server_aborts import MOST_TRIES, Way, is_systematic
+from conformance.dialogue.server_aborts import Way, is_systematic
 from conformance.model_cases.conversations.search import Search
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.state import CASE_RUN, ItemCase
 from conformance.plugin.suite_errors import conclude
-from conformance.run import frame_loss
 from conformance.run.case_run import CaseRun, begin_case
 from conformance.run.frame_loss import Stumble, is_certain
 from conformance.run.second_try import doubt, stumble, take_back
@@ -63,7 +63,7 @@ def try_again(
         try:
             if not run.retreat(len(ways)):
                 return run, error
-            if len(ways) == MOST_TRIES:
+            if len(ways) == TRIES_OF_TRANSFER:
                 return run, NotTestable(_in_words(ways))
             before, run = run, begin_again()
         except BenchError:
@@ -99,13 +99,13 @@ def conclude_tries(
             return run, error, result
         failed = result
         take_back(run)
-        if len(tries) == frame_loss.MOST_TRIES:
+        if len(tries) == TRIES_OF_CASE:
             break
         run = begin_again()
         item.stash[CASE_RUN] = run
         run, error = try_again(item, run, perform(item, run), begin_again)
         result = _conclude(item, run, error)
-    if not tries or (result.verdict in BREACHES and len(tries) < frame_loss.MOST_TRIES):
+    if not tries or (result.verdict in BREACHES and len(tries) < TRIES_OF_CASE):
         return run, error, result
     if isinstance(item, CaseFunction) and len(tries) == 1 and result.verdict not in BREACHES:
         shown = run.session.frames
@@ -203,6 +203,6 @@ def perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
 def _in_words(ways: list[Way]) -> str:
     codes = ", ".join(dict.fromkeys(f"{way.abort.code:08X}h" for way in ways))
     times = "once" if len(ways) == 1 else f"in each of {len(ways)} tries, not at the same place"
-    if 1 < len(ways) < MOST_TRIES:
+    if 1 < len(ways) < TRIES_OF_TRANSFER:
         times = f"in {len(ways)} tries"
     return f"the server aborted a running transfer {times} ({codes}), which is always allowed"

@@ -118,6 +118,6 @@ def search(item: pytest.Item, run: CaseRun) -> Search:
     options, left = state.options, max(state.seconds_left(case.node_id), 0.0)
     folder = options.report_dir / "failing"
     store = FailingStore.of(folder, case.node_id, case.case_id)
-    seconds = min(options.search_seconds, left)
+    seconds = min(options.effort.search_seconds, left)
     plan = Plan(options.examples, options.run.seed, seconds)
     return Search(run.session, run, plan, store)

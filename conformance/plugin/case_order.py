@@ -11,12 +11,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from conformance.device.effort import REQUESTS_IN_HASTE, REQUESTS_OF_SMALL_CASE
 from conformance.run.risks import Kind
 
-# How many requests a quick run sends at most. A request counts when it is answered.
-QUICK = 3000
-# A case of more requests is in it only for the faults that it catches.
-FEW = 100
 # What may happen to any client; frames of other kinds than these servers may not have met before.
 FAMILIAR = (Kind.ORDINARY, Kind.LOST_SEGMENT)
 # What the cases of a device are sorted by.
@@ -97,7 +94,7 @@ def quick_choice(services: dict[str, str], *, writes: bool) -> set[str]:
     }
     taken: set[str] = set()
     caught: set[str] = set()
-    left = QUICK - _read()["beside"]
+    left = REQUESTS_IN_HASTE - _read()["beside"]
     for case, worth in sorted(usable.items(), key=lambda item: not item[1].quick):
         if worth.requests <= left and (worth.quick or not worth.faults <= caught):
             taken.add(case)
@@ -106,6 +103,6 @@ def quick_choice(services: dict[str, str], *, writes: bool) -> set[str]:
     present = {services[case] for case in taken}
     cheapest: dict[str, str] = {}
     for case in sorted(usable, key=lambda case: usable[case].requests):
-        if usable[case].requests <= FEW and services[case] not in present:
+        if usable[case].requests <= REQUESTS_OF_SMALL_CASE and services[case] not in present:
             cheapest.setdefault(services[case], case)
     return taken | set(cheapest.values())

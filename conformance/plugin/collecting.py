@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from conformance.device.eds_listing import Listing
+from conformance.device.effort import Effort
 from conformance.plugin.items import (
     CaseFunction,
     make_items,
@@ -81,7 +82,7 @@ class Collecting:
             check_expression(config, items)
         named = config.stash.get(NAMED, {})
         _deselect(config, items, [item for item in items if is_beside(item, named)])
-        if state is not None and state.options.quick:
+        if state is not None and state.options.effort is Effort.HASTE:
             left_out = beyond_quick(items, state.options)
             state.findings.properties |= quick_properties(items, left_out, state.options)
             _deselect(config, items, left_out)
@@ -104,7 +105,7 @@ class Collecting:
 
 def _is_asked_for(collector: pytest.Collector, state: RunState | None) -> bool:
     """Say whether the cases of a file are run that are not for any run."""
-    thorough = state is not None and state.options.thorough
+    thorough = state is not None and state.options.effort is Effort.THOROUGH
     return thorough or collector.session.isinitpath(collector.path)
 
 

@@ -15,6 +15,7 @@ from conformance.bus.errors import (
     SilentNode,
     SuiteError,
 )
+from conformance.device.effort import Effort
 from conformance.device.known_deviations import KnownDeviation, write_deviations
 from conformance.plugin import budget
 from conformance.plugin.exit_code import ExitCode
@@ -275,7 +276,7 @@ class FinalReport:
 
     def pytest_terminal_summary(self, terminalreporter: SummaryTerminal) -> None:
         """Say what the counts do not: remarks, what is missing, what is wrong with the bench."""
-        whole = self._shows_all or self._state.options.thorough
+        whole = self._shows_all or self._state.options.effort is Effort.THOROUGH
         summary = TerminalSummary(terminalreporter, self._state, whole=whole)
         left_out = self._suite_left_out
         summary.write(self._failures.causes, self._stale, self._untested, left_out=left_out)

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf
 from pathlib import Path
 
 import pytest
@@ -14,14 +13,13 @@ from conformance.device.description import Description, read_description
 from conformance.device.device import STORAGE_TIME
 from conformance.device.eds import read_eds
 from conformance.device.eds_listing import Listing
+from conformance.device.effort import EXAMPLES, Effort
 from conformance.device.files import FileError
 from conformance.device.known_deviations import KnownDeviation, read_deviations
 from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.device.protected_objects import PERMISSIONS
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
-from conformance.model_cases.conversations.plan import SEARCH_SECONDS
-from conformance.plugin.arguments import DEFAULT_EXAMPLES, THOROUGH_EXAMPLES
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.workers import Share, share_of
 from conformance.reference.built_in_eds import listing_of, permits_for
@@ -52,17 +50,15 @@ class Options:
     answer_delay: float
     deviations: tuple[KnownDeviation, ...] = ()
     draft: Path | None = None
-    examples: int = DEFAULT_EXAMPLES
+    examples: int = EXAMPLES
     eds: Path | None = None
     restores: bool = False
-    thorough: bool = False
     budget: float | None = None
-    quick: bool = False
 
     @property
-    def search_seconds(self) -> float:
-        """How long a random case may search: a thorough run tries all of its examples."""
-        return inf if self.thorough else SEARCH_SECONDS
+    def effort(self) -> Effort:
+        """How much the user wants to spend."""
+        return self.run.permits.effort
 
 
 def read_options(config: pytest.Config) -> Options | None:
@@ -119,9 +115,7 @@ def read_options(config: pytest.Config) -> Options | None:
         examples=_examples(config),
         eds=_eds(config, description),
         restores=config.getoption("sdo_restore"),
-        thorough=config.getoption("sdo_thorough"),
         budget=config.getoption("sdo_budget"),
-        quick=config.getoption("sdo_quick"),
     )
 
 
@@ -247,10 +241,9 @@ def _permits(
     # Devices of a run have one EDS.
     listing = next(iter(listings.values()), Listing())
     named = [known for given in config.getoption("sdo_object") for known in given.entries(listing)]
-    in_haste = config.getoption("sdo_quick")
     if self_test and not named:
         permits = permits_for(described_node(config.getoption("sdo_fault"), SELF_TEST_NODE))
-        return replace(permits, in_haste=in_haste)
+        return replace(permits, effort=_effort(config))
     permissions = description.permissions | frozenset(config.getoption("sdo_allow"))
     if self_test:
         permissions = PERMISSIONS  # the device is our own
@@ -264,7 +257,7 @@ def _permits(
         description.never,
         permissions,
         description.at_defaults,
-        in_haste,
+        _effort(config),
     )
     permits.check()
     return permits
@@ -299,7 +292,13 @@ def _examples(config: pytest.Config) -> int:
     examples: int | None = config.getoption("sdo_examples")
     if examples is not None:
         return examples
-    return THOROUGH_EXAMPLES if config.getoption("sdo_thorough") else DEFAULT_EXAMPLES
+    return _effort(config).examples
+
+
+def _effort(config: pytest.Config) -> Effort:
+    if config.getoption("sdo_quick"):
+        return Effort.HASTE
+    return Effort.THOROUGH if config.getoption("sdo_thorough") else Effort.USUAL
 
 
 def _path(config: pytest.Config, option: str) -> Path | None:

@@ -13,6 +13,7 @@ import pytest
 from conformance import __version__
 from conformance.device.device import TEXTS, Device
 from conformance.device.eds_listing import Listing
+from conformance.device.effort import Effort
 from conformance.plugin.state import RunState
 from conformance.reporting.summary import device_properties, run_properties
 from conformance.sdo.cob_id import ChannelIds
@@ -55,7 +56,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "seed": run.seed,
         "examples": options.examples,
         "budget": options.budget,
-        "quick": options.quick,
+        "quick": options.effort is Effort.HASTE,
         "strict": options.strict,
         "properties": run_properties(run),
     }

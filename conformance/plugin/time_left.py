@@ -6,8 +6,8 @@ from math import inf
 
 import pytest
 
+from conformance.device.effort import EXAMPLES
 from conformance.device.known_objects import KnownObject
-from conformance.plugin.arguments import DEFAULT_EXAMPLES
 from conformance.plugin.options import Options
 from conformance.plugin.state import STATE
 from conformance.plugin.terminal import SummaryTerminal
@@ -50,8 +50,8 @@ def estimate_for(options: Options) -> Estimate:
     free = options.simulated and not options.answer_delay  # time jumps over a silence
     return Estimate(
         0.0 if free else options.run.response_timeout,
-        options.examples / DEFAULT_EXAMPLES,
-        options.search_seconds,
+        options.examples / EXAMPLES,
+        options.effort.search_seconds,
     )
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-from conformance.model_cases.conversations.plan import SEARCH_SECONDS
+from conformance.device.effort import SEARCH_SECONDS
 from conformance.reporting.workload import RANDOM, Work, work_of
 from conformance.run.verdict import NOT_TESTED, CaseResult
 

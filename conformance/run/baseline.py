@@ -3,6 +3,7 @@
 from conformance.bus.channel import Channel
 from conformance.bus.errors import SilentNode
 from conformance.device.device import DEVICE_TYPE, Device
+from conformance.device.effort import FIRST_TRIES
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
@@ -15,7 +16,6 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Message, whole_frame
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NmtState, error_control
 
-SANITY_ATTEMPTS = 3
 # Seconds that a device may need behind an abort before it takes a request, tried in turn.
 RESTS = (0.002, 0.01, 0.05, 0.25)
 # How much longer than it was seen to need it is left alone.
@@ -30,7 +30,7 @@ def record_baseline(channel: Channel, device: Device) -> bool:
 
     A device that loses what comes right behind an abort is left alone behind each from then on.
     """
-    for attempt in range(SANITY_ATTEMPTS):
+    for attempt in range(FIRST_TRIES):
         if attempt % 2 == 0:
             if _reads_behind_abort(channel, device):
                 return attempt == 0
@@ -101,7 +101,7 @@ def _silence(channel: Channel) -> str:
     ]
     lines = [
         f"Node {channel.node_id} does not answer.",
-        f"  sent: {SANITY_ATTEMPTS} times a read of 1000h on {channel.ids.request} "
+        f"  sent: {FIRST_TRIES} times a read of 1000h on {channel.ids.request} "
         f"({channel.ids.request.frame(UploadInitiate(DEVICE_TYPE).encode())}), "
         f"waiting {timeout:g} ms for {channel.ids.response} each time",
         f"  heard: {len(heard)} other frames"

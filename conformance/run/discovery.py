@@ -11,6 +11,7 @@ from conformance.device.device import (
     TEXTS,
     Device,
 )
+from conformance.device.effort import TRIES_OF_TRANSFER
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import Unimplemented
 from conformance.device.object_roles import Roles
@@ -21,7 +22,6 @@ from conformance.dialogue.causes import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND, C
 from conformance.dialogue.changing import may_change, take_as_changing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
-from conformance.dialogue.server_aborts import MOST_TRIES
 from conformance.dialogue.transfers import EXISTS
 from conformance.run.baseline import record_baseline
 from conformance.run.first_reading import FirstReading, in_order
@@ -48,8 +48,6 @@ from conformance.sdo.rules import (
     Violation,
 )
 
-# So many numbers are read once more before the first case.
-MOST_READ_AGAIN = 100
 # Reserved (CiA 301, 7.4.1).
 NEVER_THERE = Multiplexer(0x0F00)
 ASTRAY = (AbortCode.COMMAND_NOT_VALID, AbortCode.TOGGLE_NOT_ALTERNATED)
@@ -185,7 +183,7 @@ def discover(
 
 def _read_listed(reading: Reading, progress: Progress) -> None:
     device = reading.device
-    first = FirstReading(in_haste=device.permits.in_haste)
+    first = FirstReading(device.permits.effort)
     listed = in_order(device)
     for number, entry in enumerate(listed):
         if first.ends():
@@ -204,7 +202,7 @@ def _find_changing(reading: Reading) -> None:
         for known in device.objects
         if known.is_steady and known.mux in device.values and may_change(device, known)
     ]
-    for known in numbers[:MOST_READ_AGAIN]:
+    for known in device.permits.effort.sampled(numbers):
         try:
             found = reading.sdo.upload(known)
         except Violation:
@@ -285,7 +283,7 @@ def _note_first_twice(reading: Reading, again: CanFrame) -> None:
 def _learn(reading: Reading, known: KnownObject) -> bool:
     device = reading.device
     device.beliefs.passed_over.discard(known.mux)
-    for rest in reversed(range(MOST_TRIES)):
+    for rest in reversed(range(TRIES_OF_TRANSFER)):
         try:
             value = read_whole(reading.sdo, known)
             break

@@ -5,10 +5,9 @@ that may change read again.
 """
 
 from collections import Counter
-from math import inf
 
 from conformance.device.device import Device
-from conformance.device.effort import FURTHER_REQUESTS_IN_HASTE, LONG_VALUE, OBJECTS_IN_HASTE
+from conformance.device.effort import LONG_VALUE, Effort
 from conformance.device.known_objects import KnownObject
 from conformance.sdo.limits import requests_of_upload
 
@@ -20,7 +19,7 @@ def in_order(device: Device) -> list[KnownObject]:
     them are of all kinds, from all parts of the dictionary.
     """
     listed = [one for one in device.objects if one.access.readable and not one.refuses_scan]
-    if not device.permits.in_haste or len(listed) <= OBJECTS_IN_HASTE:
+    if len(listed) <= device.permits.effort.objects:
         return listed
     named = {known.mux for known in device.permits.named}
     of_kind = Counter[object]()
@@ -35,17 +34,18 @@ def in_order(device: Device) -> list[KnownObject]:
 class FirstReading:
     """Counts the requests of the objects that are read behind the first ones."""
 
-    def __init__(self, *, in_haste: bool) -> None:
+    def __init__(self, effort: Effort) -> None:
         """Allow few requests in haste, else any number."""
-        self._left = FURTHER_REQUESTS_IN_HASTE if in_haste else inf
+        self._first = effort.objects
+        self._left = effort.further_requests
         self._objects = 0
 
     def ends(self) -> bool:
         """Say whether no more is to be read."""
-        return self._objects >= OBJECTS_IN_HASTE and self._left <= 0
+        return self._objects >= self._first and self._left <= 0
 
     def count(self, value: bytes) -> None:
         """Count an object; a long value counts as the part of it that has to be read."""
         self._objects += 1
-        if self._objects > OBJECTS_IN_HASTE:
+        if self._objects > self._first:
             self._left -= requests_of_upload(min(len(value), LONG_VALUE))

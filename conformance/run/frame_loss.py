@@ -12,13 +12,9 @@ from dataclasses import dataclass, field
 from math import prod
 
 from conformance.device.device import Device
+from conformance.device.effort import ALIKE_TRIES, TRIES_OF_CASE
 from conformance.dialogue.causes import Causes
 
-# Tries of a case that fails each time at another place: then nothing can be said of it.
-MOST_TRIES = 5
-# Tries that fail at the same place, until it is the device's failure. Two are too few: any segment
-# of a sub-block may be lost, or any of many answers come twice, and the end be the same.
-CERTAIN = 3
 # Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
 # comes by chance more seldom than that comes of something else.
 LOST, CHANCE = 0.001, 0.0001
@@ -79,8 +75,8 @@ def is_settled(beginnings: Sequence[Beginning]) -> bool:
     *others, last = beginnings
     before = [cause for other in others for cause in {cause for cause, _ in other}]
     known = frozenset().union(*others)
-    sure = all(met in known or before.count(met[0]) >= CERTAIN - 1 for met in last)
-    return sure or len(beginnings) >= MOST_TRIES
+    sure = all(met in known or before.count(met[0]) >= ALIKE_TRIES - 1 for met in last)
+    return sure or len(beginnings) >= TRIES_OF_CASE
 
 
 def in_doubt(beginnings: Sequence[Beginning]) -> list[str]:
@@ -94,4 +90,4 @@ def is_certain(tries: Sequence[Stumble]) -> bool:
     last = tries[-1]
     alike = [one for one in tries if one.cause == last.cause]
     chance = prod(min(one.frames * LOST, 1) for one in alike)
-    return tries.count(last) >= CERTAIN or (len(alike) > 1 and chance < CHANCE)
+    return tries.count(last) >= ALIKE_TRIES or (len(alike) > 1 and chance < CHANCE)

@@ -6,7 +6,7 @@ before any other value.
 
 from dataclasses import replace
 
-from conformance.device.effort import LONG_VALUE
+from conformance.device.effort import LONG_VALUE, TRIES_OF_REFUSED
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
@@ -33,7 +33,7 @@ def find_longer(sdo: Dialogue, known: KnownObject) -> bool:
     if not EXPEDITED_LENGTH < len(own) <= LONG_VALUE:
         return False  # what is very long costs more requests than this is worth
     # A device may be short of memory once.
-    if not all(_refused(sdo, known, own) for _ in range(2)):
+    if not all(_refused(sdo, known, own) for _ in range(TRIES_OF_REFUSED)):
         return False
     padding = next((each for each in PADDINGS if own.endswith(each)), b"")
     written = _written_part(sdo, known, own, padding)

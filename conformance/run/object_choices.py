@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 
 from conformance.device.device import IDENTITY_NAMES
 from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject, Listing
+from conformance.device.effort import INDICES_BESIDE
 from conformance.device.known_objects import KnownObject
 from conformance.device.numbers import beyond as beyond_limit
 from conformance.device.numbers import is_number
@@ -21,7 +22,6 @@ from conformance.sdo.storage_commands import COMMANDS
 FIXED = (0x1000, 0x1008, 0x1018, 0x1200)
 SERIAL_NUMBER = Multiplexer(0x1018, 4)
 FIRST_INDEX, LAST_INDEX = 0x1000, 0xBFFF
-MOST_UNLISTED = 24
 RANGE = 0x1000
 
 Entries = dict[str, KnownObject]
@@ -176,7 +176,7 @@ def unlisted(listing: Listing) -> dict[str, Multiplexer]:
         for index in sorted(listing.objects)
         if FIRST_INDEX <= index < LAST_INDEX and index + 1 not in listing.objects
     ]
-    step = -(-len(beside) // MOST_UNLISTED) or 1
+    step = -(-len(beside) // INDICES_BESIDE) or 1
     return {f"{index:04X}h": Multiplexer(index) for index in beside[::step] if listing.is_complete}
 
 

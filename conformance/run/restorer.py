@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
-from conformance.device.effort import LONG_VALUE
+from conformance.device.effort import LONG_VALUE, SHORT_VALUE, TRIES_OF_REFUSED
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
-from conformance.dialogue.blocks import LONG, Blocks
+from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storage import write_signature
@@ -25,7 +25,6 @@ from conformance.sdo.storage_commands import SAVE_ALL
 
 # How many bytes more than its value an object may fill up with, as strings are with 00h.
 MOST_PADDING = 64
-MOST_TRIES = 2
 # A device that was silent twice may have been busy: after this number of cases it is tried again.
 MOST_SILENCES = 5
 
@@ -70,7 +69,7 @@ class Restorer:
         they hold, with a short value in place of a long one. What the case has ``found`` in place
         of a long value it finds again when it is tried again.
         """
-        written = {mux for mux in sdo.record.written if self._tries[mux] < MOST_TRIES}
+        written = {mux for mux in sdo.record.written if self._tries[mux] < TRIES_OF_REFUSED}
         written -= self._as_found(sdo, found or {})
         if leaves_values:
             written -= self._leave(sdo, written, in_doubt=in_doubt)
@@ -168,7 +167,7 @@ class Restorer:
         whether the object reads so: it takes what it is written, then.
         """
         size = min(self.device.lengths[mux].taken, default=TWO_SEGMENTS)
-        if len(value) <= LONG or not 0 < size <= LONG:
+        if len(value) <= SHORT_VALUE or not 0 < size <= SHORT_VALUE:
             return False
         return self._takes(sdo, mux, sdo.payload(size))
 
@@ -191,7 +190,7 @@ class Restorer:
         again = set[Multiplexer]()
         for mux, value in self._due(sdo.record.written & found.keys() - sdo.record.reset).items():
             held = found[mux] or b""
-            is_short = 0 < len(held) <= LONG < len(value)
+            is_short = 0 < len(held) <= SHORT_VALUE < len(value)
             if self._takes(sdo, mux, held) if is_short else self._stands_in(sdo, mux, value):
                 again.add(mux)
         return again
@@ -312,7 +311,7 @@ class Restorer:
                 self._silences[known.mux] += again.rule is ANSWERED
                 self._look_whether_gone(sdo, again)
                 refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
-                self._tries[known.mux] = MOST_TRIES if refused else 0
+                self._tries[known.mux] = TRIES_OF_REFUSED if refused else 0
                 return
             if violation.rule is ANSWERED and not stray:
                 self.late.append(violation)
@@ -361,7 +360,7 @@ class Restorer:
         """
         if known.mux in sdo.wire.seen:
             return restored_value(known, sdo.wire.seen[known.mux], due)
-        for _ in range(MOST_TRIES):
+        for _ in range(TRIES_OF_REFUSED):
             try:
                 response = sdo.initiate_upload(known)
                 if response.size is not None and self._is_other_size(response.size, due):
@@ -382,7 +381,7 @@ class Restorer:
         self, sdo: Dialogue, known: KnownObject, response: UploadInitiateResponse, due: bytes
     ) -> bool:
         """Say whether an upload that was initiated brings a value; if long, perhaps in blocks."""
-        if len(due) > LONG:
+        if len(due) > SHORT_VALUE:
             sdo.end_transfer()
             blocks = Blocks(sdo)
             if blocks.read_alike() and blocks.reads(known, due):

@@ -3,14 +3,15 @@
 What stays of a try that does not count is its trace.
 """
 
+from conformance.device.effort import TRIES_OF_CASE
 from conformance.run.case_run import CaseRun
-from conformance.run.frame_loss import MOST_TRIES, Stumble
+from conformance.run.frame_loss import Stumble
 from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
 from conformance.sdo.rules import NO_REBOOT
 
 EACH_ELSEWHERE = (
-    f"the case failed in {MOST_TRIES} tries, each time at another place, as if frames were lost: "
-    "no verdict is possible"
+    f"the case failed in {TRIES_OF_CASE} tries, each time at another place, as if frames were "
+    "lost: no verdict is possible"
 )
 
 
@@ -53,7 +54,7 @@ def doubt(run: CaseRun, failed: CaseResult, stumbled: Stumble) -> None:
     if result.verdict in BREACHES:
         result.verdict, result.broken_rule, result.cause = Verdict.NOT_TESTABLE, "", ""
         last = f"expected {result.expected}; got {result.actual}"
-        result.notes.append(f"bench: the last of {MOST_TRIES} tries failed: {last}")
+        result.notes.append(f"bench: the last of {TRIES_OF_CASE} tries failed: {last}")
         result.expected, result.actual = "", EACH_ELSEWHERE
         return
     if failed.verdict in BREACHES:

@@ -7,6 +7,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
+from conformance.device.effort import AUDITS
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
@@ -30,8 +31,6 @@ from conformance.sdo.rules import (
     Violation,
 )
 
-# So often the values are looked at behind the last case, as long as some are not as before.
-MOST_AUDITS = 3
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back outside the cases.")
 MOST_INCIDENTS = 200
 # What comes faster than it is taken has no end.
@@ -234,7 +233,7 @@ class DeviceSession:
         self.collect_late()
         self.restore_pending()
         found: dict[Multiplexer, None] = {}
-        for _ in range(MOST_AUDITS):
+        for _ in range(AUDITS):
             if self.lost or self.channel.link.stop.gives_up or not self.restorer.has_written:
                 break
             beside = self.restorer.audit(self._dialogue(_RESTORING))

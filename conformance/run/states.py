@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from conformance.device.effort import OBJECTS_PER_STATE
 from conformance.device.known_objects import KnownObject
 from conformance.device.protected_objects import NMT
 from conformance.device.serving import BY_STATE, Service
@@ -11,9 +12,6 @@ from conformance.dialogue.serving_trial import ServingTrial
 from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
-
-# So many objects are read in each state to see in which one they are served.
-SAMPLE = 3
 
 
 def learn_refusal(sdo: Dialogue, mux: Multiplexer) -> None:
@@ -37,7 +35,7 @@ def look_where_it_reads(sdo: Dialogue, learn: Callable[[KnownObject], bool]) -> 
     if not listed:
         return
     if NMT in sdo.device.permissions:
-        sample = [known.mux for known in listed[:: max(len(listed) // SAMPLE, 1)]]
+        sample = [known.mux for known in listed[:: max(len(listed) // OBJECTS_PER_STATE, 1)]]
         _choose(sdo, lambda: ServingTrial(sdo).uploads(sample))
     for known in listed:
         learn(known)

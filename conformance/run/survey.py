@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
-from conformance.device.effort import FEW_SEGMENTS, SHORT_VALUE, THOUSANDS_OF_SEGMENTS
+from conformance.device.effort import SHORT_VALUE, THOUSANDS_OF_SEGMENTS
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.object_roles import Roles
@@ -181,7 +181,7 @@ def _block_upload_to_its_end(device: Device) -> Probe:
     Segments cost no requests, so it has several where that is to be had.
     """
     lengths = {mux: len(device.values[mux]) for mux in device.steady()}
-    few = [mux for mux, length in lengths.items() if length <= FEW_SEGMENTS]
+    few = [mux for mux, length in lengths.items() if length <= SHORT_VALUE]
     target = max(few, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
 
     def upload(sdo: Dialogue) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Generator
 
-from conformance.device.effort import LONG_VALUE, LONGEST_READ
+from conformance.device.effort import BELIEVED, LONGEST_READ
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.long_values import read_in_blocks
@@ -12,9 +12,6 @@ from conformance.sdo.decoding import as_answer
 from conformance.sdo.frames import Response, UploadInitiateResponse
 from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.stepping import Ended, advance
-
-# How many bytes a device has to bring before the size that it announces is believed.
-BELIEVED = 5_000
 
 
 class TooLong(Exception):
@@ -34,11 +31,12 @@ def read_whole(sdo: Dialogue, known: KnownObject) -> bytes:
     """
     if known.length is not None:
         return sdo.upload(known)
-    if not sdo.device.permits.in_haste:
-        return _read(sdo, known, LONGEST_READ)
+    most = sdo.device.permits.effort.longest_read
     try:
-        return _read(sdo, known, LONG_VALUE)
+        return _read(sdo, known, most)
     except TooLong as found:
+        if most == LONGEST_READ:
+            raise
         if found.size > LONGEST_READ:
             raise TooLong(found.size, LONGEST_READ) from found
         in_blocks = read_in_blocks(sdo, known.mux)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from conformance.device.device import Device
-from conformance.device.effort import OBJECTS_IN_HASTE, THOUSANDS_OF_SEGMENTS
+from conformance.device.effort import OBJECTS_IN_HASTE, THOUSANDS_OF_SEGMENTS, Effort
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
@@ -114,17 +114,17 @@ def test_a_value_that_is_always_long_does_where_there_is_no_other() -> None:
     assert Roles(of).variable() == Roles(of).text() == DOMAIN
 
 
-@pytest.mark.parametrize("in_haste", [False, True])
-def test_in_haste_some_of_very_many_stand_for_all(in_haste: bool) -> None:
+@pytest.mark.parametrize("effort", [Effort.USUAL, Effort.HASTE])
+def test_in_haste_some_of_very_many_stand_for_all(effort: Effort) -> None:
     indices = range(0x2000, 0x2000 + 2 * OBJECTS_IN_HASTE + 1)
     of = device(
         [KnownObject(Multiplexer(index), DataType.UNSIGNED16) for index in indices],
-        Permits(in_haste=in_haste),
+        Permits(effort=effort),
     )
     brief = of.briefly_read()
     assert brief[0].index == indices[0]
     assert brief[-1].index >= indices[-3]
-    if in_haste:
+    if effort is Effort.HASTE:
         assert OBJECTS_IN_HASTE // 2 < len(brief) <= OBJECTS_IN_HASTE
     else:
         assert len(brief) == len(indices)

@@ -3,10 +3,11 @@
 import pytest
 from run_bench import DOMAIN, NODE_ID, Recording, discovered
 
+from conformance.device.effort import SEGMENTS_COMPARED
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import OTHER_DATA, Cause
 from conformance.dialogue.held_values import expect_read
-from conformance.dialogue.long_values import COMPARED, read_in_blocks
+from conformance.dialogue.long_values import read_in_blocks
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
@@ -16,7 +17,7 @@ from conformance.sdo.objects import DataType, Entry
 from conformance.sdo.rules import Violation
 
 LONG = bytes(n % 251 for n in range(30_000))
-COMPARED_BYTES = 7 * COMPARED
+COMPARED_BYTES = 7 * SEGMENTS_COMPARED
 
 
 class _InBlocks(Recording, KnowsBlockUploads):

@@ -6,11 +6,12 @@ from dataclasses import replace
 import pytest
 from run_bench import NODE_ID, NUMBER, RULE, TEXT, Recording, Workbench, discovered, recording
 
+from conformance.device.effort import MUCH_ROOM
 from conformance.device.not_testable import NotTestable
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import NMT
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.lengths_by_writing import MUCH_ROOM, Room
+from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.network import Network
 from conformance.faults.catalogue import build_node
 from conformance.run.case_run import begin_case

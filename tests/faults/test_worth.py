@@ -9,10 +9,11 @@ import pytest
 from catches import candidates
 from early import risks
 
+from conformance.device.effort import REQUESTS_OF_SMALL_CASE
 from conformance.faults.catalogue import faults
 from conformance.faults.registry import About, Defect
 from conformance.plugin import case_order
-from conformance.plugin.case_order import FAMILIAR, FEW, place_in_run, quick_choice, table
+from conformance.plugin.case_order import FAMILIAR, place_in_run, quick_choice, table
 from conformance.run.risks import Kind
 
 # Of the faults that cases show where the server declares no time-out; one shows before the first.
@@ -95,7 +96,7 @@ def test_a_quick_run_shows_each_kind_of_fault() -> None:
 
 def test_a_quick_run_has_a_case_of_each_service() -> None:
     chosen = quick_choice(services(), writes=True)
-    few = {case_id for case_id, each in table().items() if each.requests <= FEW}
+    few = {case_id for case_id, each in table().items() if each.requests <= REQUESTS_OF_SMALL_CASE}
     known = {services()[case_id] for case_id in few & services().keys()}
     assert {services()[case_id] for case_id in chosen} == known
 

@@ -37,6 +37,7 @@ from detection import (
 )
 from early import EARLY, early_cases
 
+from conformance.device.effort import REQUESTS_IN_HASTE, REQUESTS_OF_SMALL_CASE
 from conformance.faults.catalogue import faults, find_deviation
 from conformance.plugin import case_order
 from conformance.plugin.exit_code import ExitCode
@@ -214,7 +215,7 @@ def cheapest_of_missing(
     shown = {name for case in quick for name in needed[case]}
     found: dict[str, str] = {}
     for case in sorted(needed, key=costs.each.__getitem__):
-        if costs.each[case] <= case_order.FEW:
+        if costs.each[case] <= REQUESTS_OF_SMALL_CASE:
             for name in needed[case] - shown:
                 found.setdefault(name, case)
     return sorted(set(found.values()) - set(quick))
@@ -244,20 +245,20 @@ def make_table() -> None:
     quick += cheapest_of_missing(quick, needed, costs)  # what they cost there shows at once
     quick_runs: list[Mapping[str, int]] = []
     for number in range(ROUNDS):
-        table.write(dict.fromkeys(quick, 1), case_order.QUICK - len(quick))  # and no others
+        table.write(dict.fromkeys(quick, 1), REQUESTS_IN_HASTE - len(quick))  # and no others
         sent = count("--sdo-quick")
         beside = sent.total - sum(sent.requests.values())
         found = len({name for case in quick for name in needed[case]})
         print(f"{sent.total} requests, {beside} beside the cases: {found} faults", flush=True)
-        if sent.total <= case_order.QUICK and found > most:
+        if sent.total <= REQUESTS_IN_HASTE and found > most:
             most, best = found, {case: sent.requests[case] for case in quick}
         quick_runs.append(sent.requests)
         costs = costs_of(counted, quick_runs)
-        budget = case_order.QUICK - sent.total + costs.of(quick)
+        budget = REQUESTS_IN_HASTE - sent.total + costs.of(quick)
         quick = Choice(needed, costs, budget, Random(number)).best(best or quick)
     if not best:
         raise SystemExit("no choice of cases for a quick run keeps to its requests")
-    table.write(best, case_order.QUICK - sum(best.values()))  # no room for others
+    table.write(best, REQUESTS_IN_HASTE - sum(best.values()))  # no room for others
     count_early(usual)
 
 

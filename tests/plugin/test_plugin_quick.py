@@ -7,7 +7,8 @@ import pytest
 from plugin_runs import QUICK as PLAIN
 from plugin_runs import case_ids, parsed, reports, run, self_test, the_report
 
-from conformance.plugin.case_order import FEW, QUICK, table
+from conformance.device.effort import REQUESTS_IN_HASTE, REQUESTS_OF_SMALL_CASE
+from conformance.plugin.case_order import table
 from conformance.reporting.workload import service_of
 
 pytest_plugins = ["pytester"]
@@ -24,7 +25,7 @@ def requests(pytester: pytest.Pytester) -> int:
 def test_a_quick_run(pytester: pytest.Pytester) -> None:
     result = self_test(pytester, "--sdo-simulated", "--sdo-quick")
     assert result.ret == pytest.ExitCode.OK
-    assert requests(pytester) <= QUICK
+    assert requests(pytester) <= REQUESTS_IN_HASTE
     (said,) = [found for line in result.outlines if (found := SAID.match(line))]
     ids = case_ids(the_report(pytester) / "junit.xml")
     assert len(ids) == int(said[1]) > 100
@@ -40,7 +41,9 @@ def test_each_service_has_a_case(pytester: pytest.Pytester) -> None:
     listed = self_test(pytester, "--sdo-quick", "--collect-only", "-q").outlines
     chosen = [line for line in listed if line.startswith("cases/")]
     everything = self_test(pytester, "--collect-only", "-q").outlines
-    few = {case_id for case_id, worth in table().items() if worth.requests <= FEW}
+    few = {
+        case_id for case_id, worth in table().items() if worth.requests <= REQUESTS_OF_SMALL_CASE
+    }
     known = {line for line in everything if line.partition("::")[2] in few}
     assert {service_of(line) for line in known} <= {service_of(line) for line in chosen}
     assert "whole_run" in {service_of(line) for line in chosen}

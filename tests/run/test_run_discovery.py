@@ -16,6 +16,7 @@ from run_bench import (
 )
 
 from conformance.bus.errors import SilentNode
+from conformance.device.effort import FIRST_TRIES
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
@@ -23,7 +24,7 @@ from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.faults.unusual.segmented_upload import ShortInSegments
 from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
-from conformance.run.baseline import SANITY_ATTEMPTS, record_baseline
+from conformance.run.baseline import record_baseline
 from conformance.run.discovery import discover
 from conformance.run.first_request import ask_first
 from conformance.sdo.can_frame import CanFrame
@@ -208,7 +209,7 @@ def test_an_endless_device_type_ends() -> None:
         assert len(bench.device.baseline) == 8
 
 
-@pytest.mark.parametrize("answered", [1, SANITY_ATTEMPTS])
+@pytest.mark.parametrize("answered", [1, FIRST_TRIES])
 def test_a_device_that_answers_in_the_end(answered: int) -> None:
     """It may have been busy, or another transfer may have been open."""
     attempts: list[bytes] = []

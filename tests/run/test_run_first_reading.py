@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
 
+from conformance.device import effort
 from conformance.device.device import Device
-from conformance.device.effort import LONG_VALUE
+from conformance.device.effort import LONG_VALUE, Effort
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.not_testable import NotTestable
 from conformance.device.permits import Permits
@@ -16,7 +17,6 @@ from conformance.device.protected_objects import NMT
 from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.tools import CaseTools
 from conformance.reference.built_in_device import reference_entries
-from conformance.run import first_reading
 from conformance.run.discovery import discover
 from conformance.run.first_reading import FirstReading, in_order
 from conformance.sdo.layout import Multiplexer
@@ -29,8 +29,8 @@ FIRST = 0x3000
 
 @pytest.fixture(autouse=True)
 def _very_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(first_reading, "OBJECTS_IN_HASTE", ENOUGH)
-    monkeypatch.setattr(first_reading, "FURTHER_REQUESTS_IN_HASTE", MORE)
+    monkeypatch.setattr(effort, "OBJECTS_IN_HASTE", ENOUGH)
+    monkeypatch.setattr(effort, "FURTHER_REQUESTS_IN_HASTE", MORE)
 
 
 def numbers(count: int, access: Access = Access.RW, first: int = FIRST) -> list[KnownObject]:
@@ -44,7 +44,7 @@ def indices(objects: list[KnownObject]) -> list[int]:
 
 
 def ordered(objects: list[KnownObject], *named: KnownObject) -> list[int]:
-    permits = Permits(named=named, in_haste=True)
+    permits = Permits(named=named, effort=Effort.HASTE)
     device = Device(NODE_ID, by_multiplexer(objects), permits=permits)
     return indices(in_order(device))
 
@@ -68,7 +68,7 @@ def test_what_is_not_to_be_read_is_not() -> None:
 
 
 def test_the_first_are_read_whatever_they_take() -> None:
-    reading = FirstReading(in_haste=True)
+    reading = FirstReading(Effort.HASTE)
     for _ in range(ENOUGH):
         assert not reading.ends()
         reading.count(bytes(LONG_VALUE))
@@ -79,14 +79,14 @@ def test_the_first_are_read_whatever_they_take() -> None:
 
 
 def test_without_haste_all_are_read() -> None:
-    reading = FirstReading(in_haste=False)
+    reading = FirstReading(Effort.USUAL)
     for _ in range(1000):
         reading.count(bytes(LONG_VALUE))
     assert not reading.ends()
 
 
 @contextmanager
-def of_many(count: int, *, in_haste: bool = True) -> Iterator[tuple[Workbench, Recording]]:
+def of_many(count: int, *, effort: Effort = Effort.HASTE) -> Iterator[tuple[Workbench, Recording]]:
     """Get to know a device of so many numbers, and of a text.
 
     The standard's objects are not listed.
@@ -96,7 +96,7 @@ def of_many(count: int, *, in_haste: bool = True) -> Iterator[tuple[Workbench, R
     entries |= {known.mux: Entry(b"\1\2", DataType.UNSIGNED16) for known in added}
     server = Recording(entries)
     with undiscovered(server, objects=[*added, TEXT]) as bench:
-        permits = Permits(permissions=frozenset({NMT}), in_haste=in_haste)
+        permits = Permits(permissions=frozenset({NMT}), effort=effort)
         bench.device = replace(bench.device, permits=permits)
         discover(bench.channel, bench.device)
         yield bench, server
@@ -117,7 +117,7 @@ def test_very_many_are_passed_over() -> None:
 
 
 def test_a_list_of_which_all_is_read() -> None:
-    with of_many(20, in_haste=False) as (bench, _):
+    with of_many(20, effort=Effort.USUAL) as (bench, _):
         assert bench.device.beliefs.passed_over == set()
         assert {known.mux for known in numbers(20)} <= bench.device.values.keys()
 
@@ -131,7 +131,7 @@ def test_the_device_type_is_read_though_the_list_is_cut_short() -> None:
     # So many of a kind are in turn before it.
     listed += numbers(ENOUGH, first=0x2F00)
     with undiscovered(server, objects=listed) as bench:
-        bench.device = replace(bench.device, permits=Permits(in_haste=True))
+        bench.device = replace(bench.device, permits=Permits(effort=Effort.HASTE))
         discover(bench.channel, bench.device)
         assert listed[20].mux in bench.device.values
         assert bench.device.beliefs.passed_over.isdisjoint(bench.device.values)

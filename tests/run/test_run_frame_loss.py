@@ -3,11 +3,11 @@
 import pytest
 
 from conformance.device.device import Device
+from conformance.device.effort import TRIES_OF_CASE
 from conformance.dialogue.causes import Cause, Causes
 from conformance.run.frame_loss import (
     ALWAYS,
     MOST_SHOWN,
-    MOST_TRIES,
     PER_THOUSAND,
     Beginning,
     Doubts,
@@ -79,7 +79,7 @@ def test_what_fails_at_the_same_place_again_and_again_is_the_device_s(
         ([{A}, {B}, {A}], True, ["b"]),
         ([{A}, {("a", "elsewhere")}], False, []),
         ([{A}, {("a", "elsewhere")}, {("a", "nowhere")}], True, []),
-        ([{(str(number), "")} for number in range(MOST_TRIES)], True, ["0", "1", "2", "3"]),
+        ([{(str(number), "")} for number in range(TRIES_OF_CASE)], True, ["0", "1", "2", "3"]),
     ],
 )
 def test_what_was_met_before_the_first_case(

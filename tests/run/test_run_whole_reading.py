@@ -14,7 +14,7 @@ from run_bench import (
     undiscovered,
 )
 
-from conformance.device.effort import LONGEST_READ
+from conformance.device.effort import BELIEVED, LONGEST_READ, Effort
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
@@ -23,7 +23,6 @@ from conformance.reference.built_in_device import reference_entries
 from conformance.run.case_run import begin_case
 from conformance.run.discovery import discover
 from conformance.run.verdict import Verdict
-from conformance.run.whole_reading import BELIEVED
 from conformance.sdo.frames import BlockUploadInitiate, Response, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import SEGMENT_LENGTH
@@ -112,7 +111,7 @@ def test_a_long_value_is_read_whole(kind: type[Recording]) -> None:
 def test_a_quick_run_has_no_time_for_many_segments(kind: type[Recording], is_read: bool) -> None:
     server = long_domain(4000, kind)
     with undiscovered(server) as bench:
-        device = replace(bench.device, permits=Permits(in_haste=True))
+        device = replace(bench.device, permits=Permits(effort=Effort.HASTE))
         discover(bench.channel, device)
         assert device.values.get(DOMAIN.mux) == (bytes(4000) if is_read else None)
     assert len(server.requests) < 400

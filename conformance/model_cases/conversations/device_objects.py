@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from conformance.device.device import IDENTITY_COUNT, Device
-from conformance.device.effort import LONG_VALUE
+from conformance.device.effort import LONG_VALUE, TEXTS_PER_CONVERSATION
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
@@ -31,7 +31,6 @@ from conformance.sdo.rules import NOT_REFUSED, Violation
 # Room for much more than a conversation writes: frames may be repeated and inserted.
 ROOMS = (MOST_PLAIN, 64, 20)
 # Each conversation begins with a value in each string and domain that it may be about.
-MOST_TEXTS = 8
 DOWNLOADS = Service.EXPEDITED, Service.DOWNLOAD, Service.BLOCK_DOWNLOAD
 
 
@@ -139,7 +138,7 @@ def survey(sdo: Dialogue) -> DeviceObjects:
     varying = roles.all_writable(lambda known: known.varies)
     quick = [known for known in varying if not roles.is_long(known)]
     having_room = ((known.mux, room) for known in quick or varying if (room := _room(sdo, known)))
-    rooms = dict(islice(having_room, MOST_TEXTS))
+    rooms = dict(islice(having_room, TEXTS_PER_CONVERSATION))
     if not rooms:
         raise NotTestable(f"needs a string or domain of {ROOMS[-1]} bytes: name one")
     targets = Targets(

@@ -2,10 +2,7 @@
 
 from dataclasses import dataclass
 
-SEARCH_SECONDS = 60.0
-SHRINK_SECONDS = 30.0
-# Most conversations are as short as they get by then; the last transfers would cost as much again.
-SHRINK_ANSWERS = 1000
+from conformance.device.effort import SEARCH_SECONDS, SHRINK_ANSWERS, SHRINK_SECONDS
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured
+from conformance.device.effort import TRIES_OF_TRANSFER
 from conformance.dialogue.causes import OTHER_DATA
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.server_aborts import MOST_TRIES, Way, is_systematic
+from conformance.dialogue.server_aborts import Way, is_systematic
 from conformance.model_cases.conversations.conversation import Conversation
 from conformance.model_cases.conversations.converse import converse
 from conformance.model_cases.conversations.device_objects import DeviceObjects
@@ -67,10 +68,10 @@ class Trials:
         ways: list[Way] = []
         while (failure := self._perform(conversation)) is not None and self._left is not None:
             ways.append(self._left)
-            if len(ways) == MOST_TRIES:
+            if len(ways) == TRIES_OF_TRANSFER:
                 break
             shift(self._sdo, len(ways) ** 2)
-        by_chance = len(ways) == MOST_TRIES and not is_systematic(ways)
+        by_chance = len(ways) == TRIES_OF_TRANSFER and not is_systematic(ways)
         if failure is None or by_chance:
             return None
         return failure if like in (None, failure.rule) else None
