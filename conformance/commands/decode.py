@@ -9,8 +9,8 @@ from conformance.bus.opening import BusSettings, open_bus
 from conformance.commands.bus_options import add_bus_options, bus_settings
 from conformance.commands.notes import tell
 from conformance.commands.status import DONE, NOT_ALLOWED
-from conformance.device.eds import read_eds
 from conformance.device.eds_listing import Listing
+from conformance.eds.reading import read_eds
 from conformance.logs.decoded_lines import Judgement, decoded, judged
 from conformance.logs.live import LiveLog
 from conformance.logs.object_names import ObjectNames

@@ -13,8 +13,8 @@ from conformance.bus.opening import BusSettings, open_bus
 from conformance.commands.bus_options import add_bus_options, add_response_timeout, bus_settings
 from conformance.commands.notes import tell
 from conformance.commands.status import DONE
-from conformance.device.eds import read_eds
 from conformance.device.eds_listing import Listing
+from conformance.eds.reading import read_eds
 from conformance.proposing.proposals import Proposals, by_eds, by_reading
 from conformance.proposing.reading import about, differences, read_device, search
 from conformance.proposing.text import Draft, draft_text

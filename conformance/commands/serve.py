@@ -9,7 +9,7 @@ from types import FrameType
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.commands.bus_options import add_bus_options, bus_settings
 from conformance.commands.status import DONE
-from conformance.device.eds import read_eds
+from conformance.eds.reading import read_eds
 from conformance.faults.catalogue import build_node
 from conformance.reference.host import NodeHost
 from conformance.sdo.cob_id import HIGHEST_NODE_ID

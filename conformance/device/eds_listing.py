@@ -29,13 +29,19 @@ class ObjectType(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class ListedObject:
-    """One index: its entries by sub-index. A type code of None is not stated."""
+    """One index: its entries by sub-index. A type code of None is not stated.
+
+    The sub-indices that are ``unclear`` are there, and no case is about them: what a file says of
+    them cannot be read, or contradicts itself. Of an unclear sub-index 0 the highest sub-index is
+    meant, of FFh the type of the object.
+    """
 
     index: int
     object_type: ObjectType
     entries: Mapping[int, KnownObject]
     name: str = ""
     type_code: int | None = None
+    unclear: frozenset[int] = frozenset()
 
     @property
     def is_structured(self) -> bool:
@@ -45,12 +51,14 @@ class ListedObject:
     @property
     def highest(self) -> int:
         """The highest sub-index, that of the structure (FFh) left out."""
-        return max((sub for sub in self.entries if sub != STRUCTURE_OF_OBJECT), default=0)
+        there = self.unclear.union(self.entries)
+        return max((sub for sub in there if sub != STRUCTURE_OF_OBJECT), default=0)
 
     @property
     def gaps(self) -> list[int]:
         """The sub-indices below the highest that are not listed."""
-        return [sub for sub in range(1, self.highest) if sub not in self.entries]
+        there = self.unclear.union(self.entries)
+        return [sub for sub in range(1, self.highest) if sub not in there]
 
 
 @dataclass(frozen=True, slots=True)

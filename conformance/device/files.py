@@ -13,11 +13,8 @@ class FileError(ValueError):
         self.line = line
 
 
-def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
-    """Return the text of a file of at most ``limit`` bytes, in the first encoding that fits.
-
-    Raises FileError.
-    """
+def read_bytes(path: Path, *, limit: int) -> bytes:
+    """Return the bytes of a file, of which there are at most ``limit``; raises FileError."""
     try:
         # To open a pipe without a writer would block for ever.
         if path.exists() and not path.is_file() and not path.is_dir():
@@ -33,18 +30,20 @@ def read_text(path: Path, *, limit: int, encodings: tuple[str, ...]) -> str:
         raise FileError(
             path, None, f"the file is larger than {limit // 1024} KiB: is it the right one?"
         )
+    return content
+
+
+def read_text(path: Path, *, limit: int) -> str:
+    """Return the text of a file in UTF-8, of at most ``limit`` bytes; raises FileError."""
+    content = read_bytes(path, limit=limit)
     if b"\0" in content:
         line = content[: content.index(b"\0")].count(b"\n") + 1
         raise FileError(path, line, "a byte of 0: this is no text file, or one in UTF-16.")
-    failed = 0
-    for encoding in encodings:
-        try:
-            return content.decode(encoding)
-        except UnicodeDecodeError as error:
-            failed = error.start
-    line = content[:failed].count(b"\n") + 1
-    names = " nor ".join(encoding.upper().removesuffix("-SIG") for encoding in encodings)
-    raise FileError(path, line, f"the text is not in {names}: save it in UTF-8.")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise FileError(path, line, "the text is not in UTF-8: save it in UTF-8.") from None
 
 
 def shown(value: object) -> str:

@@ -69,7 +69,7 @@ class TomlFile:
     @classmethod
     def read(cls, path: Path) -> "TomlFile":
         """Read a file; raises FileError."""
-        return cls(path, read_text(path, limit=LARGEST, encodings=("utf-8-sig",)))
+        return cls(path, read_text(path, limit=LARGEST))
 
     def top(self) -> Table:
         """Return the table of the whole file; raises FileError for what is no TOML."""

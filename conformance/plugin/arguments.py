@@ -8,12 +8,12 @@ from collections.abc import Iterable
 import pytest
 
 from conformance.bus.arguments import bit_rate, named_value
-from conformance.device.client_channel import ClientRecord, parse_channel
 from conformance.device.effort import EXAMPLES, EXAMPLES_WHEN_THOROUGH, REQUESTS_IN_HASTE
 from conformance.device.known_objects import ObjectNameError
 from conformance.device.named_objects import NamedObject
 from conformance.device.programs import words
 from conformance.device.protected_objects import PermissionNameError, parse_permission
+from conformance.eds.client_channel import ClientRecord, parse_channel
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.reporting.requirements import (
     Requirement,

@@ -8,10 +8,8 @@ import pytest
 
 from conformance.bus.errors import BusNotOpened
 from conformance.bus.opening import BusSettings
-from conformance.device.client_channel import ClientRecord, read_client_channel
 from conformance.device.description import Description, read_description
 from conformance.device.device import STORAGE_TIME
-from conformance.device.eds import read_eds
 from conformance.device.eds_listing import Listing
 from conformance.device.effort import EXAMPLES, Effort
 from conformance.device.files import FileError
@@ -19,6 +17,8 @@ from conformance.device.known_deviations import KnownDeviation, read_deviations
 from conformance.device.permits import NotPermitted, Permits
 from conformance.device.process import NODE_ID, ProcessSettings
 from conformance.device.protected_objects import PERMISSIONS
+from conformance.eds.client_channel import ClientRecord, read_client_channel
+from conformance.eds.reading import read_eds
 from conformance.faults.catalogue import UnknownServer, described_node, find_deviation
 from conformance.plugin.settings import DEFAULT_REPORT_DIR
 from conformance.plugin.workers import Share, share_of

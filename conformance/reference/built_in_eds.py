@@ -6,11 +6,11 @@ from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 
-from conformance.device.eds import parse_eds
 from conformance.device.eds_listing import Listing, ObjectType
 from conformance.device.numbers import decode_number, is_number
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import PERMISSIONS
+from conformance.eds.reading import parse_eds
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.reference.communication import EMERGENCY, RECEIVED, SENT, is_mappable
 from conformance.reference.dictionary import GAPPY
@@ -38,7 +38,7 @@ def listing_of(node: Node) -> Listing:
 @lru_cache(16)
 def _parsed(text: str, node_id: int) -> Listing:
     """Parse an EDS once: a process that tests many servers meets the same device each time."""
-    return parse_eds(Path("reference.eds"), text, node_id)
+    return parse_eds(Path("reference.eds"), text, node_id).listing
 
 
 def permits_for(node: Node) -> Permits:

@@ -135,7 +135,10 @@ def structured(listing: Listing) -> dict[str, ListedObject]:
     return {
         f"{listed.index:04X}h": listed
         for listed in _objects(listing)
-        if listed.is_structured and 0 in listed.entries and is_read(listed.entries[0])
+        if listed.is_structured
+        and 0 in listed.entries
+        and 0 not in listed.unclear
+        and is_read(listed.entries[0])
     }
 
 
@@ -147,8 +150,12 @@ def mappings(listing: Listing) -> dict[str, int]:
 
 
 def listed_objects(listing: Listing) -> dict[str, ListedObject]:
-    """Choose all objects."""
-    return {f"{listed.index:04X}h": listed for listed in _objects(listing)}
+    """Choose all objects of which the type is known."""
+    return {
+        f"{listed.index:04X}h": listed
+        for listed in _objects(listing)
+        if STRUCTURE_OF_OBJECT not in listed.unclear
+    }
 
 
 def gaps(listing: Listing) -> dict[str, Multiplexer]:
@@ -165,7 +172,7 @@ def beyond(listing: Listing) -> dict[str, Multiplexer]:
     return {
         f"{listed.index:04X}h": Multiplexer(listed.index, listed.highest + 1)
         for listed in _objects(listing)
-        if listed.highest + 1 < STRUCTURE_OF_OBJECT
+        if listed.entries and listed.highest + 1 < STRUCTURE_OF_OBJECT
     }
 
 

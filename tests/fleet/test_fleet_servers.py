@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from fleet_servers import DEVICE_EDS, ForeignServer, Unavailable, foreign_servers
 
-from conformance.device.eds import read_eds
+from conformance.eds.reading import read_eds
 from conformance.sdo.layout import Multiplexer
 
 SERVERS = pytest.mark.parametrize("server", foreign_servers(), ids=lambda server: server.name)

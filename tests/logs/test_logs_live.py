@@ -20,7 +20,7 @@ from conformance.sdo.layout import Multiplexer
 
 RIGHT = ("605#4018100100000000", "585#4318100104000000")
 WRONG = ("605#4018100100000000", "585#6018100100000000")
-FILES = Path(__file__).parent.parent / "device" / "files"
+FILES = Path(__file__).parent.parent / "eds" / "files"
 EDS = f"--eds={FILES / 'io_module.eds'}"
 
 

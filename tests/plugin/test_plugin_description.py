@@ -21,7 +21,7 @@ never = ["2001"]
 [permissions]
 read-only-probes = true
 """
-FILES = Path(__file__).parents[1] / "device" / "files"
+FILES = Path(__file__).parents[1] / "eds" / "files"
 
 
 def described(pytester: pytest.Pytester, writable: str = '"all-rw"', more: str = "") -> str:
@@ -104,7 +104,7 @@ WRONG = {
     "--sdo-device=none.toml": "none.toml: the file cannot be read: No such file or directory.",
     "--sdo-eds=none.eds --node-id=5": "none.eds: the file cannot be read: No such file or dir",
     "--sdo-eds=drive.xdd --node-id=5": "the name of the file has to end in .eds or .dcf.",
-    "--sdo-eds=typo.eds --node-id=5": "typo.eds, line 3: [1000] has no AccessType, but 'Acces",
+    "--sdo-eds=typo.eds --node-id=5": "typo.eds: there is no section of an object, as [1000],",
     "--sdo-device=typo.toml": "typo.toml, line 2: there is no key 'nodeid'. Did you mean 'node",
     "--sdo-device=denied.toml": (
         "1017h:00 was named, but a permission is needed to write the heartbeat time: "
@@ -122,7 +122,7 @@ def test_a_wrong_description(pytester: pytest.Pytester, options: str, sentence: 
         ("typo.toml", "# a device\nnodeid = 5\n"),
         ("nameless.toml", ""),
         ("denied.toml", 'node-id = 5\n[objects]\nwritable = ["1017"]\n'),
-        ("typo.eds", "[DeviceInfo]\n[1000]\nAccesType=ro\nDataType=7\n[MandatoryObjects]\n"),
+        ("typo.eds", "[DeviceInfo]\nAccesType=ro\nDataType=7\n[MandatoryObjects]\n"),
     ):
         (pytester.path / name).write_text(text, encoding="utf-8")
     result = run(pytester, *options.split(), "--collect-only")

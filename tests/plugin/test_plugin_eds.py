@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from plugin_runs import NODE_ID, hosted, run
 
-from conformance.device.eds import read_eds
 from conformance.device.known_objects import parse_object
+from conformance.eds.reading import read_eds
 from conformance.faults.catalogue import build_node
 from conformance.reference.described import described_device
 from conformance.reference.node import Node
@@ -17,7 +17,7 @@ from conformance.sdo.objects import Entry, ObjectDictionary
 
 pytest_plugins = ["pytester"]
 
-FILES = Path(__file__).parents[1] / "device" / "files"
+FILES = Path(__file__).parents[1] / "eds" / "files"
 # What shows on the reference server as well, and takes long.
 CHOSEN = (
     "not test_matrix and not test_random and not sequence and not vanished and not size[ "

@@ -11,7 +11,7 @@ from plugin_runs import NODE_ID, Watched, hosted, run
 from conformance.__main__ import main
 from conformance.commands.status import WRONG_USE
 from conformance.device.description import read_description
-from conformance.device.eds import read_eds
+from conformance.eds.reading import read_eds
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_eds import eds_of
 from conformance.sdo.layout import Multiplexer

@@ -10,7 +10,7 @@ from conformance.faults.catalogue import build_node
 
 pytest_plugins = ["pytester"]
 
-PLC = Path(__file__).parents[1] / "device" / "files" / "plc.dcf"
+PLC = Path(__file__).parents[1] / "eds" / "files" / "plc.dcf"
 NETWORK = "test_channel or test_nmt"
 
 

@@ -40,11 +40,33 @@ ERRORS = ListedObject(
     },
 )
 LISTING = Listing({0x1003: ERRORS, 0x2000: RECORD}, is_complete=True, identity={1: 5})
+# A file says that they are there, and of the record that it goes to 4, 5 or 6.
+UNCLEAR = Listing(
+    {
+        0x2100: ListedObject(0x2100, ObjectType.VAR, {}, unclear=frozenset((0, 0xFF))),
+        0x2000: ListedObject(
+            0x2000,
+            ObjectType.RECORD,
+            {sub: entry(sub, U8, Access.RW) for sub in (0, 1, 4)},
+            unclear=frozenset((0, 3)),
+        ),
+    },
+    is_complete=True,
+)
 
 
 def subs(chosen: dict[str, KnownObject]) -> list[int]:
     assert all(label == str(known.mux) for label, known in chosen.items())
     return [known.mux.sub_index for known in chosen.values() if known.mux.index == 0x2000]
+
+
+def test_what_is_unclear_is_chosen_for_nothing() -> None:
+    assert list(choose.structured(UNCLEAR)) == []
+    assert [mux.sub_index for mux in choose.gaps(UNCLEAR).values()] == [2]
+    assert list(choose.beyond(UNCLEAR)) == ["2000h"]
+    assert list(choose.listed_objects(UNCLEAR)) == ["2000h"]
+    assert "2100h" not in choose.unlisted(UNCLEAR)
+    assert list(choose.unlisted(UNCLEAR)) == ["2001h", "2101h"]
 
 
 def test_entries() -> None:

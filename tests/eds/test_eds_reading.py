@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from conformance.device.eds import parse_eds, read_eds
 from conformance.device.eds_listing import Listing, ObjectType
 from conformance.device.known_objects import KnownObject
+from conformance.eds.reading import parse_eds, read_eds
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_eds import listing_of
 from conformance.sdo.layout import Multiplexer
@@ -171,7 +171,7 @@ def test_a_pdo_mapping_that_is_left_out_or_contradicts_the_access(
 ) -> None:
     text = (FILES / "drive.eds").read_text(encoding="utf-8")
     text += f"\n[2FFF]\nParameterName=x\nDataType=0x5\n{said or 'AccessType=rw'}\n"
-    assert entry(parse_eds(Path("x.eds"), text, NODE_ID), 0x2FFF).mappable is mappable
+    assert entry(parse_eds(Path("x.eds"), text, NODE_ID).listing, 0x2FFF).mappable is mappable
 
 
 def test_the_eds_of_the_built_in_device_lists_what_it_has() -> None:

@@ -1,0 +1,502 @@
+"""A bad EDS is read all the same, and each thing that is wrong is a finding with its line."""
+
+import os
+import re
+import time
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, Listing
+from conformance.device.files import FileError
+from conformance.device.known_objects import KnownObject
+from conformance.eds.findings import MOST_OF_A_RULE
+from conformance.eds.reading import LARGEST, DeviceFile, parse_eds, read_eds, read_file
+from conformance.eds.text import MOST_SECTIONS
+from conformance.sdo.layout import Multiplexer
+from conformance.sdo.objects import Access, DataType
+
+FILES = Path(__file__).parent / "files"
+PATH = Path("bad.eds")
+DRIVE = (FILES / "drive.eds").read_text(encoding="utf-8")
+ALL_LINES = [
+    (FILES / name).read_text(encoding="cp1252").split("\n")
+    for name in ("drive.eds", "io_module.eds", "encoder.dcf")
+]
+# A busy machine is no failure, a hanging reader is.
+UNHURRIED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow], max_examples=200)
+
+
+def parse(text: str) -> DeviceFile:
+    return parse_eds(PATH, text, 5)
+
+
+def sentence(text: str) -> str:
+    with pytest.raises(FileError) as caught:
+        parse(text)
+    return str(caught.value)
+
+
+def found(file: DeviceFile) -> list[str]:
+    """Return rule and text of each finding, without the numbers of lines."""
+    return [
+        f"{one.rule.id.removeprefix('eds.')}: " + re.sub(r"line \d+", "line N", one.text)
+        for one in file.findings
+    ]
+
+
+def entry(listing: Listing, index: int, sub_index: int = 0) -> KnownObject:
+    known = listing.find(Multiplexer(index, sub_index))
+    assert known is not None
+    return known
+
+
+def test_so_many_sections_has_no_device() -> None:
+    many = "".join(f"[x{number}]\n" for number in range(MOST_SECTIONS))
+    assert f"more than {MOST_SECTIONS} sections" in sentence(DRIVE + many)
+
+
+REPLACED = {
+    "AccessType=rww": (
+        "AccesType=rww",
+        ["misspelt: AccesType is no keyword of CiA 306-1. It is read as AccessType."],
+    ),
+    "AccessType=wo": (
+        "AccessType=contsw",
+        [
+            "access: AccessType=contsw is unknown. Did you mean 'const'?. No case is about the "
+            "entry."
+        ],
+    ),
+    "LowLimit=-4": (
+        "LowLimit=-400",
+        ["limit-type: LowLimit=-400 is no INTEGER8, which goes from -128 to 127. It is left out."],
+    ),
+    "HighLimit=10": ("HighLimit=ten", ["number: HighLimit=ten is no INTEGER8. It is left out."]),
+    "LowLimit=0.5": (
+        "LowLimit=13",
+        [
+            "limit-order: LowLimit=13, the number 13.0, is above HighLimit=12.5, the number 12.5. "
+            "Both are left out."
+        ],
+    ),
+    "DefaultValue=4": (
+        "DefaultValue=444",
+        ["value-type: DefaultValue=444 is no UNSIGNED8, which goes from 0 to 255. It is left out."],
+    ),
+    "DefaultValue=-1": (
+        "DefaultValue=minus one",
+        ["number: DefaultValue=minus one is no INTEGER24. It is left out."],
+    ),
+    "DataType=0x1B": (
+        "DataType=0x1C",
+        [
+            "data-type: DataType=0x1C is no data type: 0x0005 is UNSIGNED8, 0x0006 UNSIGNED16, "
+            "0x0007 UNSIGNED32, 0x0009 VISIBLE_STRING. A value may have any length."
+        ],
+    ),
+    "ObjectType=2": (
+        "ObjectType=4",
+        [
+            "data-type: [2010] has no DataType. A value may have any length.",
+            "object-type: ObjectType=4 is none of 0x2 (DOMAIN), 0x7 (VAR), 0x8 (ARRAY) and 0x9 "
+            "(RECORD). The object is read as a VAR.",
+        ],
+    ),
+    "CompactSubObj=0": (
+        "CompactSubObj=255",
+        ["compact: CompactSubObj=255 is beyond 254. It is left out."],
+    ),
+    "[2000sub7]": (
+        "[2000sbu7]",
+        [
+            "sub-number: SubNumber=6, and 5 are described. The sections count.",
+            "highest: the default of 2000h:00 is 7, and the highest sub-index that is described "
+            "is 5. No case compares it.",
+            "section-name: [2000sbu7] is no section of an object: write [2000], [2000sub1] or "
+            "[2000Name]. It is left out.",
+        ],
+    ),
+    "[2000sub5]": (
+        "[2000sub3]",
+        [
+            "sub-number: SubNumber=6, and 5 are described. The sections count.",
+            "section-twice: [2000sub3] is there already, in line N. The keywords of both are "
+            "read; where both have one, the first counts.",
+            *[
+                f"key-twice: {key} stands in [2000sub3] already, in line N. The first counts."
+                for key in ("ParameterName", "DataType", "AccessType", "DefaultValue")
+            ],
+        ],
+    ),
+    "[2030]": (
+        "[2031]",
+        [
+            "listed: 2030h is listed, and there is no section [2030]. No case is about the object.",
+            "unlisted: [2031] is in none of the lists. It is read as if it were listed.",
+        ],
+    ),
+    "1=0x2000": (
+        "1=$000",
+        [
+            "list-count: SupportedObjects=5, and [ManufacturerObjects] lists 4. All are read.",
+            "list-entry: 1=$000 in [ManufacturerObjects] is no entry of the list: write "
+            "1=0x1000. It is left out.",
+            "unlisted: [2000] is in none of the lists. It is read as if it were listed.",
+        ],
+    ),
+    "[DeviceInfo]": (
+        "[DevceInfo]",
+        ["misspelt: [DevceInfo] is no section of CiA 306-1. It is read as [DeviceInfo]."],
+    ),
+    "[MandatoryObjects]": (
+        "[Mandatory]",
+        ["misspelt: [Mandatory] is no section of CiA 306-1. It is read as [MandatoryObjects]."],
+    ),
+    "PDOMapping=1": (
+        "PDOMapping",
+        [
+            "line: 'PDOMapping' in [6040] is neither Keyword=Value nor a [section] nor a "
+            ";comment. It is left out."
+        ],
+    ),
+    "ObjFlags=0x1": (
+        "DataType=0x1",
+        ["key-twice: DataType stands in [6040] already, in line N. The first counts."],
+    ),
+    "[FileInfo]": (
+        "FileInfo",
+        [
+            "mandatory-section: there is no section [FileInfo].",
+            *[
+                f"line: '{line}' stands before the first [section]. It is left out."
+                for line in ("FileInfo", *DRIVE.split("\n")[1:5])
+            ],
+        ],
+    ),
+    "[1000]": ("[1000", ["line: '[1000' is no section. It is read as [1000]."]),
+}
+
+
+@pytest.mark.parametrize(("old", "new", "expected"), [(a, *b) for a, b in REPLACED.items()])
+def test_findings(old: str, new: str, expected: list[str]) -> None:
+    """Each names the line that was spoiled, and what was made of it."""
+    file = parse(DRIVE.replace(old, new, 1))
+    spoiled = 1 + DRIVE[: DRIVE.index(old)].count("\n")
+    assert found(file) == expected
+    assert spoiled in [one.place.line for one in file.findings]
+    assert len(file.listing.objects) >= 18
+
+
+def test_the_right_files_have_no_findings() -> None:
+    assert not parse(DRIVE).findings
+
+
+KINDS = {
+    "int8-limits-00-FF": ["limit-order"],
+    "u16-high-65536": ["limit-type"],
+    "access-unknown": ["access"],
+    "listed-without-section": ["listed"],
+    "array-without-entries": ["structure"],
+    "default-LL": ["number-style"],
+    "mpdo-FE": [],
+    "fixed-mapping-5-of-8": [],
+    "heartbeat-default-const": [],
+    "stored-eds": [],
+}
+
+
+@pytest.mark.parametrize(("name", "rules"), KINDS.items())
+def test_kinds_that_vendors_write(name: str, rules: list[str]) -> None:
+    file = read_file(FILES / "faulty" / f"{name}.eds", 5)
+    assert [one.rule.id.removeprefix("eds.") for one in file.findings] == rules
+    assert 0x1018 in file.listing.objects
+
+
+def test_what_is_unclear_is_there_and_not_tested() -> None:
+    listing = read_eds(FILES / "faulty" / "listed-without-section.eds", 5)
+    assert not listing.objects[0x6505].entries
+    assert listing.objects[0x6505].unclear == {0, STRUCTURE_OF_OBJECT}
+    text = DRIVE.replace("AccessType=ro", "AccessType=r", 40)
+    assert parse(text).listing.objects[0x1018].gaps == []
+
+
+def test_what_lacks_a_section() -> None:
+    assert sentence("") == (
+        "bad.eds: there is no section of an object, as [1000], which every EDS has: is this an EDS?"
+    )
+    file = parse("[DeviceInfo]\n[MandatoryObjects]\n[2000sub1]\nAccessType=rw\nDataType=5\n")
+    assert found(file) == [
+        "mandatory-section: there is no section [FileInfo].",
+        "mandatory-object: there is no section [1000]. It is tested all the same.",
+        "mandatory-object: there is no section [1001].",
+        "mandatory-object: there is no section [1018].",
+        "list-count: SupportedObjects=, and [MandatoryObjects] lists 0. All are read.",
+        "orphan: [2000sub1] belongs to an object without a section [2000]. The object is read "
+        "as a RECORD.",
+        "name: [2000sub1] has no ParameterName.",
+        "highest-missing: [2000] has no sub-index 00h. It is added, an UNSIGNED8 that is ro.",
+    ]
+    assert entry(file.listing, 0x1000).data_type is DataType.UNSIGNED32
+    assert entry(file.listing, 0x2000).access is Access.RO
+
+
+def one_entry(text: str) -> DeviceFile:
+    return parse(f"{DRIVE}\n[OptionalObjects]\n[2FFF]\nParameterName=x\n{text}\n")
+
+
+@pytest.mark.parametrize(
+    ("data_type", "written", "value", "rule"),
+    [
+        (2, "0xFF", "FF", ""),
+        (2, "0x80", "80", ""),
+        (2, "200", "C8", "sign"),
+        (2, "-0x01", "FF", ""),
+        (5, "-1", "FF", "sign"),
+        (5, "0x100", None, "value-type"),
+        (6, "010", "0800", ""),
+        (6, "08", "0800", "number-style"),
+        (6, "0x10UL", "1000", "number-style"),
+        (6, "10U", "0A00", "number-style"),
+        (6, "10h", "1000", "number-style"),
+        (6, "1.0", "0100", "number-style"),
+        (6, "", None, ""),
+        (7, "$NODEID+0x180", "85010000", ""),
+        (7, "$nodeid + 384", "85010000", ""),
+        (7, "$NODEID", "05000000", ""),
+        (7, "0x180+$NODEID", "85010000", "number-style"),
+        (7, "$NODEID-1", "04000000", "number-style"),
+        (7, "0x100 + $NODEID + 0x80", "85010000", "number-style"),
+        (7, "NODEID+0x180", "85010000", "number-style"),
+        (7, "$NODEID+0x80000180", "85010080", ""),
+        (7, "0x80000000|0x10", None, "number"),
+        (7, "0x10 0x20", None, "number"),
+        (1, "true", "01", "number-style"),
+        (1, "2", None, "value-type"),
+        (8, "1.5", "0000C03F", ""),
+        (8, "1,5f", "0000C03F", "number-style"),
+        (8, "0x3FC00000", "0000C03F", "number-style"),
+        (8, "1e39", None, "value-type"),
+        (8, "inf", None, "value-type"),
+        (8, "1_0", None, "number"),
+        (0x11, "-1.5", "000000000000F8BF", ""),
+        (9, "Gr\u00fc\u00dfe", None, "value-type"),
+        (9, "text", "74657874", ""),
+        (0xA, "0A 1B", "0A1B", ""),
+        (0xA, "text", None, "value-type"),
+        (0xB, "ab", "61006200", ""),
+        (0xF, "anything", None, ""),
+    ],
+)
+def test_values(data_type: int, written: str, value: str | None, rule: str) -> None:
+    file = one_entry(f"DataType={data_type:#x}\nAccessType=rw\nDefaultValue={written}")
+    known = entry(file.listing, 0x2FFF)
+    assert known.default == (None if value is None else bytes.fromhex(value))
+    ids = [one.rule.id for one in file.findings if one.place.section == "2FFF"]
+    assert ids == ["eds.unlisted", *([f"eds.{rule}"] if rule else [])]
+
+
+@pytest.mark.parametrize(
+    ("limits", "due"),
+    [
+        ("LowLimit=0x80\nHighLimit=0x7F", (-128, 127)),
+        ("LowLimit=0x00\nHighLimit=0xFF", (None, None)),
+        ("LowLimit=-128\nHighLimit=128", (-128, None)),
+        ("LowLimit=5\nHighLimit=\nDefaultValue=4", (None, None)),
+        ("LowLimit=5\nHighLimit=\nDefaultValue=5", (5, None)),
+    ],
+)
+def test_limits_of_a_signed_type(limits: str, due: tuple[int | None, int | None]) -> None:
+    """Hexadecimal ones are the bits of a number; what contradicts itself is left out."""
+    known = entry(one_entry(f"DataType=2\nAccessType=rw\n{limits}").listing, 0x2FFF)
+    assert (known.low, known.high) == due
+
+
+def test_a_highest_sub_index_that_the_file_contradicts_is_compared_with_nothing() -> None:
+    listing = parse(DRIVE.replace("DefaultValue=7", "DefaultValue=9", 1)).listing
+    assert 0 in listing.objects[0x2000].unclear
+    assert entry(listing, 0x2000).default is None
+
+
+def test_an_identity_that_the_file_contradicts_is_compared_with_nothing() -> None:
+    file = parse(DRIVE.replace("VendorNumber=0x0000019A", "VendorNumber=0x19B", 1))
+    assert [one.rule.id for one in file.findings] == ["eds.identity"]
+    assert 1 not in file.listing.identity
+    assert entry(file.listing, 0x1018, 1).default is None
+
+
+def test_objects_without_a_section_that_the_file_says_are_there() -> None:
+    """CompactPDO leaves out those of PDOs; modules bring objects with them."""
+    text = DRIVE.replace("[DeviceInfo]", "[DeviceInfo]\nCompactPDO=1", 1)
+    text = text.replace("NrOfRXPDO=4", "NrOfRXPDO=2")
+    text += "\n[M1SubExtends]\nNrOfEntries=1\n1=0x6200\n"
+    file = parse(text)
+    assert not file.findings
+    for index in (0x1401, 0x1601, 0x6200):
+        assert index in file.listing.objects
+    assert 0x1402 not in file.listing.objects
+
+
+def test_of_one_rule_so_many_findings_are_kept() -> None:
+    file = parse(DRIVE + "no key\n" * (MOST_OF_A_RULE + 7))
+    assert len(file.findings) == MOST_OF_A_RULE
+    assert file.left_out == (("eds.line", 7),)
+
+
+@pytest.mark.parametrize(
+    ("content", "name"),
+    [
+        (DRIVE.replace("\n", "\r\n").encode(), ""),
+        (DRIVE.replace("\n", "\r").encode(), ""),
+        (b"\xef\xbb\xbf" + DRIVE.encode(), ""),
+        (DRIVE.encode("utf-16"), "UTF-16"),
+        (DRIVE.replace("BL-60", "\u00e4").encode("cp1252"), "CP1252"),
+        (DRIVE.replace("BL-60", "\u00e4").encode(), "UTF-8"),
+        (DRIVE.encode().replace(b"BL-60", b"\x81"), "LATIN-1"),
+    ],
+)
+def test_encodings_and_ends_of_lines(tmp_path: Path, content: bytes, name: str) -> None:
+    path = tmp_path / "drive.eds"
+    path.write_bytes(content)
+    file = read_file(path, 5)
+    assert len(file.listing.entries) == len(parse(DRIVE).listing.entries)
+    texts = [one.made for one in file.findings if one.rule.id == "eds.encoding"]
+    assert not name or texts == [f"The file is read as {name}"]
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        (b"[DeviceInfo]\n\0D\0", "line 2: a byte of 0: this is no text file."),
+        (b"x" * (LARGEST + 1), "the file is larger than 2048 KiB: is it the right one?"),
+    ],
+)
+def test_files_that_are_no_text(tmp_path: Path, content: bytes, expected: str) -> None:
+    path = tmp_path / "bad.eds"
+    path.write_bytes(content)
+    with pytest.raises(FileError, match=r"bad\.eds") as caught:
+        read_eds(path, 5)
+    assert expected in str(caught.value)
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=r"none\.eds: the file cannot be read: No such file"):
+        read_eds(tmp_path / "none.eds", 5)
+    (tmp_path / "folder.eds").mkdir()
+    with pytest.raises(FileError, match="the file cannot be read: Is a directory"):
+        read_eds(tmp_path / "folder.eds", 5)
+    with pytest.raises(FileError, match=r"has to end in \.eds or \.dcf"):
+        read_eds(tmp_path / "drive.xdd", 5)
+    # To open it is to wait for a writer.
+    os.mkfifo(tmp_path / "pipe.eds")
+    with pytest.raises(FileError, match=r"that is a pipe or a device, and no file\."):
+        read_eds(tmp_path / "pipe.eds", 5)
+
+
+def compact(number: int) -> str:
+    return (
+        f"[{number:04X}]\nParameterName=x\nObjectType=8\nDataType=5\nAccessType=rw\n"
+        "CompactSubObj=254\n"
+    )
+
+
+def test_a_small_file_does_not_stand_for_a_million_entries() -> None:
+    """One thousand arrays of 254 elements are 80 kB of text."""
+    begin = time.process_time()
+    told = sentence(DRIVE + "".join(compact(index) for index in range(0x7000, 0x7000 + 1000)))
+    assert re.search(r"line \d+: so far the file lists 65\d\d\d entries, by sections and by", told)
+    assert time.process_time() - begin < 2
+
+
+def test_all_elements_of_an_array_are_as_it_is_described() -> None:
+    text = DRIVE + compact(0x7000).replace("=x", "=Speed") + "[7000Name]\nNrOfEntries=1\n7=Last\n"
+    entries = parse(text).listing.objects[0x7000].entries
+    assert len(entries) == 255
+    assert [entries[sub].name for sub in (1, 7, 254)] == ["Speed", "Last", "Speed"]
+    assert {known.mux.sub_index for known in entries.values()} == set(range(255))
+
+
+def section(number: int) -> str:
+    return f"[{number:04X}]\nParameterName=x\nDataType=7\nAccessType=rw\nDefaultValue=1\n"
+
+
+LARGE = {
+    "as many objects as go in": DRIVE + "".join(section(index) for index in range(0x7000, 0xF000)),
+    "one long line of blanks": DRIVE.replace("0x00020192", "1" + " " * 3_000_000 + "1", 1),
+    "blanks in a key": DRIVE.replace("ParameterName", "Par" + " " * 3_000_000 + "r", 1),
+    "many long lines": DRIVE + "[X]\n" + "".join(f"{n}{' ' * 9000}=\n" for n in range(400)),
+    "a huge number": DRIVE.replace("DefaultValue=0x19A", "DefaultValue=" + "9" * 3_000_000, 1),
+    "a huge section": DRIVE + "[" * 3_000_000,
+    "many semicolons": DRIVE.replace("DefaultValue=0x19A", "DefaultValue=" + ";" * 3_000_000, 1),
+    "many lines of nothing": "\n" * 4_000_000,
+    "many sections": DRIVE + "".join(f"[x{number}]\n" for number in range(300_000)),
+    "a list of misspelt names": "".join(f"[x{number}]\n" for number in range(150_000)),
+    "many keys": DRIVE + "[X]\n" + "".join(f"k{number}=1\n" for number in range(300_000)),
+}
+
+
+@pytest.mark.parametrize("text", LARGE.values(), ids=LARGE)
+def test_large_files_end_soon(text: str) -> None:
+    begin = time.process_time()
+    assert len(outcome(text[:LARGEST])) < 400
+    # 1 s or 2 on a machine that does nothing else; what is quadratic takes minutes.
+    assert time.process_time() - begin < 10
+
+
+@UNHURRIED
+@given(st.text(max_size=400))
+def test_any_text(text: str) -> None:
+    only_sentences(text)
+
+
+@UNHURRIED
+@given(st.binary(max_size=400))
+def test_any_bytes(content: bytes) -> None:
+    only_sentences(content.decode("latin-1"))
+
+
+VALUES = st.one_of(
+    st.integers(-(1 << 70), 1 << 70).map(str),
+    st.integers(0, 1 << 70).map(hex),
+    st.sampled_from(["", "$NODEID", "$NODEID+", "+$NODEID+1", "$NODEID+$NODEID", "0x", "08", "-"]),
+    st.sampled_from(["nan", "inf", "1e999", "0b1", "1_0", "rw", "[1000]", "=", ";", "%(x)s", "\r"]),
+    st.text(max_size=12),
+)
+
+
+@UNHURRIED
+@given(st.data())
+def test_mutated_files(data: st.DataObject) -> None:
+    """Values replaced, lines doubled, left out or moved, in a file that is right."""
+    lines = data.draw(st.sampled_from(ALL_LINES))[:]
+    for _ in range(data.draw(st.integers(1, 6))):
+        number = data.draw(st.integers(0, len(lines) - 1))
+        key, equals, _ = lines[number].partition("=")
+        match data.draw(st.sampled_from(["value", "value", "double", "drop", "move", "cut"])):
+            case "value" if equals:
+                lines[number] = f"{key}={data.draw(VALUES)}"
+            case "double":
+                lines.insert(data.draw(st.integers(0, len(lines))), lines[number])
+            case "drop":
+                del lines[number]
+            case "move":
+                lines.insert(data.draw(st.integers(0, len(lines) - 1)), lines.pop(number))
+            case _:
+                lines[number] = lines[number][: data.draw(st.integers(0, 12))]
+    only_sentences("\n".join(lines))
+
+
+def outcome(text: str) -> str:
+    """Return why a text is no EDS; empty where it is one."""
+    try:
+        parse(text)
+    except FileError as error:
+        return str(error)
+    return ""
+
+
+def only_sentences(text: str) -> None:
+    told = outcome(text)
+    assert not told or (told.startswith("bad.eds") and told.endswith((".", "?")))
