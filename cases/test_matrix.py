@@ -42,7 +42,13 @@ ABOUT = (
 
 def each_frame(state: State[Request | None]) -> Callable[[Function], Function]:
     """Mark the cases that send each of a state's stimuli there."""
-    return must(f"matrix.{state.name}", *ABOUT, risk=risk_in(state), stimulus=state.stimuli)
+    return must(
+        f"matrix.{state.name}",
+        *ABOUT,
+        risk=risk_in(state),
+        in_state=state.name,
+        stimulus=state.stimuli,
+    )
 
 
 @each_frame(IDLE)

@@ -31,7 +31,7 @@ GENERATED = ("matrix", "state pairs")
 def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
     """Begin a case on a device."""
     generated = case.service in GENERATED
-    return begin_case(
+    run = begin_case(
         session,
         case.case_id,
         case.service,
@@ -40,6 +40,8 @@ def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
         generated=generated,
         own=case.own,
     )
+    run.result.name, run.result.state, run.result.stimulus = case.name, case.state, case.stimulus
+    return run
 
 
 def try_again(

@@ -17,6 +17,7 @@ from conformance.bus.errors import (
 )
 from conformance.device.effort import Effort
 from conformance.device.known_deviations import KnownDeviation, write_deviations
+from conformance.dialogue.causes import Cause
 from conformance.plugin import budget
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.printed_failures import PrintedFailures
@@ -60,7 +61,7 @@ class FinalReport:
         self._controller = controller
         self._failures = failures
         self._shows_all = shows_all
-        self._told: set[tuple[int, str]] = set()
+        self._told: set[tuple[int, Cause]] = set()
         self._repeated: set[str] = set()
         self._stale: list[KnownDeviation] = []
         self._untested: list[str] = []
@@ -108,7 +109,7 @@ class FinalReport:
 
     def _tell_once(self, report: pytest.TestReport, result: CaseResult) -> None:
         """Keep one failure block of each cause; with -v each case is shown."""
-        if not report.failed or not result.cause or self._shows_all:
+        if not report.failed or result.cause is None or self._shows_all:
             return
         cause = (result.node_id, result.cause)
         if cause in self._told:

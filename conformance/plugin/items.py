@@ -94,11 +94,13 @@ class OwnVariation(Variation):
 class CaseFunction(pytest.Function):
     """One case on one device; ``risk`` is what it sends that the device may not survive.
 
-    It is ``written`` in a file, at a line, and is the n-th variation there.
+    ``label`` names the value in which it varies; it is empty for a case that does not vary. It is
+    ``written`` in a file, at a line, and is the n-th variation there.
     """
 
     case: CaseInfo
     case_id: str
+    label: str
     node_id: int
     risk: Risk | None
     written: tuple[str, int, int]
@@ -211,6 +213,7 @@ def _items(
                 callobj=call,
             )
             item.case, item.case_id, item.node_id = info, case_id, node_id
+            item.label = label or ""
             item.risk = info.risk_of(arguments)
             item.written = (*place, number)
             # pytest would look for the file of each.
@@ -229,7 +232,7 @@ def _labelled(info: CaseInfo, listing: Listing) -> Variations:
     variations = info.variations(listing)
     if info.argument is None:
         return {None: variations[0]}
-    return {each[0].partition("[")[2].removesuffix("]"): each for each in variations}
+    return dict(zip(info.chosen(listing), variations, strict=True))
 
 
 def _made_by_pytest(

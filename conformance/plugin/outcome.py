@@ -21,7 +21,7 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
         ("requirement", result.requirement),
         ("expected", result.expected),
         ("actual", result.actual),
-        *([("cause", result.cause)] if result.cause else []),
+        *([("cause", str(result.cause))] if result.cause else []),
         ("afterwards", result.afterwards.value),
         ("latency-ms", f"{result.latency * 1000:.3f}"),
         *([("examples", result.progress)] if result.progress else []),

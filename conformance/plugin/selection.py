@@ -91,5 +91,5 @@ def is_beside(item: pytest.Item, named: Named) -> bool:
 
 def _names(one: str, item: CaseFunction) -> bool:
     if one in _ids():
-        return item.case_id.partition("[")[0] == one
+        return item.case.rule.id == one
     return one == item.name or _begins(item.case_id, one)

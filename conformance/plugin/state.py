@@ -123,15 +123,21 @@ def begin_again(item: pytest.Item) -> None:
 
 @dataclass(frozen=True, slots=True)
 class ItemCase:
-    """An item as a case: one of the suite's ``own``, or a test of the user's."""
+    """An item as a case: one of the suite's ``own``, or a test of the user's.
+
+    ``name``, ``state`` and ``stimulus`` are those of its result.
+    """
 
     case_id: str
     service: str
     rule: Rule
     node_id: int
+    name: str
     cites: tuple[Rule, ...] = ()
     risk: Risk | None = None
     own: bool = False
+    state: str = ""
+    stimulus: str = ""
 
     @property
     def tested_rules(self) -> set[str]:
@@ -175,16 +181,20 @@ def _case_of(item: pytest.Item) -> ItemCase:
             item.service,
             info.rule,
             item.node_id,
+            info.rule.id,
             info.cites,
             item.risk,
             own=item.is_own,
+            state=info.state,
+            stimulus=item.label if info.state else "",
         )
     doc = getattr(getattr(item, "function", None), "__doc__", None) or "A test of the user's own."
     rule = Rule(item.name, "none", Level.MUST, " ".join(doc.split()))
     node_ids = item.config.stash[STATE].options.node_ids
     callspec = getattr(item, "callspec", None)
     node_id = callspec.params.get("node_id", node_ids[0]) if callspec else node_ids[0]
-    return ItemCase(item.name, item.path.stem, rule, node_id)
+    name = getattr(item, "originalname", None) or item.name
+    return ItemCase(item.name, item.path.stem, rule, node_id, name)
 
 
 def left_out(case: ItemCase, verdict: Verdict, why: str) -> CaseResult:
@@ -200,4 +210,7 @@ def left_out(case: ItemCase, verdict: Verdict, why: str) -> CaseResult:
         verdict,
         rules=[each.id for each in case.cites],
         actual=why,
+        name=case.name,
+        state=case.state,
+        stimulus=case.stimulus,
     )

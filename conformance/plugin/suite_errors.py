@@ -70,11 +70,12 @@ def _ended(error: BaseException) -> CaseEnded:
 def _take_back(result: CaseResult) -> None:
     """Take back a breach that was found when a case was over and the bench had not been running."""
     result.notes.append(
-        f"bench: the case ended with: {result.broken_rule} "
+        f"bench: the case ended with: {result.broken} "
         f"expected {result.expected}; got {result.actual}"
     )
     result.verdict, result.actual = Verdict.NOT_TESTABLE, NOT_JUDGED
-    result.broken_rule = result.expected = result.cause = ""
+    result.broken_rule = result.broken_sentence = result.expected = ""
+    result.cause = None
 
 
 def suite_error(error: BaseException) -> SuiteError:

@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
+from conformance.dialogue.causes import Cause
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.summary import counted
-from conformance.run.verdict import FAILED, CaseResult, Verdict, rule_of_cause
+from conformance.run.verdict import FAILED, CaseResult, Verdict
 
 
 @dataclass(slots=True)
@@ -13,7 +14,7 @@ class CauseCount:
     """A cause of one device: the results that fail for it, and those that it prevents."""
 
     node_id: int
-    cause: str
+    cause: Cause
     failed: list[CaseResult] = field(default_factory=list)
     kept_away: list[CaseResult] = field(default_factory=list)
 
@@ -28,7 +29,7 @@ class CauseCount:
         It breaks the rule of the cause and no other, and tests that rule; the case has met no other
         cause, and has few frames.
         """
-        rule = rule_of_cause(self.cause)
+        rule = self.cause.rule_id
         return (
             result.broken_rules != {rule},
             rule not in result.tested_rules,
@@ -52,9 +53,9 @@ def causes_of(run: RecordedRun) -> list[CauseCount]:
 def counted_causes(results: Iterable[CaseResult], *, strict: bool) -> list[CauseCount]:
     """Return the causes of a run, most cases first; ``strict`` counts what misses a SHOULD."""
     failing = (*FAILED, *((Verdict.NON_STRICT,) if strict else ()))
-    found: dict[tuple[int, str], CauseCount] = {}
+    found: dict[tuple[int, Cause], CauseCount] = {}
     for result in results:
-        if not result.cause:
+        if result.cause is None:
             continue
         count = found.setdefault(
             (result.node_id, result.cause), CauseCount(result.node_id, result.cause)

@@ -5,12 +5,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from conformance.dialogue.causes import Cause
 from conformance.logs.reading import RecordedLog
 from conformance.logs.replay_plan import NotReplayed, read_plan
 from conformance.reporting.cause_counts import CauseCount
 from conformance.reporting.reproduction import LOG, reproductions
 from conformance.reporting.summary import counted
-from conformance.run.verdict import rule_of_cause
 from conformance.sdo.rules import RULES_BY_ID, cited
 
 
@@ -21,7 +21,7 @@ class FirstFix:
     ``replay`` is empty where the frames are not known.
     """
 
-    cause: str
+    cause: Cause
     why: list[str]
     case_id: str
     replay: str
@@ -34,7 +34,7 @@ def first_fix(
 
     The other parameters are those of ``replay_command``.
     """
-    behind: dict[str, list[CauseCount]] = {}
+    behind: dict[Cause, list[CauseCount]] = {}
     for count in causes:
         behind.setdefault(count.cause, []).append(count)
     cause = max(behind, key=lambda each: sum(len(count.cases) for count in behind[each]))
@@ -43,7 +43,7 @@ def first_fix(
     why = [_share(counts, sum(len(count.failed) for count in causes))]
     if len(counts) > 1:
         why.append(f"on {len(counts)} devices: nodes {_listed(count.node_id for count in counts)}")
-    rule = RULES_BY_ID.get(rule_of_cause(cause))
+    rule = RULES_BY_ID.get(cause.rule_id)
     if rule is not None:
         why.append(f"{rule.level}, {cited(rule.clause)}: {rule.sentence}")
     replay = replay_command(folder, causes.index(first) + 1, first, bus, within=within)

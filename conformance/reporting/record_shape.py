@@ -12,6 +12,7 @@ from pathlib import PurePath
 from types import UnionType
 from typing import Any, NotRequired, TypedDict, get_args, get_origin, get_type_hints, is_typeddict
 
+from conformance.dialogue.causes import Cause
 from conformance.reporting.bus_log import Place
 from conformance.run.verdict import CaseResult
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
@@ -161,8 +162,11 @@ def places_of(values: Mapping[str, Any]) -> list[Place | None]:
 
 
 _HINTS: dict[type, dict[str, Any]] = {
-    kind: get_type_hints(kind) for kind in (CaseResult, Place, About, Discovered, Ended, NamedFile)
+    kind: get_type_hints(kind)
+    for kind in (CaseResult, Cause, Place, About, Discovered, Ended, NamedFile)
 }
+# Values of a result that are objects in JSON, with exactly their fields.
+_VALUES = (Cause,)
 
 
 def _check(what: str, values: Mapping[str, Any], kind: type) -> None:
@@ -195,6 +199,13 @@ def _fits(value: object, hint: Any) -> bool:
         return isinstance(value, dict) and all(
             _fits(value[name], each) if name in value else name not in hint.__required_keys__
             for name, each in hints.items()
+        )
+    if hint in _VALUES:
+        hints = _HINTS[hint]
+        return (
+            isinstance(value, dict)
+            and value.keys() == hints.keys()
+            and all(_fits(value[name], each) for name, each in hints.items())
         )
     arguments = get_args(hint)
     if get_origin(hint) is list:

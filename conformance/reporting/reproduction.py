@@ -20,7 +20,7 @@ from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.trace import Traced, traced
 from conformance.run.evidence import CANSEND_KNOWS
 from conformance.run.recording import ChannelDecoder
-from conformance.run.verdict import CaseResult, rule_of_cause
+from conformance.run.verdict import CaseResult
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
 from conformance.sdo.nmt import describe_nmt
@@ -69,7 +69,7 @@ class Reproduction:
 
 def file_name(number: int, count: CauseCount) -> str:
     """Return the name of the files of a cause, by its number in the reports; without the end."""
-    rule = re.sub(r"[^a-z0-9.-]+", "-", rule_of_cause(count.cause).lower())
+    rule = re.sub(r"[^a-z0-9.-]+", "-", count.cause.rule_id.lower())
     return f"{number:02}-{rule[:LONGEST_NAME].strip('.-') or 'cause'}"
 
 
@@ -223,7 +223,7 @@ def _about(each: Reproduction, channel: str) -> Iterator[str]:
     """Yield what the script is about, line by line."""
     result, count = each.result, each.count
     yield f"{count.cause} ({count.told})"
-    rule = RULES_BY_ID.get(rule_of_cause(count.cause))
+    rule = RULES_BY_ID.get(count.cause.rule_id)
     if rule is not None:
         yield f"rule: {rule.id} ({rule.level}, {cited(rule.clause)}) {rule.sentence}"
     yield f"case: {result.case_id}, node {result.node_id}"

@@ -19,7 +19,7 @@ from conformance.reporting.bus_log import Place
 from conformance.run.verdict import CaseResult
 
 RESULTS = "results.jsonl"
-FORMAT = 2
+FORMAT = 3
 # Clocks are put forward and back at the end of such a time, if at all.
 ZONE_SECONDS = 900
 RUN, SELECTED, DEVICE, CASE, MERGED, END = "run", "selected", "device", "case", "merged", "end"

@@ -32,6 +32,7 @@ class CaseInfo:
     tests. A ``slow`` case waits for a time that the device declares; a ``thorough`` one is run with
     --sdo-thorough, or where it is named.
     ``risk`` is what it sends that a device may not survive; a function says it of each value.
+    ``state`` is that of the server in which a case of the matrix sends each value.
     """
 
     rule: Rule
@@ -41,6 +42,7 @@ class CaseInfo:
     slow: bool = False
     risk: Risk | RiskOf | None = None
     thorough: bool = False
+    state: str = ""
 
     @property
     def tested_rules(self) -> set[str]:
@@ -79,6 +81,7 @@ def must(
     slow: bool = False,
     thorough: bool = False,
     risk: Risk | RiskOf | None = None,
+    in_state: str = "",
     **each: Values | OfListing,
 ) -> Callable[[Function], Function]:
     """Mark a case whose breach fails a device.
@@ -88,11 +91,22 @@ def must(
     on a narrower clause than that of the first rule. ``each`` is at most one argument with its
     values: a sequence, a mapping from label to value, or a function that chooses such a mapping
     from what is listed of the device. ``risk`` is for a case with frames that a device may not
-    survive, or a function from the argument: such cases run behind the others.
+    survive, or a function from the argument: such cases run behind the others. ``in_state`` is
+    that of the server in which a case of the matrix sends its stimuli.
 
     Raises UnknownRule for a rule that is not in the registry, ValueError for one named twice.
     """
-    return _case(Level.MUST, id_, rules, clause, each, slow=slow, thorough=thorough, risk=risk)
+    return _case(
+        Level.MUST,
+        id_,
+        rules,
+        clause,
+        each,
+        slow=slow,
+        thorough=thorough,
+        risk=risk,
+        in_state=in_state,
+    )
 
 
 def should(
@@ -127,6 +141,7 @@ def _case(
     slow: bool = False,
     thorough: bool = False,
     risk: Risk | RiskOf | None = None,
+    in_state: str = "",
 ) -> Callable[[Function], Function]:
     if len(each) > 1:
         raise ValueError(f"{id_} varies in {', '.join(each)}: one argument is all a case may vary")
@@ -145,7 +160,8 @@ def _case(
         argument, values = next(iter(each.items()), (None, {}))
         if not isinstance(values, Mapping) and not callable(values):
             values = {str(value): value for value in values}
-        setattr(function, ATTRIBUTE, CaseInfo(rule, cites, argument, values, slow, risk, thorough))
+        case = CaseInfo(rule, cites, argument, values, slow, risk, thorough, in_state)
+        setattr(function, ATTRIBUTE, case)
         return function
 
     return mark

@@ -5,7 +5,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation
-from conformance.run.verdict import CaseResult, Verdict, rule_of_cause
+from conformance.dialogue.causes import Cause
+from conformance.run.verdict import CaseResult, Verdict
 
 # An id in its parts, each with what ends it.
 _PARTS = re.compile(r"[^.\-\[]+[.\-\[]?|[.\-\[]")
@@ -40,17 +41,18 @@ def draft(
     """
     failing = {Verdict.FAIL} | ({Verdict.NON_STRICT} if strict else set())
     kept = [entry for entry in known if _is_met(entry, results, beside)]
-    groups: dict[str, _Group] = {}
+    groups: dict[Cause | str, _Group] = {}
     for result in results:
         if result.verdict in failing:
-            broken = result.broken_rule_id or None
-            rule = rule_of_cause(result.cause) or broken
-            group = groups.setdefault(_cause(result), _Group(rule, broken))
+            broken = result.broken_rule or None
+            rule = result.rule_of_cause or broken
+            # A test of the user's own that raised has no cause.
+            group = groups.setdefault(result.cause or result.case_id, _Group(rule, broken))
             group.failed.add(result.case_id)
     for result in results:
         kept_away = [result.cause] if result.verdict is Verdict.NOT_TESTABLE else []
         for cause in [*kept_away, *result.met]:
-            if cause in groups:
+            if cause is not None and cause in groups:
                 groups[cause].met.add(result.case_id)
     drafted = [KnownDeviation(None, NO_REASON, rule) for rule in beside]
     drafted += [_entry(group) for group in groups.values()]
@@ -65,11 +67,6 @@ def _is_met(entry: KnownDeviation, results: Iterable[CaseResult], beside: Collec
         and entry.excuses(result.case_id, result.broken_rules, result.tested_rules)
         for result in results
     )
-
-
-def _cause(result: CaseResult) -> str:
-    # A test of the user's own that raised has none.
-    return result.cause or f" in {result.case_id}"
 
 
 def _entry(group: _Group) -> KnownDeviation:

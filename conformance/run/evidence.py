@@ -117,8 +117,8 @@ def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None =
 
 def _broken_rule(result: CaseResult) -> str:
     """Return the rule that was broken; its sentence stands once, if it is that of the case."""
-    sentence = result.broken_rule.partition(": ")[2]
-    return result.broken_rule_id if sentence == result.requirement else result.broken_rule
+    same = result.broken_sentence == result.requirement
+    return result.broken_rule if same else result.broken
 
 
 def _left_out(number: int) -> str:
@@ -155,7 +155,7 @@ def evidence_lines(result: CaseResult) -> Iterator[EvidenceLine]:
     for name, value, part in (
         ("requirement", result.requirement, Part.OTHER),
         ("broken rule", _broken_rule(result), Part.OTHER),
-        ("cause", result.cause, Part.OTHER),
+        ("cause", result.cause and str(result.cause), Part.OTHER),
         ("expected", result.expected, Part.EXPECTED),
         ("actual", result.actual, Part.ACTUAL),
         ("afterwards", result.afterwards, Part.OTHER),

@@ -13,7 +13,7 @@ from math import prod
 
 from conformance.device.device import Device
 from conformance.device.effort import ALIKE_TRIES, TRIES_OF_CASE
-from conformance.dialogue.causes import Causes
+from conformance.dialogue.causes import Cause, Causes
 
 # Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
 # comes by chance more seldom than that comes of something else.
@@ -27,7 +27,7 @@ MOST_SHOWN = 20
 class Stumble:
     """How a try has failed: by which cause, behind how many frames."""
 
-    cause: str
+    cause: Cause
     frames: int
 
 

@@ -130,8 +130,8 @@ class Judgement:
         if known is not None and repeated:
             if in_the_way and result.verdict is not Verdict.FAIL:
                 self._step_back(cause, known, violation, own=own)
-            elif str(cause) not in result.met:
-                result.met.append(str(cause))
+            elif cause not in result.met:
+                result.met.append(cause)
             return
         if not self._in_doubt():
             known = self._causes.add(cause, result.case_id, violation, aside=False)
@@ -157,14 +157,14 @@ class Judgement:
 
     def _blame(self, verdict: Verdict, violation: Violation, cause: Cause) -> None:
         result = self._result
-        result.verdict, result.cause = verdict, str(cause)
+        result.verdict, result.cause = verdict, cause
         result.level = violation.level.value
-        result.broken_rule = f"{violation.rule.id}: {violation.rule.sentence}"
+        result.broken_rule, result.broken_sentence = violation.rule.id, violation.rule.sentence
         result.expected, result.actual = violation.expected, violation.actual
 
     def _step_back(self, cause: Cause, known: Standing, violation: Violation, *, own: bool) -> None:
         result = self._result
-        result.verdict, result.cause = Verdict.NOT_TESTABLE, str(cause)
+        result.verdict, result.cause = Verdict.NOT_TESTABLE, cause
         why = "was reported before" if own else "prevents this case"
         result.actual = (
             f"{cause} {why}, see {known.first_case}: "

@@ -49,7 +49,7 @@ def _excuse(result: CaseResult, listed: Sequence[KnownDeviation]) -> None:
         if known.excuses(result.case_id, result.broken_rules, result.tested_rules):
             result.verdict, result.reason = Verdict.KNOWN_DEVIATION, known.reason
             return
-    broken = result.broken_rule_id or "this"
+    broken = result.broken_rule or "this"
     result.notes += [
         f"listed as a known deviation from {known.rule or 'the rules that the case tests'} "
         f"({known.reason}), which does not excuse {broken}: if that is known as well, list it with "

@@ -6,7 +6,7 @@ What stays of a try that does not count is its trace.
 from conformance.device.effort import TRIES_OF_CASE
 from conformance.run.case_run import CaseRun
 from conformance.run.frame_loss import Stumble
-from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
+from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.rules import NO_REBOOT
 
 EACH_ELSEWHERE = (
@@ -26,15 +26,15 @@ def stumble(run: CaseRun) -> Stumble | None:
     if not session.channel.link.may_lose or session.lost or result.verdict is Verdict.BENCH_ERROR:
         return None
     before = run.causes_before
-    new = {str(cause): each for cause, each in session.causes if cause not in before}
+    new = {cause: each for cause, each in session.causes if cause not in before}
     if result.verdict in BREACHES:
-        known = {str(cause) for cause, each in before.items() if not each.aside}
-        cause = "" if result.cause in known else result.cause
+        known = {cause for cause, each in before.items() if not each.aside}
+        cause = None if result.cause in known else result.cause
     else:
-        cause = next((cause for cause, each in new.items() if each.aside), "")
+        cause = next((cause for cause, each in new.items() if each.aside), None)
     if cause in new and new[cause].violation.is_certain:
         return None
-    if not cause or rule_of_cause(cause) == NO_REBOOT.id or not session.doubts.excuses(cause):
+    if cause is None or cause.rule_id == NO_REBOOT.id or not session.doubts.excuses(str(cause)):
         return None
     return Stumble(cause, run.own_frames)
 
@@ -50,17 +50,18 @@ def doubt(run: CaseRun, failed: CaseResult, stumbled: Stumble) -> None:
     Where it failed all the same, each time at another place, nothing can be said of it.
     """
     result, session = run.result, run.session
-    session.doubts.add(result.case_id, stumbled.cause)
+    session.doubts.add(result.case_id, str(stumbled.cause))
     if result.verdict in BREACHES:
-        result.verdict, result.broken_rule, result.cause = Verdict.NOT_TESTABLE, "", ""
+        result.verdict, result.cause = Verdict.NOT_TESTABLE, None
+        result.broken_rule = result.broken_sentence = ""
         last = f"expected {result.expected}; got {result.actual}"
         result.notes.append(f"bench: the last of {TRIES_OF_CASE} tries failed: {last}")
         result.expected, result.actual = "", EACH_ELSEWHERE
         return
     if failed.verdict in BREACHES:
-        met = f"{failed.broken_rule} expected {failed.expected}; got {failed.actual}"
+        met = f"{failed.broken} expected {failed.expected}; got {failed.actual}"
     else:
-        met = stumbled.cause
+        met = str(stumbled.cause)
     result.notes.append(f"bench: the case failed once, but not when it was repeated: {met}")
     if result.verdict is Verdict.PASS:
         result.verdict = Verdict.INFO

@@ -1,9 +1,10 @@
 """What a case found: verdicts, the second axis, and results as the reports take them."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Self
 
+from conformance.dialogue.causes import Cause
 from conformance.sdo.rules import FILLER, RESERVED
 
 # Flaws that a device may have in every answer: they are judged once, for the whole run.
@@ -41,24 +42,22 @@ class Afterwards(StrEnum):
     UNKNOWN = "not looked at"
 
 
-def rule_of_cause(cause: str) -> str:
-    """Return the id of the rule of a cause; empty for none."""
-    return cause.partition(":")[0]
-
-
 @dataclass(slots=True)
 class CaseResult:
     """One case on one device: what was required, what happened, and the frames.
 
-    ``level`` is that of the case, or of the breach that made the verdict. ``rules`` are the ids
-    of the rules that the case tests. Times are in seconds: ``duration`` of the case, the longest
-    ``latency`` of an answer, what was ``waited`` for answers that did not come, and the time
-    ``answering`` of all ``answers`` that did. ``trace`` holds the decoded frames, a line each,
+    ``name`` is the id of the case without the value in which it varies; a case of the matrix has
+    the ``state`` of the server and the ``stimulus`` that it sends there. ``level`` is that of the
+    case, or of the breach that made the verdict. ``rules`` are the ids of the rules that the case
+    tests. ``broken_rule`` is an id as well, and ``broken_sentence`` what that rule asks for; both
+    are empty for an own test that failed by itself. Times are in seconds: ``duration`` of the case,
+    the longest ``latency`` of an answer, what was ``waited`` for answers that did not come, and the
+    time ``answering`` of all ``answers`` that did. ``trace`` holds the decoded frames, a line each,
     ``reproduce`` the commands that send the requests again, if the bus has any. ``reason`` is why a
     known deviation may be one, ``output`` what a device that was lost has written last;
     ``progress`` says how many of its examples a random case has tried. ``cause`` is what is wrong
-    with the device, the rule and the kind of answer: the same text for all cases that it fails, or
-    keeps from their point; ``met`` are causes that the case has stepped round.
+    with the device, the same for all cases that it fails, or keeps from their point; ``met`` are
+    causes that the case has stepped round.
     """
 
     case_id: str
@@ -69,6 +68,7 @@ class CaseResult:
     requirement: str
     verdict: Verdict = Verdict.PASS
     broken_rule: str = ""
+    broken_sentence: str = ""
     expected: str = ""
     actual: str = ""
     afterwards: Afterwards = Afterwards.UNKNOWN
@@ -84,29 +84,43 @@ class CaseResult:
     reason: str = ""
     output: list[str] = field(default_factory=list)
     progress: str = ""
-    cause: str = ""
-    met: list[str] = field(default_factory=list)
+    cause: Cause | None = None
+    met: list[Cause] = field(default_factory=list)
+    name: str = ""
+    state: str = ""
+    stimulus: str = ""
+
+    def __post_init__(self) -> None:
+        """A case that does not vary has no other name than its id."""
+        self.name = self.name or self.case_id
 
     @property
-    def broken_rule_id(self) -> str:
-        """The id of the broken rule; empty for an own test that failed by itself."""
-        return self.broken_rule.partition(":")[0]
+    def broken(self) -> str:
+        """The broken rule in words; empty for none."""
+        return f"{self.broken_rule}: {self.broken_sentence}" if self.broken_rule else ""
+
+    @property
+    def rule_of_cause(self) -> str:
+        """The id of the rule of its cause; empty for none."""
+        return self.cause.rule_id if self.cause is not None else ""
 
     @property
     def broken_rules(self) -> set[str]:
         """The ids of the broken rule and of the rule of its cause, as far as there are any."""
-        return {self.broken_rule_id, rule_of_cause(self.cause)} - {""}
+        return {self.broken_rule, self.rule_of_cause} - {""}
 
     @property
     def tested_rules(self) -> set[str]:
-        """The ids of the rules that the case tests; its own is its name without a variation."""
-        return {self.case_id.partition("[")[0], *self.rules}
+        """The ids of the rules that the case tests, its own among them."""
+        return {self.name, *self.rules}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the result as plain values that JSON can hold."""
         values = {name: getattr(self, name) for name in _FIELDS}
         values["verdict"] = self.verdict.value
         values["afterwards"] = self.afterwards.value
+        values["cause"] = None if self.cause is None else asdict(self.cause)
+        values["met"] = [asdict(cause) for cause in self.met]
         return values
 
     @classmethod
@@ -115,6 +129,8 @@ class CaseResult:
         result = cls(**values)
         result.verdict = Verdict(result.verdict)
         result.afterwards = Afterwards(result.afterwards)
+        result.cause = Cause(**values["cause"]) if values.get("cause") else None
+        result.met = [Cause(**cause) for cause in values.get("met", ())]
         return result
 
 

@@ -45,8 +45,8 @@ class Run:
         """Keep what a case said."""
         self.verdicts[result.case_id] = result.verdict
         if result.verdict in FAILED:
-            self.rules[result.case_id] = result.broken_rule_id or result.verdict.value
-            cause = getattr(result, "cause", None) or result.broken_rule_id
+            self.rules[result.case_id] = result.broken_rule or result.verdict.value
+            cause = result.cause or result.broken_rule
             self.causes[result.case_id] = str(cause)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 
+from conformance.dialogue.causes import Cause
 from conformance.reporting.junit.cases import write_junit
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -69,8 +70,18 @@ END: dict[str, Any] = {
 }
 
 
-def result(verdict: Verdict = Verdict.PASS, **changes: Any) -> CaseResult:
-    return replace(PASSED, verdict=verdict, **changes)
+def cause_of(text: str) -> Cause | None:
+    """Return a cause that is written as reports show it."""
+    rule, _, answer = text.partition(": ")
+    return Cause(rule, answer) if rule else None
+
+
+def result(verdict: Verdict = Verdict.PASS, *, cause: str = "", **changes: Any) -> CaseResult:
+    """Return a result that differs from ``PASSED``; what its id says, its fields say as well."""
+    name, _, label = changes.get("case_id", PASSED.case_id).partition("[")
+    if name.startswith("matrix."):
+        changes |= {"state": name.removeprefix("matrix."), "stimulus": label.removesuffix("]")}
+    return replace(PASSED, verdict=verdict, cause=cause_of(cause), name=name, **changes)
 
 
 def written(

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from reporting_results import result
+from reporting_results import cause_of, result
 
 from conformance.reporting.cause_counts import cause_lines, counted_causes
 from conformance.run.verdict import Verdict
@@ -22,7 +22,7 @@ def test_most_cases_first_and_each_says_where_it_was_met_first() -> None:
         result(case_id="upload.device-type"),
     ]
     causes = counted_causes(results, strict=False)
-    assert [count.cause for count in causes] == [ECHO, TOGGLE]
+    assert [str(count.cause) for count in causes] == [ECHO, TOGGLE]
     assert cause_lines(causes, alone=True) == [
         f"{ECHO} (2 cases failed, 2 not testable; first abort.frame)",
         f"{TOGGLE} (1 case failed; first upload.toggle)",
@@ -62,9 +62,9 @@ def test_each_of_many_devices_has_its_own() -> None:
 def test_the_plainest_failure_shows_a_cause() -> None:
     """Not the first, which breaks another rule as well, or is not about this one."""
     rule = TOGGLE.partition(":")[0]
-    other = result(Verdict.FAIL, case_id="a.b", cause=TOGGLE, broken_rule="response.filler: x")
-    beside = result(Verdict.FAIL, case_id="c.d", cause=TOGGLE, broken_rule=f"{rule}: x")
-    met = replace(beside, case_id="e.f", rules=[rule], met=[FILLER])
+    other = result(Verdict.FAIL, case_id="a.b", cause=TOGGLE, broken_rule="response.filler")
+    beside = result(Verdict.FAIL, case_id="c.d", cause=TOGGLE, broken_rule=rule)
+    met = replace(beside, case_id="e.f", rules=[rule], met=list(filter(None, [cause_of(FILLER)])))
     long = replace(beside, case_id="g.h", rules=[rule], trace=["a", "b", "c"])
     plain = replace(beside, case_id="i.j", rules=[rule], trace=["a", "b"])
     (count,) = counted_causes([other, beside, met, long, plain], strict=False)

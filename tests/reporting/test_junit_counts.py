@@ -128,7 +128,8 @@ def test_properties_stand_in_every_suite(tmp_path: Path) -> None:
 def test_a_failure_holds_the_evidence(tmp_path: Path) -> None:
     failed = result(
         Verdict.FAIL,
-        broken_rule="response.toggle: The response to a segment repeats its toggle bit.",
+        broken_rule="response.toggle",
+        broken_sentence="The response to a segment repeats its toggle bit.",
         expected="t=0",
         actual="t=1",
         afterwards=Afterwards.NEEDED_ABORT,

@@ -47,7 +47,8 @@ def test_every_character_stands_in_a_failure(
     path = tmp_path_factory.getbasetemp() / "text.xml"
     failed = result(
         Verdict.FAIL,
-        broken_rule=f"rule {text}.",
+        broken_rule="rule",
+        broken_sentence=f"rule {text}.",
         expected=f"expected {text}.",
         actual=f"actual {text}.",
         notes=[f"note {text}."],

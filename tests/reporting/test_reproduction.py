@@ -39,11 +39,12 @@ TRACE = [
     "          -- the case ends here; is the server idle, are the values as before? --",
     "     40.0 ms > 605#8000100000000008 abort 1000h:00, 08000000h (general error)",
 ]
+CAUSE = "response.specifier: abort to upload initiate"
 FAILED = result(
     Verdict.FAIL,
     case_id="matrix.idle[40h]",
-    broken_rule="response.specifier: words",
-    cause="response.specifier: abort to upload initiate",
+    broken_rule="response.specifier",
+    cause=CAUSE,
     expected="43h",
     actual="an abort",
     trace=TRACE,
@@ -119,7 +120,7 @@ def test_a_packed_log_will_do_and_without_any_the_files_stay(tmp_path: Path) -> 
 
 def test_a_silence_is_looked_for_behind_the_last_request(tmp_path: Path) -> None:
     silent = [*TRACE[:2], "*" + TRACE[2][1:]]
-    failed = result(Verdict.FAIL, cause=FAILED.cause, actual="no answer", trace=silent)
+    failed = result(Verdict.FAIL, cause=CAUSE, actual="no answer", trace=silent)
     script = reproduced(tmp_path, [failed])[f"{NAME}.sh"]
     assert script.endswith("# Now look for 585h with candump; in the run: no answer\n")
 
@@ -170,7 +171,7 @@ def test_the_middle_of_a_long_case_comes_from_the_log(tmp_path: Path) -> None:
     log = "".join(f"(100.{number:06}) can0 {frame} T\n" for number, frame in enumerate(frames))
     trace = [f"  {number:8.1f} ms > {frame} words" for number, frame in enumerate(frames)]
     trace[40:90] = ["… 50 frames left out; bus.log has them all"]
-    failed = result(Verdict.FAIL, cause=FAILED.cause, trace=trace)
+    failed = result(Verdict.FAIL, cause=CAUSE, trace=trace)
     folder = Place("bus.log", 1, 150)
     (tmp_path / "bus.log").write_text(log)
     run = RecordedRun(ABOUT, [DEVICE], [failed], [folder], 1, END)
@@ -209,7 +210,7 @@ OF_READING = [
 def files_of_reading(folder: Path, log: str) -> dict[str, str]:
     first = log[: log.index("605#4010")].count("\n") + 1
     (folder / "bus.log").write_text(log)
-    failed = result(Verdict.FAIL, cause=FAILED.cause, trace=OF_READING)
+    failed = result(Verdict.FAIL, cause=CAUSE, trace=OF_READING)
     run = RecordedRun(ABOUT, [DEVICE], [failed], [Place("bus.log", first, first + 3)], 1, END)
     assert write_reproductions(folder, run) is not None
     return {path.name: path.read_text() for path in (folder / FOLDER).iterdir()}

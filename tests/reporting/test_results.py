@@ -112,8 +112,8 @@ def test_a_folder_without_a_record(tmp_path: Path) -> None:
 
 
 def test_another_format(tmp_path: Path) -> None:
-    (tmp_path / RESULTS).write_text('{"record": "run", "format": 3}\n', encoding="utf-8")
-    with pytest.raises(NotRecorded, match="has format 3"):
+    (tmp_path / RESULTS).write_text('{"record": "run", "format": 4}\n', encoding="utf-8")
+    with pytest.raises(NotRecorded, match="has format 4"):
         read_run(tmp_path)
 
 

@@ -23,7 +23,7 @@ def test_a_cause_outside_the_point_of_cases_fails_the_first_of_them(bench: Workb
     session = bench.session()
     first = begin(session, "first").conclude(violation(OTHER))
     second = begin(session, "second").conclude(violation(OTHER))
-    assert (first.verdict, first.cause) == (Verdict.FAIL, "another.rule: something")
+    assert (first.verdict, str(first.cause)) == (Verdict.FAIL, "another.rule: something")
     assert (second.verdict, second.cause) == (Verdict.NOT_TESTABLE, first.cause)
     assert second.actual == (
         "another.rule: something prevents this case, see first: "
@@ -44,7 +44,7 @@ def test_what_a_case_cites_is_what_it_is_about(bench: Workbench) -> None:
     for case_id in ("first", "second"):
         run = begin_case(session, case_id, "a service", RULE, (OTHER,))
         result = run.conclude(violation(actual="something"))
-        assert (result.verdict, result.cause) == (Verdict.FAIL, "another.rule: something")
+        assert (result.verdict, str(result.cause)) == (Verdict.FAIL, "another.rule: something")
         again = begin_case(session, case_id, "a service", RULE, (OTHER,))
         assert again.conclude(violation(OTHER)).verdict is Verdict.FAIL
 

@@ -3,6 +3,7 @@
 import pytest
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation
+from conformance.dialogue.causes import Cause
 from conformance.run.drafting import draft
 from conformance.run.known_failures import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
@@ -11,11 +12,11 @@ from conformance.run.verdict import CaseResult, Verdict
 def result(
     case_id: str, verdict: Verdict = Verdict.FAIL, cause: str = "the.rule: no answer"
 ) -> CaseResult:
-    rule = cause.partition(":")[0]
-    broken = f"{rule}: Its sentence." if rule and verdict is not Verdict.NOT_TESTABLE else ""
-    return CaseResult(
-        case_id, "service", 5, "MUST", "7.2.4", "", verdict, broken_rule=broken, cause=cause
-    )
+    rule, _, answer = cause.partition(": ")
+    made = CaseResult(case_id, "service", 5, "MUST", "7.2.4", "", verdict)
+    made.cause = Cause(rule, answer) if rule else None
+    made.broken_rule = "" if verdict is Verdict.NOT_TESTABLE else rule
+    return made
 
 
 def copies(results: list[CaseResult]) -> list[CaseResult]:
@@ -74,7 +75,7 @@ def test_an_entry_for_each_cause(found: list[CaseResult], drafted: list[KnownDev
 
 def test_a_cause_that_other_cases_have_stepped_round() -> None:
     other = result("b.other", Verdict.PASS, cause="")
-    other.met = ["the.rule: no answer"]
+    other.met = [Cause("the.rule", "no answer")]
     assert draft([result("a.case"), other], strict=False) == [
         KnownDeviation(None, NO_REASON, "the.rule")
     ]

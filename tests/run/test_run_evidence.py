@@ -1,11 +1,13 @@
 """What a failure shows: the frames in words, the middle of many left out, and how to send them."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
 
 from conformance.bus.link import Captured, Direction
+from conformance.dialogue.causes import Cause
 from conformance.run.evidence import (
     ASIDE,
     FIRST_LINES,
@@ -163,7 +165,8 @@ RESULT = CaseResult(
     clause="7.2.4.3.6",
     requirement="A sentence.",
     verdict=Verdict.FAIL,
-    broken_rule="response.toggle: Another sentence.",
+    broken_rule="response.toggle",
+    broken_sentence="Another sentence.",
     expected="t=0",
     actual="t=1",
     afterwards=Afterwards.NEEDED_ABORT,
@@ -191,11 +194,11 @@ def test_everything_that_a_failure_has_to_show() -> None:
 
 
 def test_the_sentence_of_a_case_that_is_broken_itself_stands_once() -> None:
-    result = replace(RESULT, broken_rule="upload.size: A sentence.")
+    result = replace(RESULT, broken_rule="upload.size", broken_sentence="A sentence.")
     assert "  broken rule: upload.size" in evidence_text(result).splitlines()
 
 
 def test_a_result_survives_being_written_and_read() -> None:
-    values = RESULT.as_dict()
-    assert CaseResult.from_dict(values) == RESULT
-    assert {type(value) for value in values.values()} == {str, int, float, list}
+    cause = Cause("response.toggle", "t=…")
+    result = replace(RESULT, cause=cause, met=[cause], state="idle", stimulus="40h")
+    assert CaseResult.from_dict(json.loads(json.dumps(result.as_dict()))) == result

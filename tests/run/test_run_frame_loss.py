@@ -64,7 +64,10 @@ def test_what_is_told() -> None:
 def test_what_fails_at_the_same_place_again_and_again_is_the_device_s(
     tries: str, certain: bool
 ) -> None:
-    assert is_certain([Stumble(each[0], int(each[1:])) for each in tries.split()]) is certain
+    assert (
+        is_certain([Stumble(Cause(each[0], ""), int(each[1:])) for each in tries.split()])
+        is certain
+    )
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import pytest
 
 from conformance.device.known_deviations import KnownDeviation
+from conformance.dialogue.causes import Cause
 from conformance.run.known_failures import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
 
@@ -17,9 +18,9 @@ RULE_OF_THE_CAUSE = KnownDeviation(None, "ticket 1", "a.cause")
 
 
 def result(verdict: Verdict, rule: str = "the.rule", case_id: str = "a.case") -> CaseResult:
-    broken = f"{rule}: Its sentence: with a colon." if rule else ""
-    made = CaseResult(case_id, "service", 5, "MUST", "7.2.4", "", verdict, broken_rule=broken)
-    made.cause = "a.cause: no answer" if rule else ""
+    made = CaseResult(case_id, "service", 5, "MUST", "7.2.4", "", verdict, broken_rule=rule)
+    made.cause = Cause("a.cause", "no answer") if rule else None
+    made.name = case_id.partition("[")[0]
     made.rules = ["the.rule"] if rule == "the.rule" else []
     return made
 

@@ -109,12 +109,12 @@ def _reason(change: Change, case: CaseChange) -> str:
     latest = case.latest
     match change:
         case Change.FIXED if case.old is not None:
-            return case.old.cause or case.old.actual
+            return str(case.old.cause or case.old.actual)
         case Change.ADDED | Change.GONE:
             return f"{latest.service}: {latest.verdict.value}"
         case Change.UNTESTED:
             return f"{latest.verdict.value}: {latest.cause or latest.actual}"
-    return latest.cause or latest.actual
+    return str(latest.cause or latest.actual)
 
 
 def sections(old: Side, new: Side, *, strict: bool) -> list[Section]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from conformance.dialogue.causes import Cause
 from conformance.reporting.cause_counts import CauseCount, counted_causes
 from conformance.reporting.recorded import RecordedRun, read_run
 from conformance.reporting.summary import verdict_counts
@@ -58,13 +59,13 @@ class Side:
         """Return the causes for which cases have failed."""
         return [count for count in counted_causes(self.run.results, strict=strict) if count.failed]
 
-    def seen_causes(self) -> set[tuple[int, str]]:
+    def seen_causes(self) -> set[tuple[int, Cause]]:
         """Return every cause that a case has met, also on its way to another point."""
         return {
             (result.node_id, cause)
             for result in self.run.results
             for cause in (result.cause, *result.met)
-            if cause
+            if cause is not None
         }
 
 

@@ -17,7 +17,7 @@ from conformance.reporting.junit.fitting import (
 from conformance.reporting.junit.tree import Suite, write_suites
 from conformance.reporting.summary import counted
 from conformance.run.evidence import evidence_text
-from conformance.run.verdict import CaseResult, Verdict, rule_of_cause
+from conformance.run.verdict import CaseResult, Verdict
 
 # The parts of what a case may take that go to its evidence, and to its message; the rest is for
 # names and tags.
@@ -93,7 +93,7 @@ def case_element(row: Row, most: int, *, strict: bool) -> TestCase:
 
 def _kind(result: CaseResult) -> str:
     """Return what stands as the type of a failure: the rule that was broken, where one is told."""
-    return rule_of_cause(result.cause) or result.broken_rule_id or result.verdict.value
+    return result.rule_of_cause or result.broken_rule or result.verdict.value
 
 
 def _message(row: Row) -> str:

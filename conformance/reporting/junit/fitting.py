@@ -95,8 +95,7 @@ def _rows(results: Sequence[CaseResult], place: Callable[[CaseResult], Place]) -
 
 def _test(result: CaseResult) -> str:
     """Return the id of a case without what it varies in."""
-    name, bracket, _ = result.case_id.partition("[")
-    return f"{name}[…]" if bracket else name
+    return result.name if result.name == result.case_id else f"{result.name}[…]"
 
 
 def shortened(text: str, most: int) -> str:

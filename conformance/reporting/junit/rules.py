@@ -15,7 +15,7 @@ from conformance.reporting.junit.fitting import MOST_BYTES, Row, is_failure, sho
 from conformance.reporting.junit.tree import Suite, write_suites
 from conformance.reporting.summary import counted
 from conformance.run.evidence import evidence_text
-from conformance.run.verdict import BREACHES, CaseResult, Verdict, rule_of_cause
+from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.rules import CHAPTERS, RULES, RULES_BY_ID, Rule, cited
 
 # The suite of failures that name no rule: errors of the bench, tests of the user's own.
@@ -42,7 +42,7 @@ def write_causes(
     excused: dict[str, list[CaseResult]] = {}
     others: list[CaseResult] = []
     for result in results:
-        name = rule_of_cause(result.cause)
+        name = result.rule_of_cause
         if is_failure(result, strict=strict):
             named = result.verdict in BREACHES and name in RULES_BY_ID
             (broken.setdefault(name, []) if named else others).append(result)

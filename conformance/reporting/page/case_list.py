@@ -24,7 +24,7 @@ def case_list(cases: Iterable[Case], *, alone: bool) -> str:
 def _listed(case: Case, *, alone: bool) -> str:
     result = case.result
     verdict, level = _often(result.verdict.value), _often(result.level)
-    state = f' data-state="{_often(case.state)}"' if case.state else ""
+    state = f' data-state="{_often(result.state)}"' if result.state else ""
     node = "" if alone else f" (node {result.node_id})"
     about = f"{level}, {_often(result.clause)}; {verdict}; {result.duration * 1000:.1f} ms"
     notes = "".join([f'<p class="note">{_text(note)}</p>' for note in result.notes])
@@ -44,7 +44,7 @@ def _judgement(result: CaseResult) -> str:
     if not (result.expected or result.actual or result.cause):
         return ""
     said = {
-        "cause": result.cause,
+        "cause": str(result.cause or ""),
         "expected": result.expected,
         "came": result.actual,
         "reason": result.reason,

@@ -1,13 +1,12 @@
 """The cases of a run on a page, and the causes of those that failed."""
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 from conformance.reporting.cause_counts import CauseCount
 from conformance.reporting.page.diagram import Diagram, diagram
-from conformance.run.verdict import CaseResult, Verdict, rule_of_cause
+from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.rules import RULES_BY_ID, Rule
 
 # What stands for a verdict where there is room for one character: not by colour alone.
@@ -23,7 +22,6 @@ MARKS = {
     Verdict.BENCH_ERROR: "b",
     Verdict.NOT_RUN: "·",
 }
-MATRIX = re.compile(r"matrix\.([^[]+)\[(.*)\]")
 
 
 @dataclass(frozen=True)
@@ -54,12 +52,6 @@ class Case:
         """What leads to it, as HTML: a page may have ten of these, of each of many cases."""
         return f'<a class="mark {self.kind}" href="#{self.anchor}">{self.mark}</a>'
 
-    @cached_property
-    def state(self) -> str:
-        """The state of the server that the case is about; empty for none."""
-        found = MATRIX.fullmatch(self.result.case_id)
-        return found[1] if found else ""
-
 
 def links(cases: Iterable[Case]) -> str:
     """Return what leads to each of these cases, as HTML."""
@@ -85,7 +77,7 @@ class CauseShown:
     @property
     def kind(self) -> str:
         """The kind of answer."""
-        return self.count.cause.partition(":")[2].strip() or self.first.result.actual
+        return self.count.cause.answer or self.first.result.actual
 
     @property
     def counts(self) -> str:
@@ -97,6 +89,6 @@ def cause_shown(
     count: CauseCount, cases: list[Case], files: Sequence[str] = (), replay: str = ""
 ) -> CauseShown:
     """Return a cause with these cases, the first of which shows it, and files beside the page."""
-    rule = RULES_BY_ID.get(rule_of_cause(count.cause))
+    rule = RULES_BY_ID.get(count.cause.rule_id)
     drawn = diagram(cases[0].result.trace)
     return CauseShown(count, rule, cases[0], drawn, cases, list(files), replay)

@@ -7,7 +7,7 @@ from functools import cached_property
 
 from conformance.model_cases.server_states import STATES
 from conformance.reporting.official_steps import OFFICIAL_STEPS
-from conformance.reporting.page.cases import MATRIX, Case
+from conformance.reporting.page.cases import Case
 from conformance.run.verdict import FAILED, Verdict
 from conformance.sdo.rules import RULES_BY_ID, Rule
 
@@ -60,8 +60,8 @@ def matrix_map(cases: Iterable[Case]) -> Map | None:
     """The map of states and stimuli; None where no case of the matrix was selected."""
     fields: dict[tuple[str, str], Case] = {}
     for case in cases:
-        if found := MATRIX.fullmatch(case.result.case_id):
-            fields.setdefault((found[1], found[2]), case)
+        if case.result.state:
+            fields.setdefault((case.result.state, case.result.stimulus), case)
     states = sorted({state for state, _ in fields}, key=_in_a_transfer)
     stimuli = sorted({stimulus for _, stimulus in fields})
     rows = [(each, [fields.get((state, each)) for state in states]) for each in stimuli]

@@ -37,4 +37,4 @@ def _environment() -> Environment:
 
 def _shown(value: object) -> object:
     """Write out what no reader would see, or what would turn the writing round."""
-    return inert(value, keep="\n") if type(value) is str else value
+    return value if hasattr(value, "__html__") else inert(str(value), keep="\n")
