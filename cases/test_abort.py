@@ -43,7 +43,7 @@ def test_request_behind(sdo: Dialogue) -> None:
         if silent.rule is not ANSWERED:
             raise
         expected = f"an answer to the read of {VENDOR_ID.mux}, sent right behind an abort"
-        raise sdo.breach(expected, silent.actual) from silent
+        raise sdo.breach(expected, silent.seen) from silent
 
 
 @must("abort.repeated", "abort.not-answered", "server.idle-afterwards")

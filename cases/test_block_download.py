@@ -13,18 +13,20 @@ from conformance.dialogue.block_downloads import (
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.values import same_value, segments_of, shown
+from conformance.dialogue.values import same_value, segments_of
 from conformance.model_cases.variations import BEYOND_16_BITS, BLOCK_SIZES, EDGE_SIZES
 from conformance.run.case import may, must, should
 from conformance.run.risks import LOST_SEGMENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.crc import crc16
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import (
     Abort,
     BlockEnd,
     BlockSegment,
 )
 from conformance.sdo.rules import RESERVED
+from conformance.sdo.seen import Data, Received, said
 
 INITIATE = "7.2.4.3.9"
 CRC = "7.2.4.3.16"
@@ -66,7 +68,7 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles,
         raise room.refused(variable, size, abort)
     found = blocks.upload(variable).data
     if not same_value(variable, found, data):
-        raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
+        raise sdo.breach(f"{variable} reads {shown(data)}", Data(found, variable))
 
 
 @should("block-download.whole-sub-block")
@@ -76,7 +78,7 @@ def test_whole_sub_block(sdo: Dialogue, room: Room, blocks: Blocks, variable: Kn
     data = sdo.payload(room.fit(variable, LONG_BURST))
     repeated = sdo.run(sdo.client.block_download(variable.mux, data))
     if repeated:
-        raise sdo.breach("no segment to be sent again", f"{repeated} had to be sent again")
+        raise sdo.breach("no segment to be sent again", said("{} had to be sent again", repeated))
 
 
 @must("block-download.size-not-indicated", size=[*EDGE_SIZES, 890])
@@ -242,7 +244,7 @@ def test_crc_unused(sdo: Dialogue, room: Room, variable: KnownObject) -> None:
     sdo.send(BlockEnd(unused_in(data), 0x1234))
     answer = sdo.receive()
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
-        raise sdo.breach("no look at the CRC", "abort 05040004h (CRC error)")
+        raise sdo.breach("no look at the CRC", Received(answer))
     if not isinstance(answer, Abort):
         sdo.checks.block_end_response(answer, variable.mux)
         sdo.expect_value(variable, data)

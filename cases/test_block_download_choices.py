@@ -29,6 +29,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.rules.block_download import END_RESERVED_BIT, TOO_FEW
 from conformance.sdo.rules.download_initiates import HUGE_SIZE
+from conformance.sdo.seen import Received
 from conformance.sdo.unsent import Unsent
 
 INITIATE = "7.2.4.3.9"
@@ -126,7 +127,7 @@ def test_beyond_block_size(sdo: Dialogue, room: Room, blocks: Blocks, text: Know
         sdo.end_transfer()
         for answer in sdo.fence():
             if not isinstance(answer, Abort | BlockAck):
-                raise sdo.breach("an acknowledgement or an abort", in_words(answer))
+                raise sdo.breach("an acknowledgement or an abort", Received(answer))
         return
     unsent.acknowledged(ack, sub_block)
     send_again(sdo, text, Gap(unsent, crc16(data) if response.crc_supported else 0))
@@ -146,7 +147,7 @@ def test_crc_not_offered(
     sdo.send(BlockEnd(unused_in(data), field))
     answer = sdo.receive()
     if isinstance(answer, Abort) and answer.code == AbortCode.CRC_ERROR:
-        raise sdo.breach("no look at the CRC", in_words(answer))
+        raise sdo.breach("no look at the CRC", Received(answer))
     if not isinstance(answer, Abort):
         sdo.checks.block_end_response(answer, text.mux)
         sdo.expect_value(text, data)

@@ -6,10 +6,12 @@ from conformance.device.known_objects import KnownObject
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import Abort
+from conformance.sdo.seen import Data
 
 WRITE: dict[str, Callable[[Dialogue, KnownObject, bytes], None]] = {
     "block": lambda sdo, known, data: Blocks(sdo).download(known, data),
@@ -42,7 +44,7 @@ def test_pairs(
         due = data[:3] if kind == "expedited" else data
         found = READ[read](sdo, variable)
         if not same_value(variable, found, due):
-            raise sdo.breach(f"{variable} reads {shown(due)}", shown(found))
+            raise sdo.breach(f"{variable} reads {shown(due)}", Data(found))
 
 
 @must("block-sequence.abandoned-download", "server.nothing-afterwards")
@@ -70,4 +72,4 @@ def test_abandoned_upload(sdo: Dialogue, room: Room, blocks: Blocks, variable: K
     for read in READ.values():
         found = read(sdo, variable)
         if not same_value(variable, found, data):
-            raise sdo.breach(f"{variable} reads {shown(data)}", shown(found))
+            raise sdo.breach(f"{variable} reads {shown(data)}", Data(found))

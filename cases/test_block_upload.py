@@ -11,14 +11,14 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_empty
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.values import same_value, segments_of, shown
+from conformance.dialogue.values import same_value, segments_of
 from conformance.model_cases.variations import BEYOND_16_BITS, BLOCK_UPLOAD_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import wrong_count
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
-from conformance.sdo.describe import describe, in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -27,6 +27,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.rules import FILLER, RESERVED, Violation
+from conformance.sdo.seen import Data, Received, said
 
 INITIATE = "7.2.4.3.13"
 SUB_BLOCK = "7.2.4.3.14"
@@ -42,8 +43,8 @@ def expect_data(sdo: Dialogue, known: KnownObject, due: bytes, uploaded: Uploade
         return
     is_cut = due.startswith(found) or found.startswith(due)
     if is_cut and uploaded.segments == len(segments_of(due)):
-        raise wrong_count(f"n that leaves {len(due)} bytes", f"n that leaves {len(found)}")
-    raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+        raise wrong_count(f"n that leaves {len(due)} bytes", said("n that leaves {}", len(found)))
+    raise sdo.breach(f"{known} reads {shown(due)}", Data(found, known))
 
 
 def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInitiate) -> None:
@@ -53,7 +54,7 @@ def expect_in_blocks(sdo: Dialogue, known: KnownObject, request: BlockUploadInit
     if isinstance(response, Abort) and response.code == AbortCode.COMMAND_NOT_VALID:
         raise Unimplemented(in_words(response))
     if not isinstance(response, BlockUploadInitiateResponse):
-        raise sdo.breach(f"C0h to C6h: a block upload of {known}", in_words(response))
+        raise sdo.breach(f"C0h to C6h: a block upload of {known}", Received(response))
     sdo.end_transfer()
 
 
@@ -162,7 +163,7 @@ def test_ends_with_sub_block(
     if not segments[-1].last:
         raise sdo.breach(
             f"segment {block_size} to be marked as the last ({0x80 | block_size:02X}h)",
-            describe(segments[-1]),
+            Received(segments[-1]),
         )
     blocks.end_of_upload(variable, BlockAck(len(segments), block_size))
 
@@ -186,7 +187,7 @@ def test_same_as_segmented(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     segmented = sdo.upload(known)
     found = blocks.upload(known).data
     if found != segmented:
-        raise sdo.breach(f"{known} reads {shown(segmented)}", f"{known} reads {shown(found)}")
+        raise sdo.breach(f"{known} reads {shown(segmented)}", Data(found, known))
 
 
 @must("block-upload.again", "server.idle-afterwards", clause=SUB_BLOCK)
@@ -334,7 +335,7 @@ def test_next_request(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
         response = sdo.checks.upload_initiate(sdo.receive(), VENDOR_ID.mux)
         found = sdo.finish_upload(VENDOR_ID, response)
         if found != due:
-            raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))
+            raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", Data(found))
 
 
 @may("block-upload.empty", "data.empty", "crc.empty")
@@ -360,4 +361,4 @@ def test_constant(sdo: Dialogue, blocks: Blocks) -> None:
     due = sdo.upload(VENDOR_ID)
     found = blocks.upload(VENDOR_ID).data
     if found != due:
-        raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(found))
+        raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", Data(found))

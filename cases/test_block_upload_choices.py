@@ -10,7 +10,7 @@ from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.model_cases.open_transfer import begin
 from conformance.model_cases.server_states import (
     BLOCK_UPLOAD_BETWEEN,
@@ -24,7 +24,7 @@ from conformance.run.case import may, must
 from conformance.run.new_transfers import INITIATE_SIZE, INITIATES, Initiate
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import as_answer, as_segment
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -38,6 +38,7 @@ from conformance.sdo.oracle.going_on import AT_THE_END
 from conformance.sdo.rules import ANSWERED, SPECIFIER, Violation
 from conformance.sdo.rules.block_upload import ACKNOWLEDGEMENT_RESERVED_BITS
 from conformance.sdo.rules.upload_initiates import THRESHOLD_WITHOUT_BLOCK_SIZE
+from conformance.sdo.seen import Data, Received, said
 
 INITIATE = "7.2.4.3.13"
 SERVED = ("block-upload.foreign", "served")
@@ -61,7 +62,7 @@ def test_threshold_without_block_size(
         return
     found = sdo.finish_upload(variable, sdo.checks.upload_initiate(answer, variable.mux))
     if not same_value(variable, found, data):
-        raise sdo.breach(f"{variable} reads {shown(data)}", f"{variable} reads {shown(found)}")
+        raise sdo.breach(f"{variable} reads {shown(data)}", Data(found, variable))
 
 
 @may("block-upload.acknowledgement-reserved-bits", "request.reserved-bits", bits=[1, 2, 4, 7])
@@ -92,7 +93,7 @@ def test_early_acknowledgement(sdo: Dialogue, blocks: Blocks) -> None:
     # Which of them come is open: the server may go on, begin again, or count on.
     if len(segments) > 2 * BLOCK_SIZE:
         raise sdo.breach(
-            f"two sub-blocks of {BLOCK_SIZE} segments at most", f"{len(segments)} segments"
+            f"two sub-blocks of {BLOCK_SIZE} segments at most", said("{} segments", len(segments))
         )
     blocks.upload(transfer.known)
 
@@ -116,7 +117,7 @@ def test_acknowledged_at_end(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
             sdo.info("the end frame comes again")
         elif not isinstance(answer, Abort):
             raise sdo.breach(
-                "the same end frame, an abort, or nothing", in_words(as_answer(answer))
+                "the same end frame, an abort, or nothing", Received(as_answer(answer))
             )
 
 
@@ -209,4 +210,4 @@ def test_same_again(sdo: Dialogue, state: State[Request]) -> None:
     known = transfer.known
     due = sdo.upload(known)
     if not same_value(known, found.data, due):
-        raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")
+        raise sdo.breach(f"{known} reads {shown(due)}", Data(found.data, known))

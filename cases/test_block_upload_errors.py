@@ -38,6 +38,7 @@ from conformance.sdo.rules import MISSING_REFUSED, accepted
 from conformance.sdo.rules.block_upload import ACKNOWLEDGES_BLOCK_SIZE, ACKNOWLEDGES_TOO_MANY
 from conformance.sdo.rules.idle import SUB_INDEX_MISSING, WRITE_ONLY
 from conformance.sdo.rules.upload_initiates import INVALID_BLOCK_SIZE
+from conformance.sdo.seen import Received, Said
 
 NOT_STARTED = {
     "A1h": BlockEndResponse().encode(),
@@ -168,12 +169,12 @@ def test_client_abort_inside(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR))
     for response in sdo.fence():
         if not isinstance(as_segment(response, known.mux), BlockSegment):
-            raise sdo.breach("no answer to the abort", in_words(response))
+            raise sdo.breach("no answer to the abort", Received(response))
     behind = sdo.silence.outlast()
     if behind:
         raise sdo.breach(
             "no segment behind the answer to the next request",
-            f"{len(behind)} frames more, first {in_words(behind[0])}",
+            Said(f"{len(behind)} frames more, first {in_words(behind[0])}", "… frames more"),
         )
 
 

@@ -10,11 +10,11 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, interleave
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.run.case import may, must
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import (
     Abort,
     DownloadSegment,
@@ -24,6 +24,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.rules.idle import BUSY
 from conformance.sdo.rules.segmented_upload import TOGGLE
+from conformance.sdo.seen import Data, Received
 
 INDEPENDENT = "7.2.4.2"
 SIZE = 19
@@ -136,9 +137,9 @@ def test_interleaved(
         )
         for result, known, value in zip(results, objects, data, strict=True):
             if isinstance(result, Abort):
-                raise sdo.breach("both transfers served", in_words(result))
+                raise sdo.breach("both transfers served", Received(result))
             if isinstance(result, Uploaded) and not same_value(known, result.data, value):
-                raise sdo.breach(f"{known} reads {shown(value)}", shown(result.data))
+                raise sdo.breach(f"{known} reads {shown(value)}", Data(result.data))
             sdo.expect_value(known, value)
 
 
@@ -159,9 +160,9 @@ def test_three(sdo: Dialogue, room: Room, channels: Channels, device: Device, ro
         )
         for result, known, value in zip(results, objects, due, strict=True):
             if isinstance(result, Abort):
-                raise sdo.breach("all transfers served", in_words(result))
+                raise sdo.breach("all transfers served", Received(result))
             if isinstance(result, Uploaded) and not same_value(known, result.data, value):
-                raise sdo.breach(f"{known} reads {shown(value)}", shown(result.data))
+                raise sdo.breach(f"{known} reads {shown(value)}", Data(result.data))
 
 
 @must("independence.abort", "channel.independent", kind=KINDS)
@@ -184,7 +185,7 @@ def test_abort(
             one.end_transfer()
             found = another.finish_upload(known, response)
             if found != due:
-                raise sdo.breach(f"the upload goes on: {shown(due)}", shown(found))
+                raise sdo.breach(f"the upload goes on: {shown(due)}", Data(found))
 
 
 @must("independence.refusal", "channel.independent")
@@ -222,7 +223,7 @@ def test_toggle(sdo: Dialogue, room: Room, channels: Channels, device: Device) -
         sdo.upload_segment(toggle=0)
         second = other.upload_segment(toggle=1).data
         if not data.startswith(first + second):
-            raise sdo.breach(shown(data[:14]), shown(first + second))
+            raise sdo.breach(shown(data[:14]), Data(first + second))
 
 
 @must("independence.client-vanished", "channel.independent", kind=KINDS)
@@ -269,12 +270,12 @@ def test_same_object(
         aborts = [result for result in results if isinstance(result, Abort)]
         for abort in aborts:
             if abort.code not in BUSY.codes or len(aborts) > 1:
-                raise sdo.breach("both served, or one refused as busy", in_words(abort))
+                raise sdo.breach("both served, or one refused as busy", Received(abort))
         allowed = [before, first, second]
         uploads = [result.data for result in results if isinstance(result, Uploaded)]
         for found in (sdo.upload(text), *uploads):
             if not any(same_value(text, found, value) for value in allowed):
-                raise sdo.breach("one of the values, whole", shown(found))
+                raise sdo.breach("one of the values, whole", Data(found))
         if aborts:
             sdo.info(f"busy object: {in_words(aborts[0])}")
 

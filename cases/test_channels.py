@@ -42,6 +42,7 @@ from conformance.sdo.rules.channels import (
     SAME_IDENTIFIER,
     VALID_KEEPS_IDENTIFIER,
 )
+from conformance.sdo.seen import Received, Said, other_data, said
 
 RECORD = "7.5.2.33"
 HALVES = {"request": REQUEST, "response": RESPONSE}
@@ -56,10 +57,10 @@ def default_value(sdo: Dialogue, sub_index: int) -> bytes:
     try:
         found = sdo.read(known)
     except ServerAborted as aborted:
-        shown = in_words(aborted.abort)
+        refused = Received(aborted.abort)
         if aborted.abort.code not in NOT_THERE:
-            raise sdo.breach(f"{mux} to be served, or 06020000h", shown) from aborted
-        raise Unimplemented(shown) from aborted
+            raise sdo.breach(f"{mux} to be served, or 06020000h", refused) from aborted
+        raise Unimplemented(refused.words) from aborted
     if len(found) != known.length:
         raise of_another_length(known, found)
     return found
@@ -79,7 +80,7 @@ def expect_cob_id(sdo: Dialogue, index: int, sub_index: int, due: CobId) -> None
         mux = Multiplexer(index, sub_index)
         raise sdo.breach(
             f"{mux} reads {bytes(due)[::-1].hex().upper()}h",
-            f"{mux} reads {bytes(found)[::-1].hex().upper()}h",
+            other_data(f"{mux} reads {bytes(found)[::-1].hex().upper()}h"),
         )
 
 
@@ -93,7 +94,7 @@ def test_default_parameter(sdo: Dialogue, device: Device, half: int) -> None:
     due = bytes(default.request if half == REQUEST else default.response)
     found = default_value(sdo, half)
     if found != due:
-        raise sdo.breach(f"1200h:{half:02X} reads {due.hex(' ')}", found.hex(" "))
+        raise sdo.breach(f"1200h:{half:02X} reads {due.hex(' ')}", said("{}", found.hex(" ")))
 
 
 @must("channel.default-count", "channel.default-parameter")
@@ -101,7 +102,7 @@ def test_default_count(sdo: Dialogue) -> None:
     """1200h has two entries behind its sub-index 00h."""
     found = default_value(sdo, COUNT)
     if found[:1] != b"\2":
-        raise sdo.breach("1200h:00 reads 02", found.hex(" "))
+        raise sdo.breach("1200h:00 reads 02", said("{}", found.hex(" ")))
 
 
 @must("channel.default-constant", "channel.default-read-only", sub_index=[COUNT, REQUEST, RESPONSE])
@@ -143,7 +144,7 @@ def test_count(sdo: Dialogue, channels: Channels) -> None:
     (index,) = channels.require_records()
     found = sdo.upload(Multiplexer(index, COUNT))
     if found[:1] not in (b"\2", b"\3"):
-        raise sdo.breach(f"{index:04X}h:00 reads 02 or 03", found.hex(" "))
+        raise sdo.breach(f"{index:04X}h:00 reads 02 or 03", said("{}", found.hex(" ")))
     for sub_index in range(1, found[0] + 1):
         sdo.upload(Multiplexer(index, sub_index))
 
@@ -171,7 +172,9 @@ def test_configured(sdo: Dialogue, channels: Channels) -> None:
         for mux in sdo.device.briefly_read():
             due, found = sdo.upload(mux), other.upload(mux)
             if found != due and not changes_by_itself(sdo, mux):
-                raise sdo.breach(f"{mux} reads {due.hex(' ')} on both channels", found.hex(" "))
+                raise sdo.breach(
+                    f"{mux} reads {due.hex(' ')} on both channels", said("{}", found.hex(" "))
+                )
 
 
 @must("channel.own-identifier", "channel.independent", "response.frame", clause=RECORD)
@@ -181,7 +184,7 @@ def test_own_identifier(sdo: Dialogue, channels: Channels) -> None:
         other.fence()
         stray = sdo.drain()
         if stray:
-            raise sdo.breach(f"nothing on {sdo.channel.ids.response}", str(stray[0]))
+            raise sdo.breach(f"nothing on {sdo.channel.ids.response}", Said(str(stray[0]), "…#…"))
 
 
 @must("channel.configured-by-itself", "channel.independent", clause=RECORD)
@@ -249,7 +252,7 @@ def test_same_value_while_valid(sdo: Dialogue, channels: Channels) -> None:
     with channels.further() as other:
         abort = channels.try_cob_id(index, REQUEST, FIRST.request)
         if abort is not None and abort.code not in SAME_IDENTIFIER.codes:
-            raise sdo.breach("a confirmation or 06090030h", in_words(abort))
+            raise sdo.breach("a confirmation or 06090030h", Received(abort))
         expect_cob_id(sdo, index, REQUEST, FIRST.request)
         other.fence()
 
@@ -328,7 +331,7 @@ def test_extended_is_another(sdo: Dialogue, channels: Channels) -> None:
             wrong.send(UploadInitiate(VENDOR_ID.mux))
         stray = other.fence()
         if stray:
-            raise sdo.breach("no answer to the 29-bit frame", in_words(stray[0]))
+            raise sdo.breach("no answer to the 29-bit frame", Received(stray[0]))
 
 
 @must("channel.client-node-id", value={"0": 0, "128": 128, "255": 255})
@@ -344,7 +347,7 @@ def test_client_node_id(
     write(sdo, parameters, index, CLIENT, bytes((value,)))
     sdo.expect_abort(*CLIENT_NODE_ID.codes, of=mux)
     if (found := sdo.upload(mux)[:1]) != b"\1":
-        raise sdo.breach(f"{mux} reads 01 as before", found.hex())
+        raise sdo.breach(f"{mux} reads 01 as before", said("{}", found.hex()))
 
 
 @must("channel.reset-restores", "channel.after-reset")
@@ -365,7 +368,9 @@ def test_reset_restores(sdo: Dialogue, network: Network, channels: Channels) -> 
     network.reset(NmtCommand.RESET_COMMUNICATION)
     if present() == new:
         expected = f"{index:04X}h as before it was configured"
-        judge_kept(sdo, network, lambda: present() == new, expected, f"{index:04X}h is kept")
+        judge_kept(
+            sdo, network, lambda: present() == new, expected, said("{} is kept", f"{index:04X}h")
+        )
         return
     for half, value in zip((REQUEST, RESPONSE), due, strict=True):
         expect_cob_id(sdo, index, half, value)

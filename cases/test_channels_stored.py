@@ -25,6 +25,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
+from conformance.sdo.seen import Received, Said, said
 from conformance.sdo.storage_commands import SAVE_ALL
 
 SERVER_RECORDS = range(DEFAULT_RECORD + 1, LAST_RECORD + 1)
@@ -43,7 +44,7 @@ def records(sdo: Dialogue, indices: Iterable[int]) -> Records:
             if aborted.abort.code not in NOT_THERE:
                 raise sdo.breach(
                     f"{index:04X}h:01 to be served, or 06020000h",
-                    in_words(aborted.abort),
+                    Received(aborted.abort),
                 ) from aborted
             continue
         found[index] = (request, sdo.upload(Multiplexer(index, RESPONSE)))
@@ -79,7 +80,9 @@ def expect_same(sdo: Dialogue, indices: range, due: Records) -> None:
                 " and ".join(f"{value[::-1].hex().upper()}h" for value in pair)
                 for pair in (cob_ids, found[index])
             )
-            raise sdo.breach(f"{index:04X}h:01 and :02 read {before}, as before", now)
+            raise sdo.breach(
+                f"{index:04X}h:01 and :02 read {before}, as before", Said(now, "… and …")
+            )
 
 
 @must("channel.records", "channel.missing")
@@ -144,4 +147,4 @@ def test_client_stored(
     network.reset(NmtCommand.RESET_COMMUNICATION)
     found = sdo.upload(mux)[:1]
     if found != new:
-        raise sdo.breach(f"{mux} reads {new.hex()}, as it was stored", found.hex())
+        raise sdo.breach(f"{mux} reads {new.hex()}, as it was stored", said("{}", found.hex()))

@@ -15,7 +15,6 @@ from conformance.dialogue.parameters import (
     Parameters,
     number_of,
 )
-from conformance.dialogue.values import shown
 from conformance.run.case import may, must
 from conformance.sdo.cob_id import (
     EXTENDED,
@@ -24,13 +23,14 @@ from conformance.sdo.cob_id import (
     RESPONSE_BASE,
     RESTRICTED,
 )
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import shown
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER, GENERIC
 from conformance.sdo.frames import Abort, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import ERROR_CONTROL_BASE
 from conformance.sdo.pdos import MOST_BITS, Mapped
 from conformance.sdo.rules import Rule, Violation, communication
+from conformance.sdo.seen import Data, Received, other_data, said
 
 COUNT = Multiplexer(ERROR_LIST)
 STORED_EDS, STORED_FORMAT = Multiplexer(0x1021), Multiplexer(0x1022)
@@ -55,7 +55,7 @@ def test_vendor_id(sdo: Dialogue) -> None:
     """1018h:01 holds a vendor-ID; 0 is none."""
     value = sdo.upload(VENDOR_ID)
     if not any(value):
-        raise sdo.breach(f"{VENDOR_ID} reads the vendor-ID of the manufacturer", shown(value))
+        raise sdo.breach(f"{VENDOR_ID} reads the vendor-ID of the manufacturer", Data(value))
 
 
 @must("communication.error-register")
@@ -64,7 +64,9 @@ def test_error_register(sdo: Dialogue, parameters: Parameters) -> None:
     value = parameters.present(ERROR_REGISTER)
     register = value[0] if value else 0
     if register and not register & GENERIC:
-        raise sdo.breach("bit 0 set beside the others", f"{ERROR_REGISTER} reads {register:02X}h")
+        raise sdo.breach(
+            "bit 0 set beside the others", other_data(f"{ERROR_REGISTER} reads {register:02X}h")
+        )
 
 
 @must("communication.storage-capability", command=CAPABILITIES)
@@ -79,7 +81,7 @@ def test_storage_capability(
         value = sdo.read_if_there(mux)
         if value is not None and (len(value) != 4 or number_of(value) & ~capabilities):
             raise sdo.breach(
-                f"{mux} reads 4 bytes, with no bits but {capabilities:X}h", shown(value)
+                f"{mux} reads 4 bytes, with no bits but {capabilities:X}h", Data(value)
             )
 
 
@@ -96,11 +98,11 @@ def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> No
         sdo.info(f"the EDS is stored in format {storage_format.hex()}h: it is not looked into")
     elif missing := [name for name in SECTIONS if name not in text.lower()]:
         names = " and ".join(name.decode() for name in missing)
-        raise sdo.breach(f"an EDS, with {names}", shown(text))
+        raise sdo.breach(f"an EDS, with {names}", Data(text))
     uploaded = blocks.try_upload(STORED_EDS)
     found = getattr(uploaded, "data", None)
     if found is not None and found != text:
-        raise sdo.breach(f"{shown(text)} in blocks as in segments", shown(found))
+        raise sdo.breach(f"{shown(text)} in blocks as in segments", Data(found))
 
 
 @must("communication.reserved-entry", "communication.compatibility-entry")
@@ -120,7 +122,7 @@ def test_reserved_entry(sdo: Dialogue, device: Device, parameters: Parameters) -
         return
     sdo.finish_upload(mux, sdo.checks.upload_initiate(response, mux))
     rule = communication.COMPATIBILITY_ENTRY
-    sdo.note(Violation(rule, expected=f"{mux} to be missing", actual=in_words(response)))
+    sdo.note(Violation(rule, expected=f"{mux} to be missing", actual=Received(response)))
 
 
 # The list of errors
@@ -134,7 +136,7 @@ def test_error_list_cleared(sdo: Dialogue, parameters: Parameters) -> None:
     told = sdo.channel.emergency
     sdo.download(COUNT, b"\0")
     if any(found := sdo.upload(COUNT)) and sdo.channel.emergency is told:
-        raise sdo.breach(f"{COUNT} reads 00", shown(found))
+        raise sdo.breach(f"{COUNT} reads 00", Data(found))
 
 
 @must("communication.error-list-count", value=[1, 5, 255])
@@ -149,7 +151,7 @@ def test_error_list_count(sdo: Dialogue, parameters: Parameters, value: int) -> 
         sdo.try_download(COUNT, b"\0")  # a number that was taken would stay
         raise
     if (found := sdo.upload(COUNT)) != before:
-        raise sdo.breach(f"{COUNT} reads {before.hex()} as before", found.hex())
+        raise sdo.breach(f"{COUNT} reads {before.hex()} as before", said("{}", found.hex()))
 
 
 # COB-IDs
@@ -194,7 +196,9 @@ def refuse_cob_id(sdo: Dialogue, entry: CobIdEntry, value: int, rule: Rule) -> N
     sdo.send(DownloadInitiate.with_data(entry.mux, value.to_bytes(4, "little")))
     sdo.expect_abort(*rule.codes, of=entry.mux)
     if number_of(sdo.upload(entry.mux)) == value:
-        raise sdo.breach(f"{entry.mux} as before", f"it reads {value:08X}h though it was refused")
+        raise sdo.breach(
+            f"{entry.mux} as before", other_data(f"it reads {value:08X}h though it was refused")
+        )
 
 
 @may("communication.extended-bit", "communication.optional-bits", entry=COB_ID_ENTRIES)
@@ -237,7 +241,8 @@ def take_or_refuse(sdo: Dialogue, entry: CobIdEntry, value: int) -> None:
         sdo.take_abort(abort, rule.codes, entry.mux, rule.tolerated)
     elif (found := number_of(sdo.upload(entry.mux))) != value:
         raise sdo.breach(
-            f"{entry.mux} reads {value:08X}h, which it has taken", f"it reads {found:08X}h"
+            f"{entry.mux} reads {value:08X}h, which it has taken",
+            other_data(f"it reads {found:08X}h"),
         )
 
 
@@ -254,7 +259,7 @@ def test_transmission_type(sdo: Dialogue, parameters: Parameters, pdo: CobIdEntr
         sdo.send(DownloadInitiate.with_data(mux, bytes([RESERVED_TYPE])))
         sdo.expect_abort(*communication.TRANSMISSION_TYPE.codes, of=mux)
         if (found := sdo.upload(mux)) != before:
-            raise sdo.breach(f"{mux} reads {before.hex()} as before", found.hex())
+            raise sdo.breach(f"{mux} reads {before.hex()} as before", said("{}", found.hex()))
 
 
 @must("communication.mapped-object", pdo=PDOS)

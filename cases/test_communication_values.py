@@ -10,10 +10,11 @@ from conformance.dialogue.network import Network
 from conformance.dialogue.object_expectations import expect_write_refused
 from conformance.dialogue.parameters import COB_ID_ENTRIES, PRODUCES, Parameters, number_of
 from conformance.dialogue.storage import Storage, require_command, write_signature
-from conformance.dialogue.values import of_another_length, shown
+from conformance.dialogue.values import of_another_length
 from conformance.run.case import must
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
+from conformance.sdo.describe import shown
 from conformance.sdo.emergency import ERROR_LIST, ERROR_REGISTER
 from conformance.sdo.fixed_objects import FIXED_OBJECTS, FixedObject
 from conformance.sdo.frames import DownloadInitiate, UploadInitiate
@@ -28,6 +29,7 @@ from conformance.sdo.rules.communication_values import (
     SYNC_COUNTER_IN_USE,
 )
 from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
+from conformance.sdo.seen import Data, Said, said
 from conformance.sdo.storage_commands import SAVE_ALL
 
 SYNC_ID = 0x080
@@ -100,7 +102,7 @@ def test_read_only(sdo: Dialogue, parameters: Parameters, of: FixedObject) -> No
         known = KnownObject(mux, entry.data_type, entry.access)
         expect_write_refused(sdo, known, value or b"\0", *READ_ONLY.codes)
         if mux != ERROR_REGISTER and (found := sdo.upload(mux)) != value:
-            raise sdo.breach(f"{mux} reads {shown(value)} as before", shown(found))
+            raise sdo.breach(f"{mux} reads {shown(value)} as before", Data(found))
 
 
 @must("communication.default-identifier", entry=["1005h", "1014h"])
@@ -121,7 +123,7 @@ def test_default_identifier(
     if number_of(value) & IDENTIFIER != due:
         raise sdo.breach(
             f"{mux} has the CAN-ID {due:03X}h by default",
-            f"it reads {shown(value)} with the defaults loaded",
+            Data(value, "it", remark=" with the defaults loaded"),
         )
 
 
@@ -200,7 +202,9 @@ def test_configuration_date(
     network.reset(NmtCommand.RESET_NODE)
     for mux, value in new.items():
         if (found := sdo.upload(mux)) != value:
-            raise sdo.breach(f"{mux} reads {value.hex(' ')}, as it was stored", found.hex(" "))
+            raise sdo.breach(
+                f"{mux} reads {value.hex(' ')}, as it was stored", said("{}", found.hex(" "))
+            )
 
 
 @must(
@@ -230,7 +234,8 @@ def test_emergency_listed(
     # What came meanwhile may be listed already.
     told = {frame.data[:2] for frame in (heard, sdo.channel.emergency) if frame is not None}
     due = f"{error_code_text(heard.data[:2])} in 1003h:01, as an emergency has told"
-    actual = ", ".join(map(error_code_text, codes)) or "an empty list"
+    listed = ", ".join(map(error_code_text, codes))
+    actual = Said(listed, "…") if codes else Said("an empty list")
     if told.isdisjoint(codes):
         raise sdo.breach(due, actual)
     if codes[0] not in told:
@@ -255,4 +260,4 @@ def expect_refused(sdo: Dialogue, mux: Multiplexer, data: bytes, rule: Rule) -> 
     sdo.send(DownloadInitiate.with_data(mux, data))
     sdo.expect_abort(*rule.codes, of=mux, tolerated=rule.tolerated)
     if (found := sdo.upload(mux)) != before:
-        raise sdo.breach(f"{mux} reads {before.hex(' ')} as before", found.hex(" "))
+        raise sdo.breach(f"{mux} reads {before.hex(' ')} as before", said("{}", found.hex(" ")))

@@ -6,9 +6,10 @@ from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.dialogue.wrong_lengths import refusing
 from conformance.run.case import may, must, should
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -24,6 +25,7 @@ from conformance.sdo.rules.download_initiates import (
     UNUSED_WITHOUT_SIZE,
 )
 from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
+from conformance.sdo.seen import Data
 
 DOWNLOAD = "7.2.4.3.3"
 ABORT = "7.2.4.3.17"
@@ -103,7 +105,7 @@ def test_as_written(sdo: Dialogue, roles: Roles, variable: KnownObject) -> None:
             if sdo.try_download(known, data) is None:
                 found = sdo.upload(known)
                 if not same_data(known.data_type, found, data):
-                    raise sdo.breach(f"{known} reads {shown(data)}", shown(found))
+                    raise sdo.breach(f"{known} reads {shown(data)}", Data(found))
 
 
 @must("download.size-not-indicated")
@@ -231,7 +233,7 @@ def test_sub_index_of_variable(sdo: Dialogue, device: Device, roles: Roles, sub_
     with sdo.unchanged(known) as value:
         present = sdo.read_if_there(mux)
         if present is not None and not same_value(known, present, value):
-            raise sdo.breach(f"{mux} to be refused as missing", f"it reads {shown(present)}")
+            raise sdo.breach(f"{mux} to be refused as missing", Data(present, "it"))
         device.policy.allow_missing(mux)
         if 1 <= len(value) <= EXPEDITED:
             sdo.send(DownloadInitiate.with_data(mux, value))

@@ -12,7 +12,6 @@ from conformance.dialogue.missing_objects import missing_object, missing_sub_ind
 from conformance.dialogue.values import of_another_length
 from conformance.run.case import may, must, should
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     UploadInitiate,
@@ -24,6 +23,7 @@ from conformance.sdo.rules import FILLER, MISSING_REFUSED, RESERVED
 from conformance.sdo.rules.freedoms import RESERVED_BYTES
 from conformance.sdo.rules.idle import SUB_INDEX_MISSING, WRITE_ONLY
 from conformance.sdo.rules.upload_initiates import UPLOAD_RESERVED_BITS
+from conformance.sdo.seen import Received, other_data, said
 
 UPLOAD = "7.2.4.3.6"
 ABORT = "7.2.4.3.17"
@@ -34,7 +34,7 @@ def test_device_type(sdo: Dialogue) -> None:
     """The device type (1000h), which every device has, reads as 4 bytes."""
     data = sdo.upload(DEVICE_TYPE)
     if len(data) != 4:
-        raise sdo.breach("4 bytes", f"{len(data)} bytes")
+        raise sdo.breach("4 bytes", said("{} bytes", len(data)))
 
 
 @must("upload.identity", "object.mandatory", "response.not-refused", clause="7.5.2.21")
@@ -42,10 +42,12 @@ def test_identity(sdo: Dialogue) -> None:
     """The identity (1018h), which every device has, counts 1 to 4 entries and has a vendor-ID."""
     count = sdo.upload(KnownObject(IDENTITY_COUNT, DataType.UNSIGNED8, Access.CONST))
     if len(count) != 1 or not 1 <= count[0] <= 4:
-        raise sdo.breach("1018h:00 reads 1 to 4 in one byte", f"it reads {count.hex(' ')}")
+        raise sdo.breach(
+            "1018h:00 reads 1 to 4 in one byte", other_data(f"it reads {count.hex(' ')}")
+        )
     vendor = sdo.upload(VENDOR_ID)
     if len(vendor) != 4:
-        raise sdo.breach("1018h:01 reads 4 bytes", f"it reads {len(vendor)}")
+        raise sdo.breach("1018h:01 reads 4 bytes", other_data(f"it reads {len(vendor)}"))
 
 
 @must("upload.known-objects", "response.not-refused", clause=UPLOAD)
@@ -191,9 +193,9 @@ def test_behind_another(sdo: Dialogue) -> None:
         if isinstance(response, Abort):
             sdo.checks.abort(response, None)
         elif not isinstance(response, UploadInitiateResponse) or response.mux not in due:
-            raise sdo.breach("the answer to one of two uploads", in_words(response))
+            raise sdo.breach("the answer to one of two uploads", Received(response))
         elif response.expedited and not response.data.startswith(due[response.mux]):
             expected = f"{response.mux} reads {due[response.mux].hex(' ')}"
-            raise sdo.breach(expected, in_words(response))
+            raise sdo.breach(expected, Received(response))
     if len(answers) > 2:
-        raise sdo.breach("one or two answers", f"{len(answers)}")
+        raise sdo.breach("one or two answers", said("{}", len(answers)))

@@ -24,6 +24,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.rules import FRAME_SHAPE, MISSING_REFUSED
+from conformance.sdo.seen import Received, Said
 
 SHAPE = "7.2.4.3"
 CHANNEL = "7.3.3"
@@ -47,7 +48,9 @@ def test_one_identifier(sdo: Dialogue) -> None:
     others = asked_by_others(sdo.channel.overheard)
     for frame in sdo.channel.overheard:
         if frame.data == answer.encode() and frame.can_id & 0x7F not in others:
-            raise sdo.breach(f"nothing but {sdo.channel.ids.response}", f"also {frame}")
+            raise sdo.breach(
+                f"nothing but {sdo.channel.ids.response}", Said(f"also {frame}", "also …#…")
+            )
 
 
 @must("frame.abort-identifier", "response.frame", clause=CHANNEL)
@@ -117,10 +120,10 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
         sdo.checks.abort(answer, None)
         return
     if not whole:
-        raise sdo.breach("no answer, or an abort", in_words(answer))
+        raise sdo.breach("no answer, or an abort", Received(answer))
     response = sdo.checks.upload_initiate(answer, VENDOR_ID.mux)
     if response.expedited and response.data[: len(due)] != due:
-        raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", in_words(answer))
+        raise sdo.breach(f"1018h:01 reads {due.hex(' ')}", Received(answer))
 
 
 @may(
@@ -137,7 +140,7 @@ def test_short_download(sdo: Dialogue, roles: Roles, lengths: tuple[int, int]) -
         sdo.send(DownloadInitiate.with_data(known.mux, wanted).encode()[:dlc])
         answer = sdo.reaction()
         if answer is not None and not isinstance(answer, Abort):
-            raise sdo.breach("no answer, or an abort", in_words(answer))
+            raise sdo.breach("no answer, or an abort", Received(answer))
 
 
 @may("frame.short-download-whole", risk=lambda length: of_length(4 + length), length=[1, 2])
@@ -162,7 +165,7 @@ def test_short_segment(sdo: Dialogue, room: Room, text: KnownObject, dlc: int) -
         sdo.send((b"\x01" + sdo.payload(7))[:dlc])
         answer = sdo.reaction()
         if answer is not None and not isinstance(answer, Abort):
-            raise sdo.breach("no answer, or an abort", in_words(answer))
+            raise sdo.breach("no answer, or an abort", Received(answer))
 
 
 @may("frame.short-segment-request", risk=of_length, dlc=[1, 4, 7])
@@ -179,7 +182,7 @@ def test_short_segment_request(sdo: Dialogue, room: Room, dlc: int) -> None:
         return
     segment = sdo.checks.upload_segment(answer, known.mux, 0)
     if not data.startswith(segment.data):
-        raise sdo.breach(f"the first segment of {known}, or no data", in_words(answer))
+        raise sdo.breach(f"the first segment of {known}, or no data", Received(answer))
 
 
 @may("frame.short-block-segment", risk=of_length, dlc=[1, 4])
@@ -202,7 +205,7 @@ def test_short_block_segment(
         sdo.end_transfer()
         for answer in sdo.fence():
             if isinstance(answer, BlockEndResponse):
-                served = sdo.breach("an abort of the end, or no answer", in_words(answer))
+                served = sdo.breach("an abort of the end, or no answer", Received(answer))
                 served.request = end
                 raise served
 
@@ -225,5 +228,7 @@ def test_mirror(sdo: Dialogue) -> None:
         sdo.send(request)
         answer = sdo.receive()
         if answer.encode() == request.encode():
-            raise sdo.breach("an answer", f"the request itself: {in_words(answer)}")
+            raise sdo.breach(
+                "an answer", Said(f"the request itself: {in_words(answer)}", "the request itself")
+            )
         sdo.end_transfer()

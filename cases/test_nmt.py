@@ -20,6 +20,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.nmt import TRANSITIONS, NmtCommand
 from conformance.sdo.rules.channels import NMT_INTERRUPTED
 from conformance.sdo.rules.idle import UNKNOWN_SPECIFIER as UNKNOWN
+from conformance.sdo.seen import Received, said
 
 UNKNOWN_SPECIFIER = bytes((0xE0, *bytes(7)))
 RESETS = {"node": NmtCommand.RESET_NODE, "communication": NmtCommand.RESET_COMMUNICATION}
@@ -118,7 +119,7 @@ def test_stopped_in_transfer(
     for frame in farewell:
         response = decode_response(frame.data)
         if len(farewell) > 1:
-            raise sdo.breach("silence, or one abort", in_words(response))
+            raise sdo.breach("silence, or one abort", Received(response))
         sdo.take_abort(response, NMT_INTERRUPTED.codes, None, NMT_INTERRUPTED.tolerated)
     sdo.send(next_segment(sdo, kind))
     network.linger()
@@ -187,7 +188,7 @@ def test_reset_keeps_objects(sdo: Dialogue, network: Network) -> None:
     network.reset(NmtCommand.RESET_COMMUNICATION)
     for mux, value in due.items():
         if (found := sdo.upload(mux)) != value:
-            raise sdo.breach(f"{mux} reads {value.hex(' ')}", found.hex(" "))
+            raise sdo.breach(f"{mux} reads {value.hex(' ')}", said("{}", found.hex(" ")))
 
 
 @may("nmt.heartbeat", "nmt.pre-operational", "nmt.operational", clause="7.2.8.2.2", command=SERVING)
@@ -196,7 +197,7 @@ def test_heartbeat(sdo: Dialogue, network: Network, command: NmtCommand) -> None
     refusal = network.produce_heartbeats()
     if refusal is not None:
         if refusal.code not in NO_HEARTBEAT_TIME:
-            raise sdo.breach("1017h to be served, or refused", in_words(refusal))
+            raise sdo.breach("1017h to be served, or refused", Received(refusal))
         raise Unimplemented(in_words(refusal))
     network.enter(TRANSITIONS[command])
     sdo.fence()

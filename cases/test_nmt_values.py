@@ -6,9 +6,10 @@ from conformance.dialogue.by_itself import judge_kept
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import HEARTBEAT_TIME, Network
 from conformance.dialogue.parameters import Parameters
-from conformance.dialogue.values import shown
 from conformance.run.case import must
+from conformance.sdo.describe import shown
 from conformance.sdo.nmt import COMMUNICATION_AREA, NmtCommand
+from conformance.sdo.seen import Data
 
 # Heartbeat times in milliseconds, in which a reset is over.
 TIMES = (2000, 3000)
@@ -30,13 +31,13 @@ def test_reset_restores(sdo: Dialogue, network: Network, parameters: Parameters)
         return
     expected = f"{HEARTBEAT_TIME} reads {shown(due)}, as before it was written"
     if found != new:
-        raise sdo.breach(expected, shown(found))
+        raise sdo.breach(expected, Data(found))
     judge_kept(
         sdo,
         network,
         lambda: sdo.upload(HEARTBEAT_TIME) != due,
         expected,
-        f"{HEARTBEAT_TIME} reads {shown(found)}",
+        Data(found, HEARTBEAT_TIME),
     )
 
 
@@ -48,4 +49,4 @@ def test_reset_keeps_application(sdo: Dialogue, network: Network, number: KnownO
     written = sdo.write_number(number)
     network.reset(NmtCommand.RESET_COMMUNICATION)
     if (found := sdo.upload(number)) != written:
-        raise sdo.breach(f"{number} reads {shown(written)} as before the reset", shown(found))
+        raise sdo.breach(f"{number} reads {shown(written)} as before the reset", Data(found))

@@ -29,12 +29,12 @@ from conformance.dialogue.object_expectations import (
 )
 from conformance.dialogue.own_values import write_as_before
 from conformance.dialogue.storage import Storage
-from conformance.dialogue.values import of_another_length, same_value, shown, with_spaces
+from conformance.dialogue.values import of_another_length, same_value, with_spaces
 from conformance.run import object_choices as choose
 from conformance.run.case import may, must, should
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import shown
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import (
     Abort,
@@ -53,6 +53,7 @@ from conformance.sdo.rules.idle import (
     WRITE_ONLY,
 )
 from conformance.sdo.rules.object_dictionary import STRUCTURE_ENTRY
+from conformance.sdo.seen import Data, Received, Said
 
 EDS = "CiA 306-1"
 CHANGES = "the device changes the object by itself"
@@ -75,10 +76,10 @@ def test_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
         else:
             sdo.read(entry.mux)
     except ServerAborted as aborted:
-        refusal = in_words(aborted.abort)
+        refusal = Received(aborted.abort)
         if aborted.abort.code not in NOT_NOW:
             raise sdo.breach(f"{entry.title} is read", refusal) from aborted
-        sdo.info(f"{entry} cannot be read now: {refusal}")
+        sdo.info(f"{entry} cannot be read now: {refusal.words}")
 
 
 @must("od.length", "data.type-length", entry=choose.of_fixed_length)
@@ -95,7 +96,7 @@ def test_within_limits(sdo: Dialogue, device: Device, entry: KnownObject) -> Non
     value_of(device, entry)
     data = sdo.upload(entry)
     if not is_within_limits(entry, data):
-        raise sdo.breach(f"{entry.title} between {entry.low} and {entry.high}", shown(data))
+        raise sdo.breach(f"{entry.title} between {entry.low} and {entry.high}", Data(data))
 
 
 @must("od.default", "dictionary.default", "dictionary.stated-text", entry=choose.fixed)
@@ -135,7 +136,7 @@ def test_default_of_parameter(
     if not same_value(seen_of_it, found, with_spaces(entry, due, found)):
         if changes_by_itself(sdo, entry.mux):
             raise NotTestable(CHANGES)
-        raise sdo.breach(f"{entry} reads {shown(due)} after the defaults were loaded", shown(found))
+        raise sdo.breach(f"{entry} reads {shown(due)} after the defaults were loaded", Data(found))
 
 
 @should("od.configured", "dictionary.configured", entry=choose.configured)
@@ -153,7 +154,7 @@ def test_identity(sdo: Dialogue, said: tuple[Multiplexer, int]) -> None:
     if data != number.to_bytes(4, "little"):
         raise sdo.breach(
             f"{mux} reads {number:08X}h, as [DeviceInfo] says",
-            f"{int.from_bytes(data, 'little'):08X}h",
+            Said(f"{int.from_bytes(data, 'little'):08X}h", "…"),
         )
 
 
@@ -181,13 +182,13 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
     response = sdo.checks.upload_initiate(answer, entry.mux)
     data = sdo.finish_upload(entry, response)
     if len(data) != 4:
-        raise sdo.breach("4 bytes", shown(data))
+        raise sdo.breach("4 bytes", Data(data))
     if not is_empty:
         return
     due = f"{entry} to be refused while 1003h:00 reads {count}"
     if any(data):
-        raise sdo.breach(due, shown(data))
-    sdo.note(Violation(EMPTY_PLACE, expected=due, actual=shown(data)))
+        raise sdo.breach(due, Data(data))
+    sdo.note(Violation(EMPTY_PLACE, expected=due, actual=Data(data)))
 
 
 # Writing
@@ -284,7 +285,7 @@ def test_highest_sub_index(sdo: Dialogue, of: ListedObject) -> None:
     in_use = count.access is Access.RW or of.index == ERROR_LIST or is_mapping(of.index)
     if len(data) != 1 or data[0] > of.highest or (not in_use and data[0] != of.highest):
         least = "at most " if in_use else ""
-        raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", shown(data))
+        raise sdo.breach(f"{count} reads {least}{of.highest:02X}h in 1 byte", Data(data))
 
 
 @must("od.sub-index-beyond", "object.sub-index-missing", clause="7.4.2", mux=choose.beyond)
@@ -317,7 +318,7 @@ def test_structure(sdo: Dialogue, of: ListedObject) -> None:
     if of.type_code is not None:
         due += of.type_code.to_bytes(3, "little")
     if len(data) != 4 or not data.startswith(due):
-        raise sdo.breach(f"4 bytes that begin with {due.hex(' ')}", shown(data))
+        raise sdo.breach(f"4 bytes that begin with {due.hex(' ')}", Data(data))
 
 
 @must("od.unlisted", "object.missing-refused", "dictionary.unlisted", mux=choose.unlisted)
@@ -338,7 +339,8 @@ def test_scan(sdo: Dialogue, device: Device, indices: range) -> None:
     due = {index for index in listed if device.listing.objects[index].entries}
     if due & missing:
         raise sdo.breach(
-            "an object at each index that is listed", f"none at {indices_text(due & missing)}"
+            "an object at each index that is listed",
+            Said(f"none at {indices_text(due & missing)}", "none at …"),
         )
     if there - listed:
         sdo.info(f"not listed, and there: {indices_text(there - listed)}")

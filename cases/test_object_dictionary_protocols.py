@@ -20,11 +20,12 @@ from conformance.dialogue.object_expectations import (
     value_to_write_back,
 )
 from conformance.dialogue.payload import check_for_blocks
-from conformance.dialogue.values import shown
 from conformance.run import object_choices as choose
 from conformance.run.case import must
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import BlockUploadInitiate
 from conformance.sdo.rules.idle import READ_ONLY, WRITE_ONLY
+from conformance.sdo.seen import Data
 
 BLOCK_UPLOAD = "7.2.4.3.13"
 
@@ -52,7 +53,7 @@ def test_block_read(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownO
             by_segments, by_blocks = differing
             raise sdo.breach(
                 f"{shown(by_segments)} with crc={crc:d}, pst={threshold}, as by an ordinary upload",
-                shown(by_blocks),
+                Data(by_blocks),
             )
 
 

@@ -11,14 +11,15 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.storage import Storage, require_command
-from conformance.dialogue.values import shown
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules.idle import READ_ONLY
 from conformance.sdo.rules.object_dictionary import SIGNATURE
+from conformance.sdo.seen import Data
 from conformance.sdo.storage_commands import LAST_PART, LOAD_ALL, SAVE_ALL, signature_of
 
 Codes = tuple[AbortCode, ...]
@@ -88,7 +89,7 @@ def nothing_stored(sdo: Dialogue, network: Network) -> Iterator[None]:
     network.reset(NmtCommand.RESET_NODE)
     found = sdo.upload(known)
     if found != before:
-        raise sdo.breach(f"{known} reads {shown(before)} behind a reset, as stored", shown(found))
+        raise sdo.breach(f"{known} reads {shown(before)} behind a reset, as stored", Data(found))
     keeping.nothing_was_lost()
     keeping.stored = stored
 
@@ -122,7 +123,7 @@ def test_load_signature(sdo: Dialogue, network: Network, storage: Storage) -> No
         network.reset(NmtCommand.RESET_NODE)
     for mux, value in stored.items():
         if (found := sdo.upload(mux)) != value and not changes_by_itself(sdo, mux):
-            raise sdo.breach(f"{mux} reads {shown(value)} behind a reset, as stored", shown(found))
+            raise sdo.breach(f"{mux} reads {shown(value)} behind a reset, as stored", Data(found))
     sdo.device.keeping.nothing_was_lost()
 
 

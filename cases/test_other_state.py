@@ -25,15 +25,17 @@ from conformance.dialogue.object_expectations import (
     may_be_written,
     value_of,
 )
-from conformance.dialogue.values import of_another_length, same_value, shown
+from conformance.dialogue.values import of_another_length, same_value
 from conformance.run import object_choices as choose
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import BlockUploadInitiate, DownloadInitiate, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import MISSING_REFUSED
 from conformance.sdo.rules.download_initiates import TOO_LONG, TOO_SHORT
 from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING, WRITE_ONLY
+from conformance.sdo.seen import Data
 
 STATES = ("nmt.operational", "nmt.pre-operational")
 # So many objects of a kind each, and of a few kinds, stand for all.
@@ -95,12 +97,12 @@ def test_read(sdo: Dialogue, blocks: Blocks, device: Device, network: Network) -
                 raise of_another_length(entry, found)
             constant = device.is_constant(entry.mux)
             if constant and not same_value(entry, found, due):
-                raise sdo.breach(f"{entry} reads {shown(due)}", f"{entry} reads {shown(found)}")
+                raise sdo.breach(f"{entry} reads {shown(due)}", Data(found, entry))
             with suppress(Unimplemented):
                 blocks.require_upload()
                 in_blocks = sdo.of_its_length(entry, blocks.upload(entry))
                 if entry.is_steady and not same_value(entry, in_blocks, found):
-                    raise sdo.breach(f"{entry} reads {shown(found)}", shown(in_blocks))
+                    raise sdo.breach(f"{entry} reads {shown(found)}", Data(in_blocks))
 
 
 @must("other-state.write-back", "dictionary.access", *STATES)

@@ -10,7 +10,6 @@ from conformance.dialogue.mapped_objects import (
     unmappable,
 )
 from conformance.dialogue.parameters import CONSTANT, PDOS, CobIdEntry, Parameters, number_of
-from conformance.dialogue.values import shown
 from conformance.run import object_choices as choose
 from conformance.run.case import must
 from conformance.sdo.describe import in_words
@@ -26,6 +25,7 @@ from conformance.sdo.pdos import (
     is_multiplexed,
 )
 from conformance.sdo.rules import Rule, pdos
+from conformance.sdo.seen import Data, Received, said
 
 TOO_MANY = (MOST_MAPPED + 1, 0xFD)
 SENT = PDOS["1800h"]
@@ -49,7 +49,7 @@ def test_mapping_in_use(sdo: Dialogue, parameters: Parameters, mapping: int) -> 
     if is_multiplexed(count, value):
         raise NotTestable(f"{count} reads {value.hex().upper()}h: the PDO is multiplexed")
     if number_of(value) > MOST_MAPPED:
-        raise sdo.breach(f"{count} reads {MOST_MAPPED:X}h at most", shown(value))
+        raise sdo.breach(f"{count} reads {MOST_MAPPED:X}h at most", Data(value))
     bits = 0
     for sub_index in range(1, number_of(value) + 1):
         entry = Multiplexer(mapping, sub_index)
@@ -57,7 +57,9 @@ def test_mapping_in_use(sdo: Dialogue, parameters: Parameters, mapping: int) -> 
         expect_mapped(sdo, entry, mapped)
         bits += mapped.bits
     if bits > MOST_BITS:
-        raise sdo.breach(f"{MOST_BITS} bits at most in {mapping:04X}h", f"{bits} bits are mapped")
+        raise sdo.breach(
+            f"{MOST_BITS} bits at most in {mapping:04X}h", said("{} bits are mapped", bits)
+        )
 
 
 @must("pdo.mappable", pdo=PDOS)
@@ -105,10 +107,12 @@ def test_mapping_taken(
                 continue
             if abort.code in CONSTANT and mux in entries:
                 raise Unimplemented(in_words(abort))
-            raise sdo.breach(f"{mux} takes {value.hex(' ')}", in_words(abort))
+            raise sdo.breach(f"{mux} takes {value.hex(' ')}", Received(abort))
         for mux, value in due.items():
             if (found := sdo.upload(mux)) != value:
-                raise sdo.breach(f"{mux} reads {value.hex(' ')} as written", found.hex(" "))
+                raise sdo.breach(
+                    f"{mux} reads {value.hex(' ')} as written", said("{}", found.hex(" "))
+                )
 
 
 @must("pdo.mapping-while-valid", "pdo.mapping-procedure", pdo=PDOS)
@@ -153,14 +157,14 @@ def map_nothing(sdo: Dialogue, device: Device, parameters: Parameters, count: Mu
     abort = parameters.write(count, b"\0")
     if abort is None:
         return
-    said = in_words(abort)
+    refusal = Received(abort)
     if abort.code in CONSTANT:
-        raise Unimplemented(said)
+        raise Unimplemented(refusal.words)
     listed = device.listing.find(count)
     changes = listed is not None and listed.access is Access.RW
     if changes and device.listing.is_complete and abort.code not in pdos.REMAPPED.codes:
-        raise sdo.breach(f"{count}, which the EDS calls rw, takes 00", said)
-    raise NotTestable(f"{count} does not take 00 now: {said}")
+        raise sdo.breach(f"{count}, which the EDS calls rw, takes 00", refusal)
+    raise NotTestable(f"{count} does not take 00 now: {refusal.words}")
 
 
 def changeable_mapping(parameters: Parameters, pdo: CobIdEntry) -> tuple[Multiplexer, list[int]]:
@@ -178,4 +182,4 @@ def refuse_value(sdo: Dialogue, mux: Multiplexer, data: bytes, rule: Rule) -> No
     sdo.send(DownloadInitiate.with_data(mux, data))
     sdo.expect_abort(*rule.codes, of=mux, tolerated=rule.tolerated)
     if (found := sdo.upload(mux)) != before:
-        raise sdo.breach(f"{mux} reads {before.hex(' ')} as before", found.hex(" "))
+        raise sdo.breach(f"{mux} reads {before.hex(' ')} as before", said("{}", found.hex(" ")))

@@ -11,7 +11,6 @@ from conformance.dialogue.missing_objects import missing_object, missing_sub_ind
 from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.model_cases.variations import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -25,6 +24,7 @@ from conformance.sdo.rules.download_initiates import (
 )
 from conformance.sdo.rules.idle import READ_ONLY, SUB_INDEX_MISSING
 from conformance.sdo.rules.segmented_download import TOO_FEW
+from conformance.sdo.seen import Received
 
 INITIATE = "7.2.4.3.3"
 SEGMENT = "7.2.4.3.4"
@@ -118,7 +118,7 @@ def _take_or_miss(sdo: Dialogue, known: KnownObject, segment: DownloadSegment) -
         answer = sdo.receive()
         if isinstance(answer, Abort) and answer.code in accepted.ANY_LENGTH_ERROR:
             sdo.checks.abort(answer, known.mux)
-            raise sdo.breach("the segment to be taken", in_words(answer))
+            raise sdo.breach("the segment to be taken", Received(answer))
         sdo.checks.download_segment(answer, known.mux, segment.toggle)
 
 

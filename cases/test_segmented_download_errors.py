@@ -25,7 +25,6 @@ from conformance.model_cases.variations import FOREIGN_IN_DOWNLOAD
 from conformance.run.case import may, must
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -36,6 +35,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import accepted
 from conformance.sdo.rules.freedoms import FOREIGN_MULTIPLEXER
 from conformance.sdo.rules.segmented_download import ABORT_RESERVED_BITS, TOGGLE
+from conformance.sdo.seen import Received, other_data
 
 SIZE = 21
 IGNORED = "a segment with the wrong toggle bit gets no answer, and the download goes on"
@@ -81,14 +81,14 @@ def test_toggle(
             if answer.code not in TOGGLE.codes:
                 sdo.expect_over()
                 if not is_refused_alone(sdo, text, state, size):
-                    raise sdo.breach("abort 05030000h, or no answer", in_words(answer))
+                    raise sdo.breach("abort 05030000h, or no answer", Received(answer))
                 return
             sdo.checks.abort(answer, text.mux)
             sdo.expect_over()
             return
         expected = f"no answer to the wrong segment, {0x20 | right << 4:02X}h to the right one"
         if answer.encode()[0] & 0x10 != right << 4:
-            raise sdo.breach(expected, in_words(answer))
+            raise sdo.breach(expected, Received(answer))
         sdo.checks.download_segment(answer, text.mux, right)
         sdo.info(IGNORED)
     sdo.expect_nothing()
@@ -107,7 +107,7 @@ def test_number_toggle(sdo: Dialogue, number: KnownObject) -> None:
         elif isinstance(answer, Abort) and answer.code in TOGGLE.codes:
             sdo.checks.abort(answer, number.mux)
         else:
-            raise sdo.breach("abort 05030000h, or no answer", in_words(answer))
+            raise sdo.breach("abort 05030000h, or no answer", Received(answer))
 
 
 @must("segmented-download.toggle-ignored-data", "segmented-download.toggle")
@@ -126,7 +126,7 @@ def test_toggle_ignored_data(sdo: Dialogue, room: Room, text: KnownObject) -> No
         sdo.expect_over()
         return
     if not answer.encode()[0] & 0x10:
-        raise sdo.breach("no answer to the repeated segment", in_words(answer))
+        raise sdo.breach("no answer to the repeated segment", Received(answer))
     sdo.checks.download_segment(answer, text.mux, 1)
     sdo.info(IGNORED)
     sdo.download_segments(data, first=2)
@@ -231,7 +231,9 @@ def test_new_upload(
                 response = sdo.checks.upload_initiate(answer, number.mux)
                 found = sdo.finish_upload(number, response)
                 if found != due:
-                    raise sdo.breach(f"{number} reads {due.hex()}", f"it reads {found.hex()}")
+                    raise sdo.breach(
+                        f"{number} reads {due.hex()}", other_data(f"it reads {found.hex()}")
+                    )
             sdo.expect_dead(rest)
             sdo.expect_value(number, due)
 

@@ -6,7 +6,7 @@ from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_empty
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.values import not_emptied, same_value, shown
+from conformance.dialogue.values import not_emptied, same_value
 from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.model_cases.open_transfer import begin
 from conformance.model_cases.server_states import (
@@ -21,7 +21,7 @@ from conformance.model_cases.variations import FOREIGN_IN_UPLOAD, LONG_SIZES, SH
 from conformance.run.case import may, must, should
 from conformance.run.risks import risk_of_request
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -31,6 +31,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.rules import FILLER, RESERVED, accepted
 from conformance.sdo.rules.segmented_upload import TOGGLE
+from conformance.sdo.seen import Data, Received, other_data
 
 INITIATE = "7.2.4.3.6"
 SEGMENT = "7.2.4.3.7"
@@ -70,7 +71,7 @@ def test_read_only_text(sdo: Dialogue, read_only_text: KnownObject) -> None:
     first = sdo.upload(read_only_text)
     second = sdo.upload(read_only_text)
     if read_only_text.is_steady and first != second:
-        raise sdo.breach(f"{shown(first)} again", shown(second))
+        raise sdo.breach(f"{shown(first)} again", Data(second))
 
 
 @must("segmented-upload.toggle-first", "segmented-upload.toggle")
@@ -165,7 +166,7 @@ def test_restart(sdo: Dialogue, room: Room, state: State[UploadSegment]) -> None
             response = sdo.checks.upload_initiate(answer, known.mux)
             found = sdo.finish_upload(known, response)
             if not same_value(known, found, data):
-                raise sdo.breach(f"{known} from its first byte: {shown(data)}", shown(found))
+                raise sdo.breach(f"{known} from its first byte: {shown(data)}", Data(found))
 
 
 @must(
@@ -186,7 +187,9 @@ def test_new_upload(sdo: Dialogue, state: State[UploadSegment]) -> None:
             response = sdo.checks.upload_initiate(answer, IDENTITY_COUNT)
             found = sdo.finish_upload(IDENTITY_COUNT, response)
             if found[: len(due)] != due:
-                raise sdo.breach(f"1018h:00 reads {due.hex()}", f"it reads {found.hex()}")
+                raise sdo.breach(
+                    f"1018h:00 reads {due.hex()}", other_data(f"it reads {found.hex()}")
+                )
         sdo.expect_dead(transfer.due)
 
 
@@ -295,11 +298,11 @@ def _compare_or_abort(
     if isinstance(answer, Abort):
         abort = sdo.checks.abort(answer, known.mux)
         if abort.code not in (AbortCode.COMMAND_NOT_VALID, AbortCode.PARAMETER_INCOMPATIBLE):
-            raise sdo.breach("the segment, or abort 05040001h", in_words(answer))
+            raise sdo.breach("the segment, or abort 05040001h", Received(answer))
         return
     segment = sdo.checks.upload_segment(answer, known.mux, 0)
     if not data.startswith(segment.data) or response.size not in (None, len(data), len(data) + 1):
-        raise sdo.breach(f"the first bytes of {shown(data)}", in_words(answer))
+        raise sdo.breach(f"the first bytes of {shown(data)}", Received(answer))
 
 
 @may("segmented-upload.empty", "data.empty")

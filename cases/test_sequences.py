@@ -13,6 +13,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, UploadInitiate
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import MISSING_REFUSED
+from conformance.sdo.seen import said
 
 # Kind, size: expedited, segmented with the size indicated, segmented without.
 KINDS = {
@@ -70,7 +71,7 @@ def test_uploads(sdo: Dialogue, device: Device) -> None:
         for other in (IDENTITY_COUNT, *again):
             found = sdo.upload(other)
             if found != due.setdefault(other, found) and not changes_by_itself(sdo, other):
-                raise sdo.breach(f"{other} reads {due[other].hex(' ')}", found.hex(" "))
+                raise sdo.breach(f"{other} reads {due[other].hex(' ')}", said("{}", found.hex(" ")))
 
 
 @must("sequence.upload-then-download", "server.idle-afterwards", size=[3, 7, 20])

@@ -22,6 +22,7 @@ from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step
 from conformance.sdo.frames import Abort, Request, Response
+from conformance.sdo.seen import said
 from conformance.sdo.stepping import Ended, advance
 
 SERVICE = "7.2.4.2"
@@ -69,7 +70,7 @@ def test_once(sdo: Dialogue, server_timeout: float, state: State[Request]) -> No
     sdo.expect_timed_out(transfer.known, server_timeout)
     further = sdo.wait(server_timeout * (1 + PROMPT))
     if further is not None:
-        raise sdo.breach("no further frame", further.encode().hex(" "))
+        raise sdo.breach("no further frame", said("{}", further.encode().hex(" ")))
     sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
     sdo.expect_nothing()
 
@@ -88,7 +89,9 @@ def test_after_abort(sdo: Dialogue, server_timeout: float, state: State[Request]
     sdo.send(Abort(transfer.known.mux, AbortCode.TIMED_OUT))
     late = sdo.wait(server_timeout * (1 + PROMPT))
     if late is not None:
-        raise sdo.breach("no frame behind the abort of the client", late.encode().hex(" "))
+        raise sdo.breach(
+            "no frame behind the abort of the client", said("{}", late.encode().hex(" "))
+        )
     sdo.expect_nothing()
 
 

@@ -25,6 +25,7 @@ from conformance.sdo.rules.download_initiates import BLOCK_DOWNLOAD_RESERVED_BIT
 from conformance.sdo.rules.idle import BLOCK_UNSUPPORTED
 from conformance.sdo.rules.idle import UNKNOWN_SPECIFIER as UNKNOWN
 from conformance.sdo.rules.upload_initiates import BLOCK_UPLOAD_RESERVED_BITS
+from conformance.sdo.seen import Received
 
 
 @must("specifier.unknown", risk=UNKNOWN_SPECIFIER, request=UNKNOWN_SPECIFIERS)
@@ -158,7 +159,7 @@ def _served_or_unimplemented(
         raise Unimplemented(in_words(response))
     if not isinstance(response, kind):
         raise sdo.breach(
-            f"a block initiate response for {mux}, or abort 05040001h", in_words(response)
+            f"a block initiate response for {mux}, or abort 05040001h", Received(response)
         )
     if response.mux != mux:
-        raise Violation(MULTIPLEXER, expected=f"multiplexer {mux}", actual=in_words(response))
+        raise Violation(MULTIPLEXER, expected=f"multiplexer {mux}", actual=Received(response))

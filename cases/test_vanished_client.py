@@ -3,13 +3,13 @@
 from conformance.device.device import VENDOR_ID
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.object_expectations import value_of
-from conformance.dialogue.values import shown
 from conformance.model_cases.open_transfer import begin
 from conformance.model_cases.server_states import SILENT, State
 from conformance.run.case import must
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import Abort, Request
+from conformance.sdo.seen import Data
 
 
 @must(
@@ -36,7 +36,7 @@ def test_next_transfer(sdo: Dialogue, state: State[Request]) -> None:
                 sdo.fence()  # it has crossed with the abort: the request has its own answer
         due, value = value_of(sdo.device, VENDOR_ID), sdo.upload(VENDOR_ID)
         if value != due:
-            raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", shown(value))
+            raise sdo.breach(f"{VENDOR_ID} reads {shown(due)}", Data(value))
     if transfer.value is not None:
         sdo.expect_kept(transfer.known, transfer.value)
     begin(sdo, state)

@@ -6,6 +6,7 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must, should
 from conformance.run.session import Incident, WholeRun
 from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED
+from conformance.sdo.seen import said
 
 
 def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -> None:
@@ -14,7 +15,9 @@ def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -
         first = incidents[0]
         found = sdo.breach(
             expected,
-            f"{len(incidents)} exceptions; the first ({first.case_id}): {first.violation.actual}",
+            said("{} exceptions", len(incidents)).remarking(
+                f"; the first ({first.case_id}): {first.violation.actual}"
+            ),
         )
         found.habit = (first.violation.rule.id, cause)
         raise found

@@ -21,6 +21,7 @@ from conformance.sdo.frames import (
     BlockSegment,
 )
 from conformance.sdo.rules import BLOCK_ACK, Violation
+from conformance.sdo.seen import NoAnswer
 from conformance.sdo.unsent import Unsent
 
 # A server's timer may be coarse: its time-out takes up to half as long again as it is declared.
@@ -163,7 +164,7 @@ def gap_acknowledged(sdo: Dialogue, known: KnownObject, position: int) -> BlockA
         raise Violation(
             BLOCK_ACK,
             expected=f"ackseq 0 to {position}, with the declared time-out at the latest",
-            actual=f"nothing within {waited:.3g} s",
+            actual=NoAnswer(f"nothing within {waited:.3g} s"),
         )
     gives_up = isinstance(response, Abort) and response.code == AbortCode.TIMED_OUT
     if gives_up and (declared or at_once is None):

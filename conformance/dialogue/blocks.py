@@ -35,6 +35,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.rules import NOT_REFUSED, Violation, accepted
 from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
+from conformance.sdo.seen import Received, said
 from conformance.sdo.stepping import Result, advance
 
 NOT_THERE = (AbortCode.COMMAND_NOT_VALID, AbortCode.GENERAL_ERROR)
@@ -153,15 +154,15 @@ class Blocks:
             self.require_download()
         else:
             self.require_upload()
-        shown = in_words(abort)
+        refusal = Received(abort)
         served = False
         if abort.code in NOT_THERE and request != ordinary:
             self._sdo.send(ordinary)
             served = not isinstance(as_answer(self._sdo.receive()), Abort)
             self._sdo.end_transfer()
         if abort.code in NOT_THERE and not served:
-            return Unimplemented(shown)
-        refused = Violation(NOT_REFUSED, expected="a block transfer to be served", actual=shown)
+            return Unimplemented(refusal.words)
+        refused = Violation(NOT_REFUSED, expected="a block transfer to be served", actual=refusal)
         refused.request = request
         return refused
 
@@ -192,7 +193,7 @@ class Blocks:
             ack = self._sdo.checks.block_ack(self._sdo.receive(), mux_of(target), sent)
         if ack.sequence < sent:
             self._sdo.note(
-                Violation(WHOLE_SUB_BLOCK, expected=f"ackseq {sent}", actual=in_words(ack))
+                Violation(WHOLE_SUB_BLOCK, expected=f"ackseq {sent}", actual=Received(ack))
             )
         return ack
 
@@ -237,7 +238,7 @@ class Blocks:
                 Violation(
                     WHOLE_SUB_BLOCK,
                     expected="every segment to be taken, sent without a pause",
-                    actual=f"{repeated} segments had to be sent again",
+                    actual=said("{} segments had to be sent again", repeated),
                 )
             )
         self._sdo.device.services.takes_blocks = True

@@ -12,6 +12,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.rules import Rule, Violation
 from conformance.sdo.rules.block_upload import ENDS
+from conformance.sdo.seen import Seen
 
 MOST_NOTED = 100
 
@@ -60,7 +61,7 @@ class CaseRecord:
         for each in self.pauses:
             each.waited()
 
-    def breach(self, expected: str, actual: str) -> Violation:
+    def breach(self, expected: str, actual: Seen | str) -> Violation:
         """Build a breach of the case's rule."""
         return Violation(self.rule, expected=expected, actual=actual)
 

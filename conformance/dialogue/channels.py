@@ -14,19 +14,18 @@ from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import SDO_PARAMETERS
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.parameters import Parameters
-from conformance.dialogue.shape_breaches import in_brief
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import ChannelIds, CobId
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Response, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
 from conformance.sdo.rules.channels import INDEPENDENT
+from conformance.sdo.seen import Received, Said
 from conformance.sdo.stepping import Ended, advance
 
 DEFAULT_RECORD = 0x1200
@@ -127,10 +126,10 @@ class Channels:
         try:
             self._sdo.read(mux)
         except ServerAborted as aborted:
-            shown = in_words(aborted.abort)
+            refusal = Received(aborted.abort)
             if aborted.abort.code in (NO_SUCH_ENTRY if mux.sub_index == CLIENT else NOT_THERE):
-                return shown
-            raise self._sdo.breach(f"{mux} to be refused as missing", shown) from aborted
+                return refusal.words
+            raise self._sdo.breach(f"{mux} to be refused as missing", refusal) from aborted
         raise self._sdo.breach(f"{mux} to be refused as before", "it is served")
 
     # COB-IDs
@@ -150,7 +149,7 @@ class Channels:
             raise Violation(
                 NOT_REFUSED,
                 expected=f"{cob_id} to be taken for {Multiplexer(index, sub_index)}",
-                actual=in_words(abort),
+                actual=Received(abort),
             )
 
     def take_confirmation(self, index: int, sub_index: int) -> Abort | None:
@@ -167,7 +166,7 @@ class Channels:
         if abort is not None and abort.code not in BAD_VALUE:
             raise self._sdo.breach(
                 "a confirmation, or an abort for the value (06090030h)",
-                in_words(abort),
+                Received(abort),
             )
         return abort is not None
 
@@ -211,7 +210,7 @@ class Channels:
                 raise Violation(
                     IDLE_AFTERWARDS,
                     expected=f"nothing but the answer to a read of 1000h on {ids}",
-                    actual=in_brief(stray),
+                    actual=Received(stray[0], stray[1:]),
                 )
 
     @contextmanager
@@ -239,7 +238,7 @@ class Channels:
             self._sdo.fence()
             answers = other.drain()
         if answers:
-            raise self._sdo.breach(f"no answer on {ids}", str(answers[0]))
+            raise self._sdo.breach(f"no answer on {ids}", Said(str(answers[0]), "…#…"))
 
     @contextmanager
     def further(self, number: int = 0) -> Iterator[Dialogue]:
@@ -274,7 +273,7 @@ class Channels:
             try:
                 yield other
             except ServerAborted as aborted:
-                found = self._sdo.breach("both transfers served", in_words(aborted.abort))
+                found = self._sdo.breach("both transfers served", Received(aborted.abort))
                 found.habit = DISTURBED
                 raise found from aborted
             except Violation as found:

@@ -11,10 +11,10 @@ from conformance.device.known_objects import KnownObject
 from conformance.dialogue import held_values
 from conformance.dialogue.causes import kind_of_answer
 from conformance.dialogue.transfers import Target, Transfers, mux_of
-from conformance.dialogue.values import same_value, segments_of, shown
+from conformance.dialogue.values import same_value, segments_of
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -36,6 +36,7 @@ from conformance.sdo.rules import (
     accepted,
 )
 from conformance.sdo.rules.timing import SERVER_TIME_OUT
+from conformance.sdo.seen import Data, NoAnswer, Received, said
 
 GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
 OLD_GOES_ON = (RESTART.id, "the transfer that was running goes on")
@@ -59,7 +60,7 @@ class Dialogue(Transfers):
         """Expect exactly this response."""
         found = self.receive()
         if found.encode() != response.encode():
-            raise self.breach(in_words(response), in_words(found))
+            raise self.breach(in_words(response), Received(found))
 
     def expect_abort(
         self,
@@ -87,16 +88,16 @@ class Dialogue(Transfers):
         due = f"abort with {named(codes)}"
         broken = self.record.rule if rule is None else rule
         if not isinstance(response, Abort):
-            raise Violation(broken, expected=due, actual=in_words(response))
+            raise Violation(broken, expected=due, actual=Received(response))
         abort = self.checks.abort(response, None)
         if of is not None and abort.mux != mux_of(of):
             # The case goes on: whether the transfer has ended is another question.
             expected = f"multiplexer {mux_of(of)}"
-            self.note(Violation(MULTIPLEXER, expected=expected, actual=in_words(abort)))
+            self.note(Violation(MULTIPLEXER, expected=expected, actual=Received(abort)))
         if abort.code not in codes:
             if abort.code not in tolerated:
-                raise Violation(broken, expected=due, actual=in_words(abort))
-            self.note(Violation(SUBSTITUTE, expected=due, actual=in_words(abort)))
+                raise Violation(broken, expected=due, actual=Received(abort))
+            self.note(Violation(SUBSTITUTE, expected=due, actual=Received(abort)))
         return abort
 
     def expect_download_refused(
@@ -128,7 +129,7 @@ class Dialogue(Transfers):
             self.checks.download_segment(response, mux_of(target), number % 2)
         raise self.breach(
             f"abort with {named(codes)}, at the last segment at the latest",
-            f"{in_words(response)} for the last segment",
+            Received(response, remark=" for the last segment"),
         )
 
     def _expect_nothing_taken(self, data: bytes, number: int, size: int | None) -> None:
@@ -162,7 +163,7 @@ class Dialogue(Transfers):
         initiated = self.checks.upload_initiate(response, known.mux)
         found = self.finish_upload(known, initiated)
         if not same_value(known, found, due):
-            raise self.breach(f"{known} reads {shown(due)}", shown(found))
+            raise self.breach(f"{known} reads {shown(due)}", Data(found))
 
     def expect_download_or_abort(
         self, known: KnownObject, *codes: AbortCode, tolerated: tuple[AbortCode, ...] = ()
@@ -190,7 +191,7 @@ class Dialogue(Transfers):
             return response
         self.checks.abort(response, None)
         if response.mux not in (mux_of(old), mux_of(new)):
-            raise self.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", in_words(response))
+            raise self.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", Received(response))
         served = self.behind_superseded(response, mux_of(old))
         if served is not None:
             return served
@@ -198,7 +199,7 @@ class Dialogue(Transfers):
             Violation(
                 RESTART,
                 expected=f"{mux_of(new)} served",
-                actual=in_words(response),
+                actual=Received(response),
             )
         )
         return None
@@ -212,8 +213,8 @@ class Dialogue(Transfers):
         try:
             yield
         except ServerAborted as refused:
-            actual = in_words(refused.abort)
-            breach = Violation(NOT_REFUSED, expected="the new transfer to be served", actual=actual)
+            seen = Received(refused.abort)
+            breach = Violation(NOT_REFUSED, expected="the new transfer to be served", actual=seen)
             breach.habit = OLD_GOES_ON
             raise breach from None
         except Violation as breach:
@@ -245,7 +246,7 @@ class Dialogue(Transfers):
         """Expect no more than aborts of segments that are behind an abort: the server is idle."""
         for answer in self.fence():
             if not isinstance(answer, Abort):
-                breach = self.breach("an abort of each segment at the most", in_words(answer))
+                breach = self.breach("an abort of each segment at the most", Received(answer))
                 breach.habit = GOES_ON
                 raise breach
             self.checks.abort(answer, None)
@@ -254,7 +255,7 @@ class Dialogue(Transfers):
         """Expect that what was sent last is not answered."""
         answer = self.reaction()
         if answer is not None:
-            raise self.breach("no answer", in_words(answer))
+            raise self.breach("no answer", Received(answer))
 
     def expect_silence_or_abort(self, *codes: AbortCode) -> None:
         """Expect no answer, or an abort with one of the codes; without codes, with any.
@@ -265,7 +266,7 @@ class Dialogue(Transfers):
         if answer is None:
             return
         if not isinstance(answer, Abort) or (codes and answer.code not in codes):
-            raise self.breach(f"no answer, or an abort with {named(codes)}", in_words(answer))
+            raise self.breach(f"no answer, or an abort with {named(codes)}", Received(answer))
         self.checks.abort(answer, None)
 
     def expect_timed_out(self, target: Target, seconds: float) -> None:
@@ -281,11 +282,11 @@ class Dialogue(Transfers):
                 break
         due = f"abort with {named(SERVER_TIME_OUT.codes)} after {seconds:g} s of silence"
         if response is None:
-            raise self.breach(due, f"nothing within {now() - begin:.3g} s")
+            raise self.breach(due, NoAnswer(f"nothing within {now() - begin:.3g} s"))
         self.take_abort(response, SERVER_TIME_OUT.codes, target, SERVER_TIME_OUT.tolerated)
         elapsed = self.channel.arrived - begin
         if elapsed < seconds * PROMPT:
-            raise self.breach(due, f"it came after {elapsed:.3g} s")
+            raise self.breach(due, said("it came after {} s", f"{elapsed:.3g}"))
 
     def expect_patience(self, seconds: float) -> bool:
         """Send nothing for a time that the server has to wait; say whether it kept silent.
@@ -294,7 +295,7 @@ class Dialogue(Transfers):
         """
         response = self.wire.pause(seconds)
         if response is not None and not isinstance(response, BlockAck):
-            raise self.breach(f"no answer for {seconds:g} s", in_words(response))
+            raise self.breach(f"no answer for {seconds:g} s", Received(response))
         return response is None
 
     def expect_clean(self, rule: Rule) -> None:

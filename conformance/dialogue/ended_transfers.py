@@ -6,9 +6,9 @@ for nothing.
 
 from conformance.dialogue.server_aborts import is_early
 from conformance.dialogue.wire import ABORTS, Wire
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import BlockAck
 from conformance.sdo.rules import NOT_REFUSED, Violation
+from conformance.sdo.seen import Received
 
 SEGMENTS_PER_LOOK = 4
 _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
@@ -18,8 +18,8 @@ def look_for_abort(wire: Wire, data: bytes) -> None:
     """Raise Violation where the server has ended the transfer before the next request, ``data``."""
     # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
     if leaves_unasked(wire, within_burst=data[:1] != ABORTS):
-        actual = in_words(wire.receive())
-        found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=actual)
+        seen = Received(wire.receive())
+        found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=seen)
         found.request = wire.last_sent
         raise found
 

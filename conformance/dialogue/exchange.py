@@ -22,6 +22,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Response, Unknown
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.rules import Violation
+from conformance.sdo.seen import Seen
 
 
 class InitiateRefused(Exception):
@@ -154,7 +155,7 @@ class Exchange:
         """Record what the device does where the specification says nothing."""
         self.record.notes.append(note)
 
-    def breach(self, expected: str, actual: str) -> Violation:
+    def breach(self, expected: str, actual: Seen | str) -> Violation:
         """Build a breach of the case's rule."""
         return self.record.breach(expected, actual)
 

@@ -9,14 +9,15 @@ from conformance.dialogue.values import (
     not_as_written,
     not_stored,
     same_value,
-    shown,
     tail_kept,
     with_spaces,
 )
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import shown
 from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import PART_WRITTEN, Violation
 from conformance.sdo.rules.object_dictionary import STATED_TEXT
+from conformance.sdo.seen import Data
 
 
 def expect_stated(sdo: Transfers, known: KnownObject, stated: bytes) -> None:
@@ -30,7 +31,7 @@ def expect_stated(sdo: Transfers, known: KnownObject, stated: bytes) -> None:
     _expect_found(sdo, known, with_spaces(known, stated, found), found)
     is_text = known.data_type is DataType.VISIBLE_STRING
     if is_text and found.endswith(b"\0") and not stated.endswith(b"\0"):
-        actual = f"{known} reads {shown(found)}"
+        actual = Data(found, known)
         due = f"{known} reads {shown(stated)}"
         sdo.note(Violation(STATED_TEXT, expected=due, actual=actual))
 
@@ -71,7 +72,7 @@ def expect_read(sdo: Transfers, known: KnownObject, due: bytes) -> None:
     """Expect an ordinary upload to bring ``due``; a string may end in 00h."""
     found = sdo.upload_while(known, due) if len(due) > LONG_VALUE else sdo.upload(known)
     if sdo.tracker.open is not None and not sdo.record.causes.nothing_is_stored:
-        begins = f"{known} reads {shown(found)}, and was read no further"
+        begins = Data(found, known, remark=", and was read no further")
         raise sdo.breach(f"{known} reads {shown(due)}", begins)
     _expect_found(sdo, known, due, found)
 
@@ -91,7 +92,7 @@ def _expect_found(sdo: Transfers, known: KnownObject, due: bytes, found: bytes) 
 
 
 def _reads_wrong(sdo: Transfers, known: KnownObject, due: bytes, found: bytes) -> Violation:
-    wrong = sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found)}")
+    wrong = sdo.breach(f"{known} reads {shown(due)}", Data(found, known))
     wrong.is_certain = True
     return wrong
 
@@ -110,7 +111,7 @@ def expect_empty(
     fills = known.data_type is DataType.VISIBLE_STRING or known.habits.filled > 0
     filled = fills and (len(found) >= before or not counted)
     if found.strip(b"\0" + known.habits.padding) or (len(found) > 1 and not filled):
-        raise sdo.breach(f"{known} reads as nothing, or as one byte 00h", shown(found))
+        raise sdo.breach(f"{known} reads as nothing, or as one byte 00h", Data(found))
 
 
 def expect_kept(sdo: Transfers, known: KnownObject, before: bytes) -> None:
@@ -125,7 +126,7 @@ def expect_kept(sdo: Transfers, known: KnownObject, before: bytes) -> None:
     found = _held_or_read(sdo, known, before)
     if same_value(known, found, before):
         return
-    due, actual = f"{known} reads {shown(before)}", f"{known} reads {shown(found)}"
+    due, actual = f"{known} reads {shown(before)}", Data(found, known)
     parts = sdo.wire.delivered.of(known.mux)
     if known.data_type is DataType.DOMAIN or is_written_through(found, before, parts):
         sdo.note(Violation(PART_WRITTEN, expected=due, actual=actual))

@@ -14,11 +14,11 @@ from conformance.dialogue.storing import NO_ROOM, WAYS, write_in_blocks
 from conformance.dialogue.transfers import Transfers
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort
 from conformance.sdo.objects import TEXT_TYPES
 from conformance.sdo.rules import NOT_REFUSED, Violation
 from conformance.sdo.rules.download_initiates import TOO_LONG
+from conformance.sdo.seen import Received
 
 
 class Room:
@@ -75,7 +75,7 @@ class Room:
             refused = Violation(
                 NOT_REFUSED,
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
-                actual=in_words(abort),
+                actual=Received(abort),
             )
             refused.request = asked
             if exactly:
@@ -194,7 +194,7 @@ class Room:
             return Violation(
                 NOT_REFUSED,
                 expected=f"a download of {size} bytes to {known}, or that it is too small",
-                actual=in_words(abort),
+                actual=Received(abort),
             )
         why = f"(refused with {describe_code(abort.code)})"
         longer = any(taken > size for taken in self._device.lengths[known.mux].taken)
@@ -210,7 +210,7 @@ class Room:
     def _note_code(self, known: KnownObject, size: int, abort: Abort) -> None:
         """Tell a wrong code of a refusal that is right; the length is known from then on."""
         due = f"a refusal of {size} bytes by {known} with {describe_code(TOO_LONG.codes[0])}"
-        wrong = Violation(TOO_LONG, expected=due, actual=in_words(abort))
+        wrong = Violation(TOO_LONG, expected=due, actual=Received(abort))
         wrong.request = self._sdo.wire.last_sent
         self._sdo.note(wrong)
 

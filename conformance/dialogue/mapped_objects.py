@@ -13,6 +13,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType
 from conformance.sdo.pdos import DUMMIES, MOST_BITS, RECEIVED, RECEIVED_MAPPINGS, Mapped
+from conformance.sdo.seen import Said
 
 MISSING = (AbortCode.OBJECT_MISSING, AbortCode.SUB_INDEX_MISSING)
 _TYPES = frozenset(DataType)
@@ -68,16 +69,21 @@ def expect_mapped(sdo: Dialogue, entry: Multiplexer, mapped: Mapped) -> None:
         return
     known = sdo.device.known.get(mapped.mux)
     if not _exists(sdo, mapped.mux, known):
-        raise sdo.breach(f"{entry} maps an object that exists", f"it maps {mapped}")
+        raise sdo.breach(
+            f"{entry} maps an object that exists", Said(f"it maps {mapped}", "it maps … bits of")
+        )
     if known is None:
         return
-    said = f"{entry} maps {known.title}"
+    mapping, kind = f"{entry} maps {known.title}", f"maps ({known.name})" if known.name else "maps"
     if known.mappable is False:
-        raise sdo.breach("a mapping of what the EDS lets PDOs map", f"{said}, with PDOMapping=0")
+        raise sdo.breach(
+            "a mapping of what the EDS lets PDOs map",
+            Said(f"{mapping}, with PDOMapping=0", f"{kind}, with PDOMapping=…"),
+        )
     if not _has_access(known, received=received):
         raise sdo.breach(
             f"a mapping of what can be {'written' if received else 'read'}",
-            f"{said}, which is {known.access}",
+            Said(f"{mapping}, which is {known.access}", f"{kind}, which is {known.access}"),
         )
     _expect_bits(sdo, entry, mapped, known.data_type)
 
@@ -100,7 +106,9 @@ def _expect_bits(
     if length is None or (data_type is DataType.BOOLEAN and mapped.bits == 1):
         return
     if mapped.bits != 8 * length:
-        raise sdo.breach(f"{entry} maps all {8 * length} bits of {mapped.mux}", f"{mapped}")
+        raise sdo.breach(
+            f"{entry} maps all {8 * length} bits of {mapped.mux}", Said(f"{mapped}", "… bits of")
+        )
 
 
 def _exists(sdo: Dialogue, mux: Multiplexer, known: KnownObject | None) -> bool:

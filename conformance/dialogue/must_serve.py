@@ -4,8 +4,9 @@ from types import TracebackType
 
 from conformance.dialogue.wire import Wire
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import describe, in_words
+from conformance.sdo.describe import describe
 from conformance.sdo.rules import NOT_REFUSED, Violation
+from conformance.sdo.seen import Received
 
 
 class Served:
@@ -29,7 +30,7 @@ class Served:
             refused = Violation(
                 NOT_REFUSED,
                 expected=f"an answer to: {describe(asked)}",
-                actual=in_words(error.abort),
+                actual=Received(error.abort),
             )
             refused.request = asked
             raise refused from error

@@ -30,6 +30,7 @@ from conformance.sdo.nmt import (
 )
 from conformance.sdo.rules import Violation
 from conformance.sdo.rules.channels import NMT_INITIALISING
+from conformance.sdo.seen import NoAnswer, Said
 
 # What leads to each state in which a device serves.
 COMMANDS = {
@@ -125,7 +126,7 @@ class Network:
         try:
             yield
         except Violation as breach:
-            breach.actual += f"; in {STATE_NAMES[state]}"
+            breach.seen = breach.seen.remarking(f"; in {STATE_NAMES[state]}")
             raise
 
     def go_home(self) -> None:
@@ -175,7 +176,7 @@ class Network:
                 if self._sdo.record.causes.boots_up_as_heartbeat:
                     break
         if odd is None:
-            raise self._sdo.breach("a boot-up message", f"none within {BOOT_TIME:g} s")
+            raise self._sdo.breach("a boot-up message", NoAnswer(f"none within {BOOT_TIME:g} s"))
         self._has_booted()
         wrong = Violation(NMT_INITIALISING, expected="a boot-up message: 00h", actual=f"{odd}")
         wrong.habit = BOOTED_AS_HEARTBEAT
@@ -259,6 +260,7 @@ class Network:
                 silent.habit = NO_HEARTBEATS
                 raise silent
             state = frame.data[0] & 0x7F
+            beat = Said(f"{frame}", f"…#{state:02X}")
             told = told + 1 if state == self.state else 0
             if told and self._told not in (None, state):
                 self._channel.pace.entered(self.state, self._channel.arrived - self._sent_at)
@@ -266,7 +268,7 @@ class Network:
             if told == times:
                 return
         due = NmtState.INITIALISING if self.state is None else self.state
-        raise self._sdo.breach(f"heartbeats with {due:02X}h", f"{frame}")
+        raise self._sdo.breach(f"heartbeats with {due:02X}h", beat)
 
     def _error_control_until(self, deadline: Deadline) -> CanFrame | None:
         """Return the next boot-up or heartbeat message before an end, or None."""

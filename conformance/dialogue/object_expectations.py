@@ -13,10 +13,10 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.changing import changes_by_itself, is_steady
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storing import write_in_blocks
-from conformance.dialogue.values import check_constant, longer_than_taken, same_value, shown
+from conformance.dialogue.values import check_constant, longer_than_taken, same_value
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -30,6 +30,7 @@ from conformance.sdo.rules import MISSING_REFUSED, Violation
 from conformance.sdo.rules.accepted import IN_USE
 from conformance.sdo.rules.download_initiates import LIMITS
 from conformance.sdo.rules.object_dictionary import UNLISTED
+from conformance.sdo.seen import Received
 
 MOST_SHOWN = 32
 # From there on a counter of 16 bits has wrapped: what is longer does not count any further.
@@ -174,11 +175,11 @@ def expect_written_back(
         if is_steady(sdo.device, entry):
             Blocks(sdo).expect_value(sdo.device.known.get(entry.mux, entry), value)
         return
-    refusal = in_words(abort)
+    refusal = Received(abort)
     in_use = entry.mux.index in IN_ORDER and abort.code in KEPT_IN_USE
     if abort.code not in NOT_NOW and value and not in_use:
         raise sdo.breach(f"a download of {shown(value)} to {entry} to be confirmed", refusal)
-    sdo.info(f"{entry} does not take {shown(value)} now: {refusal}")
+    sdo.info(f"{entry} does not take {shown(value)} now: {refusal.words}")
 
 
 def codes_of_refusal(entry: KnownObject, data: bytes, *codes: AbortCode) -> tuple[AbortCode, ...]:
@@ -226,7 +227,7 @@ def expect_unlisted(sdo: Dialogue, response: Response, mux: Multiplexer) -> None
         Violation(
             UNLISTED,
             expected=f"{mux} to be missing, as the EDS does not list it",
-            actual=in_words(response),
+            actual=Received(response),
         )
     )
 

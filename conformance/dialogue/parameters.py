@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import shown
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.cob_id import EXTENDED, LARGEST_EXTENDED_ID
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.pdos import MAPPING_OF, MOST_MAPPED, is_multiplexed
 from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.seen import said
 
 NOT_VALID, PRODUCES, CONSUMES = 1 << 31, 1 << 30, 1 << 31
 MISSING = (AbortCode.OBJECT_MISSING, AbortCode.SUB_INDEX_MISSING)
@@ -208,13 +208,13 @@ class Parameters:
         abort = self.map_entries(count, entries)
         if abort is None:
             raise self._sdo.breach(
-                "abort with 06040041h or 06040042h", f"{len(entries)} entries are mapped"
+                "abort with 06040041h or 06040042h", said("{} entries are mapped", len(entries))
             )
         if abort.code in CONSTANT:
             raise Unimplemented(in_words(abort))
         self._sdo.take_abort(abort, rule.codes, None, rule.tolerated)
         if any(found := self._sdo.upload(count)):
-            raise self._sdo.breach(f"{count} reads 00 as before", found.hex())
+            raise self._sdo.breach(f"{count} reads 00 as before", said("{}", found.hex()))
 
     def map_entries(self, count: Multiplexer, entries: Sequence[int]) -> Abort | None:
         """Write entries of a mapping and how many there are; return the abort that ends it."""

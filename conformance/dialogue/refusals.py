@@ -4,9 +4,9 @@ from conformance.device.device import Device
 from conformance.device.not_testable import NotTestable
 from conformance.device.serving import Service, service_of
 from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS
-from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.rules import OTHER_SERVICE, Violation
+from conformance.sdo.seen import Received
 
 
 def of_other_service(refusal: Abort, asked: Request) -> Violation | None:
@@ -18,7 +18,7 @@ def of_other_service(refusal: Abort, asked: Request) -> Violation | None:
     if refusal.code not in foreign:
         return None
     expected = f"a code of the service that was asked for: {service.value}"
-    return Violation(OTHER_SERVICE, expected=expected, actual=in_words(refusal))
+    return Violation(OTHER_SERVICE, expected=expected, actual=Received(refusal))
 
 
 def step_aside(refusal: Abort, asked: Request, device: Device) -> None:

@@ -8,12 +8,12 @@ from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import blocked
 from conformance.dialogue.ended_transfers import leaves_unasked, look_for_abort
 from conformance.dialogue.server_aborts import INITIATES, leaves
-from conformance.dialogue.shape_breaches import in_brief, unasked, unsolicited
+from conformance.dialogue.shape_breaches import unasked, unsolicited
 from conformance.dialogue.wire import ABORTS, Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.describe import hex_bytes, in_words
+from conformance.sdo.describe import hex_bytes
 from conformance.sdo.emergency import ERROR_REGISTER
 from conformance.sdo.frames import (
     Abort,
@@ -26,6 +26,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 from conformance.sdo.rules import ANSWERED, CONSTANT, SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.seen import NoAnswer, Received
 
 # Three sub-blocks that a server sends unasked are taken to their end.
 MOST_STRAY = 400
@@ -164,7 +165,7 @@ class Silence:
         if self._wire.tracker.open is not None:
             self._wire.abort_open()
         due = f"{DEVICE_TYPE} reads {hex_bytes(changed[DEVICE_TYPE])}, as at the beginning"
-        self._wire.note(Violation(CONSTANT, expected=due, actual=in_words(response)))
+        self._wire.note(Violation(CONSTANT, expected=due, actual=Received(response)))
         return True
 
     def _taken_segment(self, response: Response) -> Multiplexer | None:
@@ -174,11 +175,11 @@ class Silence:
         return response.mux if response.mux in self._wire.effects.spelled else None
 
     def _no_answer(self, stray: list[Response]) -> Violation:
-        heard = self._wire.heard_elsewhere()
+        came = f"; {Received(stray[0], stray[1:]).words}" if stray else ""
         violation = Violation(
             SPECIFIER if stray else ANSWERED,
             expected="an answer to the read of 1000h that follows",
-            actual="; ".join(filter(None, ["no answer", in_brief(stray)])) + heard,
+            actual=NoAnswer(remark=came + self._wire.heard_elsewhere()),
         )
         violation.habit = blocked(stray, DEVICE_TYPE)
         return violation
@@ -189,8 +190,7 @@ class Silence:
             self._wire.transmit(request)
             response = self._wire.receive()
             if response.encode() != due:
-                actual = in_words(response)
-                raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=actual)
+                raise Violation(UNSOLICITED, expected=hex_bytes(due), actual=Received(response))
 
     def _take_second_answer(self) -> bool:
         """Take the answer to the other of two reads, lest it be taken for that to what comes next.

@@ -15,14 +15,15 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.own_values import write_all_as_before
 from conformance.dialogue.transfers import NOT_NOW
-from conformance.dialogue.values import same_value, shown, with_spaces
+from conformance.dialogue.values import same_value, with_spaces
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import in_words, shown
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.pdos import IN_ORDER
 from conformance.sdo.rules import ANSWERED, Violation
+from conformance.sdo.seen import NoAnswer, Received
 from conformance.sdo.storage_commands import LOAD_ALL, SAVE_ALL, SIGNATURES
 
 MOST_NAMED = 8
@@ -57,14 +58,16 @@ def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
     response = sdo.wait(seconds)
     if response is None:
         raise Violation(
-            ANSWERED, expected=f"an answer to {words}", actual=f"nothing within {seconds:g} s"
+            ANSWERED,
+            expected=f"an answer to {words}",
+            actual=NoAnswer(f"nothing within {seconds:g} s"),
         )
     try:
         sdo.checks.download_initiate(response, mux)
     except ServerAborted as aborted:
-        refusal = in_words(aborted.abort)
+        refusal = Received(aborted.abort)
         if aborted.abort.code in NOT_NOW:
-            raise NotTestable(f"the device does not take {words} now: {refusal}") from aborted
+            raise NotTestable(f"the device does not take {words} now: {refusal.words}") from aborted
         raise sdo.breach(f"{words} to be confirmed, as bit 0 of it says", refusal) from aborted
 
 

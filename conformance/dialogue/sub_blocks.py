@@ -6,13 +6,16 @@ from conformance.sdo.frames import (
     Abort,
     BlockAck,
     BlockEnd,
+    BlockSegment,
     BlockUploadInitiate,
     BlockUploadStart,
 )
+from conformance.sdo.kinds import kind_of
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.rules import BLOCK_SIZE, Violation
 from conformance.sdo.rules.block_upload import ENDS
+from conformance.sdo.seen import Said, Seen
 
 LAST = 0x80
 # The lowest first byte of an answer with that bit, but for an abort.
@@ -89,7 +92,7 @@ class SubBlocks:
             return Violation(
                 ENDS,
                 expected="no segment behind the one that is marked as the last",
-                actual=f"block segment {number} [{hex_bytes(frame)}]",
+                actual=_one_too_many(frame),
             )
         if not self._beyond or number != self._beyond or number > LARGEST_BLOCK:
             self._beyond = 0
@@ -100,7 +103,7 @@ class SubBlocks:
         return Violation(
             BLOCK_SIZE,
             expected=f"{self._asked} segments, as asked for",
-            actual=f"block segment {number} [{hex_bytes(frame)}]",
+            actual=_one_too_many(frame),
         )
 
     def _may_be_answer(self, frame: bytes, *, expected: bool) -> bool:
@@ -111,3 +114,10 @@ class SubBlocks:
         if self._superseded:
             return not (expected and LAST < frame[0] < ANSWERS)
         return self._resumed and isinstance(as_answer(decode_response(frame)), BlockEnd)
+
+
+def _one_too_many(frame: bytes) -> Seen:
+    segment = BlockSegment.decode(frame)
+    return Said(
+        f"block segment {segment.sequence} [{hex_bytes(frame)}]", kind_of(BlockSegment).name
+    )

@@ -17,7 +17,7 @@ from conformance.sdo.block_client import Burst, Step
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
-from conformance.sdo.describe import hex_bytes, in_words
+from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockSegment,
@@ -37,6 +37,7 @@ from conformance.sdo.rules import (
     UPLOAD_ENDS,
     Violation,
 )
+from conformance.sdo.seen import Received
 from conformance.sdo.stepping import Ended, Result, advance
 
 Target = Multiplexer | KnownObject
@@ -117,7 +118,7 @@ class Transfers(Exchange):
             raise Violation(
                 NOT_REFUSED,
                 expected=f"40h or 41h: {mux_of(target)} is longer than 4 bytes",
-                actual=in_words(response),
+                actual=Received(response),
             )
         return response
 
@@ -171,7 +172,7 @@ class Transfers(Exchange):
             if aborted.abort.code not in EXISTS:
                 return None
             raise self.breach(
-                f"{mux} to be refused as missing", in_words(aborted.abort)
+                f"{mux} to be refused as missing", Received(aborted.abort)
             ) from aborted
 
     def download(
@@ -213,7 +214,7 @@ class Transfers(Exchange):
                 raise Violation(
                     NOT_REFUSED,
                     expected=f"a download of {hex_bytes(value)} to {known} to be confirmed",
-                    actual=in_words(abort),
+                    actual=Received(abort),
                 )
         raise NotTestable(
             f"{known} takes no value near its present one ({hex_bytes(before)}): name another"

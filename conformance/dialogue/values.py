@@ -5,7 +5,7 @@ from dataclasses import replace
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.causes import NOT_STORED, OTHER_DATA
-from conformance.sdo.describe import hex_bytes
+from conformance.sdo.describe import shown
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType, same_data
@@ -13,6 +13,7 @@ from conformance.sdo.rules import CONSTANT, NOT_REFUSED, Violation
 from conformance.sdo.rules.block_upload import FIRST_SUB_BLOCK
 from conformance.sdo.rules.segmented_upload import SEGMENTS
 from conformance.sdo.rules.sizes import TYPE_LENGTH, VARIABLE_LENGTH
+from conformance.sdo.seen import Data, other_data, said
 
 LENGTH_OF_ANOTHER = (TYPE_LENGTH.id, "values read with more or fewer bytes than they have")
 
@@ -64,7 +65,7 @@ def check_constant(device: Device, mux: Multiplexer, data: bytes) -> None:
         raise Violation(
             CONSTANT,
             expected=f"{mux} reads {shown(due)}, as at the beginning",
-            actual=f"{mux} reads {shown(data)}",
+            actual=Data(data, mux),
         )
 
 
@@ -76,7 +77,7 @@ def of_another_length(known: KnownObject, data: bytes) -> Violation:
     violation = Violation(
         TYPE_LENGTH,
         expected=f"{known} reads {due}",
-        actual=f"{known} reads {shown(data)}",
+        actual=Data(data, known),
     )
     violation.habit = LENGTH_OF_ANOTHER
     return violation
@@ -87,7 +88,7 @@ def end_missing(known: KnownObject, due: bytes, count: int) -> Violation:
     violation = Violation(
         SEGMENTS,
         expected=f"{known} to read the {len(due)} bytes that were written to it",
-        actual=f"the last {count} are left out",
+        actual=said("the last {} are left out", count),
     )
     violation.habit = (SEGMENTS.id, "the end of a value is left out")
     return violation
@@ -131,7 +132,7 @@ def other_in_blocks(known: KnownObject, due: bytes, found: bytes) -> Violation:
     violation = Violation(
         FIRST_SUB_BLOCK,
         expected=f"{known} reads {shown(due)} in blocks, as by an ordinary upload",
-        actual=f"{known} reads {shown(found)}",
+        actual=Data(found, known),
     )
     violation.habit = (FIRST_SUB_BLOCK.id, OTHER_DATA)
     violation.is_certain = True
@@ -143,7 +144,7 @@ def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
     return Violation(
         VARIABLE_LENGTH,
         expected=f"{known} to take values of {len(due)} bytes",
-        actual=f"shorter values are filled up with 00h, {len(found)} bytes in all",
+        actual=said("shorter values are filled up with {}, {} bytes in all", "00h", len(found)),
     )
 
 
@@ -152,17 +153,10 @@ def longer_than_taken(known: KnownObject, found: bytes) -> Violation:
     violation = Violation(
         VARIABLE_LENGTH,
         expected=f"{known} to take a value as long as the one that it reads",
-        actual=f"{known} reads longer than may be written: {shown(found)}",
+        actual=other_data(f"{known} reads longer than may be written: {shown(found)}"),
     )
     violation.habit = LONGER_THAN_TAKEN
     return violation
-
-
-def shown(data: bytes) -> str:
-    """Write a value with its length; of a long one the beginning and the end."""
-    if len(data) <= 32:
-        return f"{len(data)} bytes: {hex_bytes(data)}"
-    return f"{len(data)} bytes: {hex_bytes(data[:16])} … {hex_bytes(data[-8:])}"
 
 
 def segments_of(data: bytes) -> list[bytes]:

@@ -46,6 +46,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
+from conformance.sdo.seen import NoAnswer
 
 ABORTS = b"\x80"
 UPLOADS = UploadInitiate, BlockUploadInitiate
@@ -209,7 +210,7 @@ class Wire:
             frame = self._read_again()
         if frame is None:
             self.timing.gave_up()
-            actual = f"nothing within {patience * 1000:.4g} ms{self.heard_elsewhere()}"
+            actual = NoAnswer(f"nothing within {patience * 1000:.4g} ms{self.heard_elsewhere()}")
             self.waits.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
             found = Violation(ANSWERED, expected=expected, actual=actual)

@@ -10,8 +10,9 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import shown
+from conformance.sdo.describe import shown
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.seen import Data
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,7 @@ def refusing(sdo: Dialogue, known: KnownObject) -> Iterator[OtherValue]:
         if (found := sdo.upload(mux)) != value and not changes_by_itself(sdo, mux):
             sdo.device.will_change(mux)
             sdo.record.written.add(mux)
-            raise sdo.breach(f"{mux}, next to {known}, reads {shown(value)}", shown(found))
+            raise sdo.breach(f"{mux}, next to {known}, reads {shown(value)}", Data(found))
 
 
 def _next_to(device: Device, mux: Multiplexer) -> list[Multiplexer]:

@@ -17,6 +17,7 @@ from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.fixed_knowledge import FixedKnowledge
 from conformance.sdo.rules import ANSWERED, NO_REBOOT, UNSOLICITED, Violation
+from conformance.sdo.seen import NoAnswer
 
 # The shortest time-out of a server that is met in the field is 25 ms.
 SERVER_TIMEOUT = 0.02
@@ -339,7 +340,7 @@ def _starts_a_program(last: Seen | None) -> bool:
 
 def _unanswered(seen: Seen) -> Violation:
     words = f"an answer to {describe(decode_request(seen.frame.data))}"
-    return Violation(ANSWERED, expected=words, actual="no answer")
+    return Violation(ANSWERED, expected=words, actual=NoAnswer())
 
 
 def _rebooted(missing: Violation) -> Violation:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from conformance.logs.findings import Finding
 from conformance.logs.reading import Seen
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import in_words
 from conformance.sdo.nmt import NmtState
 from conformance.sdo.rules import Violation
 from conformance.sdo.rules.channels import NMT_STOPPED
+from conformance.sdo.seen import Received
 
 NODE_IDS = range(1, 128)
 # A device needs so many seconds at the most to be where a command leads; until then its heartbeat
@@ -88,6 +88,6 @@ class StoppedNodes:
         stopped = self._stopped[node_id]
         owing, stopped.owing = stopped.owing, False
         if stopped.asked and not owing:
-            actual = in_words(decode_response(seen.frame.data))
-            broken = Violation(NMT_STOPPED, expected="no answer in Stopped", actual=actual)
+            answer = Received(decode_response(seen.frame.data))
+            broken = Violation(NMT_STOPPED, expected="no answer in Stopped", actual=answer)
             yield Finding(node_id, seen, broken)

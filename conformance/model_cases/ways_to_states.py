@@ -31,6 +31,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import UPLOAD_ENDS, Violation
+from conformance.sdo.seen import said
 from conformance.sdo.unsent import Unsent
 
 # That of uploads of three segments or more.
@@ -102,7 +103,7 @@ def _upload_requests(
     raise Violation(
         UPLOAD_ENDS,
         expected=f"a last segment within {size} bytes",
-        actual=f"{size + MOST_EMPTY_SEGMENTS} segments and none marked as last",
+        actual=said("{} segments and none marked as last", size + MOST_EMPTY_SEGMENTS),
     )
 
 

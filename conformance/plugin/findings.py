@@ -7,10 +7,10 @@ from typing import Any
 from conformance.bus.errors import BenchError, FailedOnce, error_named
 from conformance.device.change_journal import WRITTEN_UNREAD
 from conformance.device.known_deviations import KnownDeviation
-from conformance.dialogue.values import shown
 from conformance.run.session import DeviceSession
 from conformance.run.two_devices import either
 from conformance.run.verdict import CaseResult
+from conformance.sdo.describe import shown
 
 
 def not_again(session: DeviceSession, lost: int) -> FailedOnce:

@@ -14,6 +14,7 @@ from conformance.sdo.describe import describe
 from conformance.sdo.layout import whole_frame
 from conformance.sdo.nmt import NmtState, error_control
 from conformance.sdo.rules import NO_REBOOT, Violation
+from conformance.sdo.seen import Said
 
 MOST_SHOWN = 12
 
@@ -56,7 +57,9 @@ class Watch:
         booted = Violation(
             NO_REBOOT,
             expected="no boot-up message",
-            actual=f"the device booted; behind {describe(request)}; the last frames: {last}",
+            actual=Said("the device booted").remarking(
+                f"; behind {describe(request)}; the last frames: {last}"
+            ),
         )
         booted.request = request
         return booted

@@ -27,20 +27,19 @@ from conformance.sdo.frames import Abort, Request
 from conformance.sdo.rules import (
     IDLE_AFTERWARDS,
     NO_REBOOT,
-    NOT_REFUSED,
     Level,
     Rule,
     Violation,
 )
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
+from conformance.sdo.seen import NoAnswer
 
 
 def as_violation(error: BaseException | None) -> BaseException | None:
     """Return a refusal as the breach that it is, anything else as it is."""
     if not isinstance(error, ServerAborted):
         return error
-    actual = in_words(error.abort)
-    return Violation(NOT_REFUSED, expected="a positive answer", actual=actual)
+    return error.as_violation()
 
 
 def begin_case(
@@ -311,7 +310,7 @@ class CaseRun:
             if session.restorer.gone:
                 session.lost, self.result.afterwards = True, Afterwards.LOST
                 expected = "an ordinary answer where a value is put back"
-                gone = Violation(IDLE_AFTERWARDS, expected=expected, actual="no answer")
+                gone = Violation(IDLE_AFTERWARDS, expected=expected, actual=NoAnswer())
                 self._judgement.aside(gone, self.sdo.wire.last_sent)
         kept = MOST_INCIDENTS - len(session.whole_run.incidents)
         incidental = [found for found in self.sdo.record.minor if found.rule in INCIDENTAL]

@@ -35,7 +35,7 @@ from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, in_words
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import UploadInitiate, UploadSegment
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -47,6 +47,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.seen import NoAnswer, Received
 
 # Reserved (CiA 301, 7.4.1).
 NEVER_THERE = Multiplexer(0x0F00)
@@ -122,7 +123,9 @@ class Reading:
         brings_back = None if answers or self.losses > ENOUGH else self._brings_back
         if brings_back is None or not brings_back():
             raise lost_early(sdo, asked, why)
-        gone = Violation(IDLE_AFTERWARDS, expected="an answer to a read of 1000h", actual="nothing")
+        gone = Violation(
+            IDLE_AFTERWARDS, expected="an answer to a read of 1000h", actual=NoAnswer("nothing")
+        )
         gone.request = asked
         sdo.note(gone)
         return True
@@ -274,7 +277,7 @@ def _note_first_twice(reading: Reading, again: CanFrame) -> None:
     found = Violation(
         UNSOLICITED,
         expected=f"one answer to: {describe(request)}",
-        actual=f"{in_words(decode_response(again.data))}, twice",
+        actual=Received(decode_response(again.data), remark=", twice"),
     )
     found.request, found.habit = request, FIRST_TWICE
     reading.sdo.note(found)

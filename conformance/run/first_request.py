@@ -8,9 +8,10 @@ from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.run.survey import FIRST_SEEN
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import describe, in_words
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse
 from conformance.sdo.rules import FIRST_REQUEST, Violation
+from conformance.sdo.seen import NoAnswer, Received, Seen
 
 # Seconds within which further responses to it come.
 REST = 0.05
@@ -25,14 +26,14 @@ def ask_first(channel: Channel) -> Violation | None:
     channel.send(request)
     frame = channel.receive()
     if frame is None:
-        wrong = f"nothing within {channel.response_timeout * 1000:g} ms"
+        wrong: Seen = NoAnswer(f"nothing within {channel.response_timeout * 1000:g} ms")
     else:
         response = decode_response(frame.data)
         serves = isinstance(response, UploadInitiateResponse | Abort)
         if serves and getattr(response, "mux", None) == DEVICE_TYPE:
             end_read(channel, frame, DEVICE_TYPE)
             return None
-        wrong = in_words(response)
+        wrong = Received(response)
     channel.until_quiet(REST)
     channel.send(request)
     if channel.receive() is None:

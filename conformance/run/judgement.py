@@ -26,6 +26,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.seen import Received, Seen
 
 # An answer that breaks these may be one to something else.
 WRONG_ANSWERS = frozenset(rule.id for rule in (SPECIFIER, NOT_REFUSED, MULTIPLEXER))
@@ -91,9 +92,7 @@ class Judgement:
             case Violation():
                 self.breach(error, asked, own=own, in_the_way=True)
             case ServerAborted():
-                actual = in_words(error.abort)
-                refused = Violation(NOT_REFUSED, expected="a positive answer", actual=actual)
-                self.breach(refused, asked, in_the_way=True)
+                self.breach(error.as_violation(), asked, in_the_way=True)
             case NotTestable():
                 result.verdict, result.actual = Verdict.NOT_TESTABLE, str(error)
             case Unimplemented():
@@ -181,9 +180,9 @@ def crossing(
     """
     match error:
         case ServerAborted():
-            actual = in_words(error.abort)
+            actual: Seen = Received(error.abort)
         case Violation() if error.rule.id in WRONG_ANSWERS:
-            actual = error.actual
+            actual = error.seen
         case _:
             return None
     if not is_answer(as_answer(stray[0]), asked):
@@ -208,7 +207,7 @@ def confirmed_and_refused(
     confirmed = kind_of_answer(error.actual) == "download segment response"
     if not confirmed or not isinstance(abort, Abort):
         return None
-    both = f"{error.actual}, and {in_words(abort)} behind it"
+    both = error.seen.remarking(f", and {in_words(abort)} behind it")
     found = Violation(UNSOLICITED, expected=error.expected, actual=both)
     found.habit = (UNSOLICITED.id, "an abort behind the confirmation of a download")
     return found

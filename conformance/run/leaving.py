@@ -10,12 +10,13 @@ from conformance.dialogue.shape_breaches import unasked, unsolicited
 from conformance.dialogue.tracker import ASKS_FOR_SEGMENTS
 from conformance.dialogue.wire import PLAIN_READING
 from conformance.run.verdict import Afterwards
-from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.abort_codes import AbortCode, meaning_of
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, Response
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, OUT_OF_BLOCK
+from conformance.sdo.seen import Said, Seen
 
 STREAMS = (OUT_OF_BLOCK.id, "segments are sent by and by")
 
@@ -142,12 +143,12 @@ def _look(sdo: Dialogue) -> Leaving:
         first = Violation(
             first.rule,
             expected=first.expected,
-            actual="; ".join([first.actual, unsolicited(others).actual]),
+            actual=first.seen.remarking(f"; {unsolicited(others).actual}"),
         )
     return Leaving(Afterwards.IDLE, first, stray)
 
 
-def _recover(sdo: Dialogue, cause: Exception) -> Leaving:
+def _recover(sdo: Dialogue, cause: Violation | ServerAborted) -> Leaving:
     sdo.drain()
     # Some servers mind only an abort that names the transfer that they think is running.
     sdo.channel.abort(sdo.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
@@ -159,8 +160,12 @@ def _recover(sdo: Dialogue, cause: Exception) -> Leaving:
     return Leaving(Afterwards.NEEDED_ABORT, _not_idle(cause))
 
 
-def _not_idle(cause: Exception) -> Violation:
-    actual = cause.actual if isinstance(cause, Violation) else str(cause)
+def _refused(cause: ServerAborted) -> Seen:
+    return Said(str(cause), f"the server aborted, … ({meaning_of(cause.abort.code)})")
+
+
+def _not_idle(cause: Violation | ServerAborted) -> Violation:
+    actual = cause.seen if isinstance(cause, Violation) else _refused(cause)
     violation = Violation(
         IDLE_AFTERWARDS, expected="an ordinary answer to a read of 1000h afterwards", actual=actual
     )

@@ -8,11 +8,12 @@ from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.transfers import Target, mux_of
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
-from conformance.sdo.describe import in_words
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import Abort, Response
+from conformance.sdo.seen import Data, Received
 
 # How many bytes a download writes to a string that takes them; cases find that out before.
 INITIATE_SIZE = 9
@@ -61,7 +62,7 @@ def _read(
         return _refused(sdo, found, old, known)
     due = value_of(sdo.device, known)
     if not same_value(known, found.data[: known.length], due):
-        raise sdo.breach(f"{known} reads {shown(due)}", f"{known} reads {shown(found.data)}")
+        raise sdo.breach(f"{known} reads {shown(due)}", Data(found.data, known))
     return None
 
 
@@ -81,7 +82,7 @@ def _write(
 
 def _refused(sdo: Dialogue, abort: Abort, old: Target, new: Target) -> Abort:
     if abort.mux not in (mux_of(old), mux_of(new)):
-        raise sdo.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", in_words(abort))
+        raise sdo.breach(f"an abort of {mux_of(old)} or {mux_of(new)}", Received(abort))
     return abort
 
 

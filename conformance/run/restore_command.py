@@ -14,10 +14,10 @@ from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import shown
 from conformance.run.baseline import record_baseline
 from conformance.run.restorer import Restorer
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import shown
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
 from conformance.sdo.storage_commands import SAVE_ALL

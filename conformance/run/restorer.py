@@ -13,10 +13,11 @@ from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storage import write_signature
 from conformance.dialogue.storing import write_in_blocks
-from conformance.dialogue.values import restored_value, shown
+from conformance.dialogue.values import restored_value
 from conformance.run.leaving import take_the_rest
 from conformance.run.pdo_mapping import in_order, is_0_meanwhile, needed_for
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
@@ -317,7 +318,7 @@ class Restorer:
                 self.late.append(violation)
             elif stray or violation.rule is not NOT_REFUSED:
                 self.late.append(
-                    Violation(UNSOLICITED, expected=violation.expected, actual=violation.actual)
+                    Violation(UNSOLICITED, expected=violation.expected, actual=violation.seen)
                 )
         if known.habits.too_long:  # perhaps it was for that value only
             habits = replace(known.habits, too_long=False)

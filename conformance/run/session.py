@@ -21,7 +21,6 @@ from conformance.run.revival import Revival
 from conformance.run.survey import SURVEY, survey
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import (
     ANSWERED,
@@ -30,6 +29,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.seen import Received
 
 _RESTORING = Rule("run.restoring", "", Level.MAY, "What puts values back outside the cases.")
 MOST_INCIDENTS = 200
@@ -169,8 +169,8 @@ class DeviceSession:
                 break
             if asked or self._may_be_lost(CAME_LATE):
                 continue
-            actual = f"{in_words(decode_response(frame.data))} ({frame})"
-            late = Violation(UNSOLICITED, expected="nothing", actual=actual)
+            seen = Received(decode_response(frame.data), remark=f" ({frame})")
+            late = Violation(UNSOLICITED, expected="nothing", actual=seen)
             self.whole_run.late.append(Incident(self._last_case, late))
 
     def keep_late(self, case_id: str) -> None:

@@ -102,6 +102,9 @@ def describe_code(code: int) -> str:
     >>> describe_code(0x05030000)
     '05030000h (toggle bit not alternated)'
     """
-    if code in _TEXTS:
-        return f"{code:08X}h ({_TEXTS[AbortCode(code)]})"
-    return f"{code:08X}h (not an abort code of CiA 301)"
+    return f"{code:08X}h ({meaning_of(code)})"
+
+
+def meaning_of(code: int) -> str:
+    """Return what an abort code means."""
+    return _TEXTS[AbortCode(code)] if code in _TEXTS else "not an abort code of CiA 301"

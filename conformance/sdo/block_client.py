@@ -28,6 +28,7 @@ from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_CRC, SIZE, UPLOAD_ENDS, Violation
 from conformance.sdo.rules.block_details import NUMBERED_ANEW
 from conformance.sdo.rules.block_upload import ENDS
+from conformance.sdo.seen import Received, Said, Seen, said
 from conformance.sdo.unsent import Unsent
 
 Mangle = Callable[[list[BlockSegment]], Sequence[BlockSegment]]
@@ -158,7 +159,7 @@ class BlockClient(Client):
             for each in (answer, *step.more):
                 if goes_on and not segments and _is_numbered(each, mux, goes_on + 1):
                     number += goes_on
-                    actual = in_words(as_segment(each, mux))
+                    actual = Received(as_segment(each, mux))
                     self.checks.note(
                         Violation(NUMBERED_ANEW, expected="block segment 1", actual=actual)
                     )
@@ -181,13 +182,13 @@ class BlockClient(Client):
             raise Violation(
                 SIZE,
                 expected=f"{announced} bytes, as announced",
-                actual=f"{size} bytes by {describe(latest)}",
+                actual=Said(f"{size} bytes by {describe(latest)}", "… bytes by block segment"),
             )
         if size > limit:
             raise Violation(
                 UPLOAD_ENDS,
                 expected=f"a last segment within {limit} bytes",
-                actual=f"{size} bytes and none marked as last",
+                actual=said("{} bytes and none marked as last", size),
             )
 
     def _check_uploaded(self, data: bytes, announced: int | None, end: BlockEnd) -> None:
@@ -195,7 +196,7 @@ class BlockClient(Client):
             raise Violation(
                 SIZE,
                 expected=f"{announced} bytes, as announced",
-                actual=f"{len(data)} bytes by {in_words(end)}",
+                actual=Said(f"{len(data)} bytes by {in_words(end)}", "… bytes by block end"),
             )
 
 
@@ -204,7 +205,7 @@ def _is_numbered(answer: Response, mux: Multiplexer, number: int) -> bool:
     return isinstance(segment, BlockSegment) and segment.sequence == number
 
 
-def wrong_count(expected: str, actual: str) -> Violation:
+def wrong_count(expected: str, actual: Seen) -> Violation:
     """Describe an end whose n does not leave the bytes that the object has."""
     violation = Violation(ENDS, expected=expected, actual=actual)
     violation.habit = (ENDS.id, "n is not the number of unused bytes")
@@ -217,5 +218,5 @@ def _wrong_end(segments: bytes, end: BlockEnd, due: int, *, has_crc: bool) -> Vi
         counted = segments[: len(segments) - unused]
         if has_crc and unused != end.unused and crc16(counted) == end.crc:
             due_count = f"n = {unused}: the CRC is that of {len(counted)} bytes"
-            return wrong_count(due_count, in_words(end))
-    return Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=in_words(end))
+            return wrong_count(due_count, Received(end))
+    return Violation(BLOCK_CRC, expected=f"CRC {due:04X}h", actual=Received(end))

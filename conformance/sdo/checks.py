@@ -11,7 +11,7 @@ from typing import TypeVar
 
 from conformance.sdo.abort_codes import describe_code
 from conformance.sdo.decoding import CODES, as_answer, as_segment
-from conformance.sdo.describe import hex_bytes, in_words
+from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -37,6 +37,7 @@ from conformance.sdo.rules import (
     FILLER,
     FRAME_SHAPE,
     MULTIPLEXER,
+    NOT_REFUSED,
     RESERVED,
     SPECIFIER,
     TOGGLE,
@@ -45,6 +46,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.seen import Received, Said, filled
 
 Kind = TypeVar("Kind", bound=Message)
 WithMultiplexer = (
@@ -69,6 +71,11 @@ class ServerAborted(Exception):
         """Keep the abort, for its code and its multiplexer."""
         super().__init__(f"the server aborted {abort.mux}: {describe_code(abort.code)}")
         self.abort = abort
+
+    def as_violation(self) -> Violation:
+        """Return the refusal as the breach that it is where the request has to be served."""
+        seen = Received(self.abort)
+        return Violation(NOT_REFUSED, expected="a positive answer", actual=seen)
 
 
 def raise_violation(violation: Violation) -> None:
@@ -102,7 +109,7 @@ class ResponseChecks:
         due = DOWNLOAD_SEGMENT[toggle]
         response = self._read(DownloadSegmentResponse, answer, mux, due)
         if response.toggle != toggle:
-            raise Violation(TOGGLE, expected=due, actual=in_words(response))
+            raise Violation(TOGGLE, expected=due, actual=Received(response))
         return response
 
     def upload_initiate(self, answer: Response, mux: Multiplexer) -> UploadInitiateResponse:
@@ -110,7 +117,7 @@ class ResponseChecks:
         response = self._read(UploadInitiateResponse, answer, mux, "4xh, upload initiate response")
         _check_multiplexer(response, mux)
         if response.unused and not (response.expedited and response.sized):
-            raise Violation(UNUSED_COUNT, expected="n = 0", actual=in_words(response))
+            raise Violation(UNUSED_COUNT, expected="n = 0", actual=Received(response))
         if response.expedited:
             self._zero(FILLER, response.payload[len(response.data) :], response)
         elif not response.sized:
@@ -124,7 +131,7 @@ class ResponseChecks:
         due = UPLOAD_SEGMENT[toggle]
         response = self._read(UploadSegmentResponse, answer, mux, due)
         if response.toggle != toggle:
-            raise Violation(TOGGLE, expected=due, actual=in_words(response))
+            raise Violation(TOGGLE, expected=due, actual=Received(response))
         self._zero(FILLER, response.payload[SEGMENT_LENGTH - response.unused :], response)
         return response
 
@@ -142,7 +149,7 @@ class ResponseChecks:
         """Check the acknowledgement of a sub-block of ``sent`` segments (7.2.4.3.10)."""
         response = self._read(BlockAck, answer, mux, "A2h, block acknowledgement")
         if response.sequence > sent:
-            raise Violation(BLOCK_ACK, expected=f"ackseq 0 to {sent}", actual=in_words(response))
+            raise Violation(BLOCK_ACK, expected=f"ackseq 0 to {sent}", actual=Received(response))
         _check_block_size(response)
         return response
 
@@ -179,18 +186,18 @@ class ResponseChecks:
             raise Violation(
                 BLOCK_SIZE,
                 expected=f"{before} segments in the sub-block, as asked for",
-                actual=in_words(response),
+                actual=Received(response),
             )
         if before and isinstance(end := as_answer(answer), BlockEnd):
             raise Violation(
                 UPLOAD_ENDS,
                 expected=f"segment {before} to be marked as the last (80h), where no more follow",
-                actual=in_words(end),
+                actual=Received(end),
             )
         raise Violation(
             BLOCK_SEQUENCE,
             expected=f"segment {sequence}",
-            actual=in_words(response),
+            actual=Received(response),
         )
 
     def block_end(self, answer: Response, mux: Multiplexer, last_payload: bytes = b"") -> BlockEnd:
@@ -198,7 +205,7 @@ class ResponseChecks:
         due = "C1h to DDh, block end"
         segment = as_segment(answer, mux)
         if isinstance(segment, BlockSegment) and not isinstance(as_answer(answer), BlockEnd):
-            raise Violation(SPECIFIER, expected=due, actual=in_words(segment))
+            raise Violation(SPECIFIER, expected=due, actual=Received(segment))
         response = self._read(BlockEnd, answer, mux, due)
         self._zero(FILLER, last_payload[7 - response.unused :], response)
         return response
@@ -207,14 +214,14 @@ class ResponseChecks:
         """Check an abort (7.2.4.3.17); for a multiplexer of None any will do."""
         response = as_answer(answer)
         if not isinstance(response, Abort):
-            raise Violation(SPECIFIER, expected="80h, abort", actual=in_words(response))
+            raise Violation(SPECIFIER, expected="80h, abort", actual=Received(response))
         self._check_abort(response, mux)
         return response
 
     def _check_abort(self, abort: Abort, mux: Multiplexer | None) -> None:
         if abort.code not in CODES:
             raise Violation(
-                ABORT_CODE, expected="one of the 31 abort codes", actual=in_words(abort)
+                ABORT_CODE, expected="one of the 31 abort codes", actual=Received(abort)
             )
         if mux is not None and abort.mux != mux:
             # It ends the transfer nevertheless.
@@ -230,17 +237,22 @@ class ResponseChecks:
         if isinstance(response, Abort):
             self._check_abort(response, mux)
             raise ServerAborted(response)
-        raise Violation(SPECIFIER, expected=due, actual=in_words(response))
+        raise Violation(SPECIFIER, expected=due, actual=Received(response))
 
     def _reserved(self, response: Message) -> None:
         for found in response.reserved_fields():
-            actual = f"{found} [{hex_bytes(response.encode())}]"
+            actual = Said(f"{found} [{hex_bytes(response.encode())}]", "reserved fields")
             self.note(Violation(RESERVED, expected="0", actual=actual))
 
     def _zero(self, rule: Rule, rest: bytes, response: Message) -> None:
         if rest.strip(b"\0"):
-            actual = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(response.encode())}]"
-            self.note(Violation(rule, expected="00 in bytes without data", actual=actual))
+            self.note(
+                Violation(
+                    rule,
+                    expected="00 in bytes without data",
+                    actual=filled(rest, response.encode()),
+                )
+            )
 
 
 def _check_length(response: Response) -> None:
@@ -248,13 +260,15 @@ def _check_length(response: Response) -> None:
     if isinstance(response, Unknown) and len(response.frame) != FRAME_LENGTH:
         frame = response.frame
         raise Violation(
-            FRAME_SHAPE, expected="8 data bytes", actual=f"{len(frame)}: {hex_bytes(frame)}"
+            FRAME_SHAPE,
+            expected="8 data bytes",
+            actual=Said(f"{len(frame)}: {hex_bytes(frame)}", "…: …"),
         )
 
 
 def _check_block_size(response: BlockDownloadInitiateResponse | BlockAck) -> None:
     if not 1 <= response.block_size <= LARGEST_BLOCK:
-        raise Violation(BLOCK_SIZE, expected="blksize 1 to 127", actual=in_words(response))
+        raise Violation(BLOCK_SIZE, expected="blksize 1 to 127", actual=Received(response))
 
 
 def _check_multiplexer(response: WithMultiplexer, due: Multiplexer) -> None:
@@ -263,4 +277,4 @@ def _check_multiplexer(response: WithMultiplexer, due: Multiplexer) -> None:
 
 
 def _other_multiplexer(response: WithMultiplexer, due: Multiplexer) -> Violation:
-    return Violation(MULTIPLEXER, expected=f"multiplexer {due}", actual=in_words(response))
+    return Violation(MULTIPLEXER, expected=f"multiplexer {due}", actual=Received(response))

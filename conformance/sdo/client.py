@@ -27,6 +27,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
 from conformance.sdo.rules import SIZE, UPLOAD_ENDS, Violation
+from conformance.sdo.seen import Said, said
 
 # The most bytes that an upload may bring of which nothing is known: what is longer is endless.
 MOST_UPLOADED = (1 << 20) + (1 << 16)
@@ -94,14 +95,19 @@ class Client:
                 raise Violation(
                     SIZE,
                     expected=f"{announced} bytes, as announced",
-                    actual=f"{len(data)} bytes, the last in {in_words(response)}",
+                    actual=Said(
+                        f"{len(data)} bytes, the last in {in_words(response)}",
+                        "… bytes, the last in upload segment response",
+                    ),
                 )
             too_many = segments > MOST_SEGMENTS or empty > MOST_EMPTY_SEGMENTS
             if not last and (len(data) > limit or too_many):
                 raise Violation(
                     UPLOAD_ENDS,
                     expected=f"a last segment within {limit} bytes",
-                    actual=f"{segments} segments with {len(data)} bytes and none marked as last",
+                    actual=said(
+                        "{} segments with {} bytes and none marked as last", segments, len(data)
+                    ),
                 )
         return Uploaded(bytes(data), True, announced, segments)
 

@@ -56,6 +56,13 @@ def hex_bytes(data: bytes) -> str:
     return data.hex(" ").upper() or "no data"
 
 
+def shown(data: bytes) -> str:
+    """Write a value with its length; of a long one the beginning and the end."""
+    if len(data) <= 32:
+        return f"{len(data)} bytes: {hex_bytes(data)}"
+    return f"{len(data)} bytes: {hex_bytes(data[:16])} … {hex_bytes(data[-8:])}"
+
+
 def describe(message: Message | Unknown) -> str:
     """Return one line of words for a message, reserved bits that are set included."""
     words = _describing(type(message))(message)

@@ -10,6 +10,7 @@ from conformance.sdo.describe import in_words
 from conformance.sdo.frames import BlockAck, BlockSegment
 from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_PROGRESS, Violation
+from conformance.sdo.seen import said
 
 # How many sub-blocks in a row may be acknowledged with 0. One that brings a segment is progress.
 MOST_STALLED = 64
@@ -68,5 +69,5 @@ class Unsent:
             raise Violation(
                 BLOCK_PROGRESS,
                 expected="segments that were sent again to be taken at last",
-                actual=f"{self._stalled} times none; last {in_words(ack)}",
+                actual=said("{} times none", self._stalled).remarking(f"; last {in_words(ack)}"),
             )

@@ -24,11 +24,12 @@ from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import Abort, DownloadInitiate, Response
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry, Refusal

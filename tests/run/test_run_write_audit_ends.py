@@ -10,11 +10,11 @@ from run_audit import WRITABLE, asked_to_write, run
 from run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
-from conformance.dialogue.values import shown
 from conformance.plugin.exit_code import ExitCode
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.describe import shown
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Entry
 

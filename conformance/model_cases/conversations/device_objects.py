@@ -23,10 +23,10 @@ from conformance.model_cases.conversations.conversation import Service, Transfer
 from conformance.model_cases.lockstep import knowledge_of
 from conformance.model_cases.matrix.stimuli import Targets
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.describe import in_words
 from conformance.sdo.layout import Multiplexer, whole_frame
 from conformance.sdo.oracle import Knowledge
 from conformance.sdo.rules import NOT_REFUSED, Violation
+from conformance.sdo.seen import Received
 
 # Room for much more than a conversation writes: frames may be repeated and inserted.
 ROOMS = (MOST_PLAIN, 64, 20)
@@ -172,6 +172,6 @@ def _room(sdo: Dialogue, known: KnownObject) -> int:
             raise Violation(
                 NOT_REFUSED,
                 expected=f"a download of {room} bytes to {known}, or too few bytes of room",
-                actual=in_words(abort),
+                actual=Received(abort),
             )
     return 0

@@ -11,16 +11,18 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import held
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
-from conformance.dialogue.values import same_value, shown
+from conformance.dialogue.values import same_value
 from conformance.model_cases.lockstep import Lockstep, knowledge_of
 from conformance.model_cases.matrix.stimuli import Stimulus, Targets
 from conformance.model_cases.server_states import BLOCK_DOWNLOAD_BETWEEN, SIZE, State
 from conformance.model_cases.ways_to_states import LONGEST
+from conformance.sdo.describe import shown
 from conformance.sdo.frames import DownloadSegment, RemoteFrame, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import IDLE_AFTERWARDS, Violation
 from conformance.sdo.rules.short_requests import SHORT_REQUEST_RULES
+from conformance.sdo.seen import Data
 
 AnyState = State[Request | None]
 # So many bytes are read in one segment.
@@ -113,7 +115,7 @@ def _has_changed_unasked(sdo: Dialogue, known: KnownObject, breach: Violation) -
     changed = Violation(
         IDLE_AFTERWARDS,
         expected=f"{known} to read as it was left: {shown(believed)}",
-        actual=f"{shown(found)}; met as: {breach}",
+        actual=Data(found, remark=f"; met as: {breach}"),
     )
     changed.habit = CHANGED_UNASKED
     sdo.note(changed)

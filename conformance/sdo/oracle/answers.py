@@ -7,10 +7,11 @@ from typing import TypeVar
 
 from conformance.sdo.abort_codes import OF_DOWNLOADS, OF_UPLOADS, AbortCode, describe_code
 from conformance.sdo.decoding import decode_response, decode_segment, is_refusal
-from conformance.sdo.describe import describe, hex_bytes, in_words
+from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     Abort,
     BlockSegment,
+    Response,
     UploadInitiateResponse,
     UploadSegmentResponse,
 )
@@ -30,6 +31,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.seen import Received, Said, filled
 
 Kind = TypeVar("Kind", bound=Message)
 Codes = tuple[AbortCode, ...]
@@ -138,7 +140,7 @@ def refusing(
 
     def take(frame: bytes) -> Iterable[Branch]:
         if before.name == BLOCK_UPLOAD and (segment := _segment(frame, muxes)):
-            found = Violation(must(rule), expected=words, actual=segment)
+            found = Violation(must(rule), expected=words, actual=Received(segment))
             raise Misfit(lambda: found)
         abort = decode_response(frame)
         if not isinstance(abort, Abort):
@@ -170,15 +172,13 @@ def is_segment(frame: bytes, muxes: Iterable[Multiplexer]) -> bool:
     )
 
 
-def _segment(frame: bytes, muxes: Iterable[Multiplexer]) -> str:
-    if not is_segment(frame, muxes):
-        return ""
-    return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]"
+def _segment(frame: bytes, muxes: Iterable[Multiplexer]) -> Response | None:
+    return decode_segment(frame) if is_segment(frame, muxes) else None
 
 
 def violation(rule: Rule, expected: str, frame: bytes) -> Violation:
     """Build a breach of a rule by a response."""
-    return Violation(rule, expected=expected, actual=in_words(decode_response(frame)))
+    return Violation(rule, expected=expected, actual=Received(decode_response(frame)))
 
 
 def breach(rule: Rule, expected: str, frame: bytes) -> Violation:
@@ -208,14 +208,15 @@ def require_mux(found: Multiplexer, due: Multiplexer, frame: bytes) -> None:
 def shape(response: Message, frame: bytes) -> Iterable[Violation]:
     """Yield what is wrong with a response though it can be followed: reserved bits and bytes."""
     for found in response.reserved_fields():
-        yield Violation(RESERVED, expected="0", actual=f"{found} [{hex_bytes(frame)}]")
+        yield Violation(
+            RESERVED, expected="0", actual=Said(f"{found} [{hex_bytes(frame)}]", "reserved fields")
+        )
 
 
 def zero(rule: Rule, rest: bytes, frame: bytes) -> Iterable[Violation]:
     """Yield a breach when bytes without data are not 0."""
     if any(rest):
-        actual = f"{hex_bytes(rest)} in bytes without data [{hex_bytes(frame)}]"
-        yield Violation(rule, expected="00 in bytes without data", actual=actual)
+        yield Violation(rule, expected="00 in bytes without data", actual=filled(rest, frame))
 
 
 def initiate_shape(

@@ -54,6 +54,7 @@ from conformance.sdo.rules import (
 from conformance.sdo.rules import block_upload as rules
 from conformance.sdo.rules.block_details import NUMBERED_ANEW
 from conformance.sdo.rules.sizes import TYPE_LENGTH
+from conformance.sdo.seen import Received
 
 BEHIND_THE_END = "an inner frame behind the end of a block upload"
 
@@ -277,12 +278,8 @@ class Sending(_BlockUpload):
         return [following.segment_due(memory)]
 
 
-def _segment(frame: bytes) -> str:
-    return f"{describe(decode_segment(frame))} [{hex_bytes(frame)}]"
-
-
 def _breach(rule: Rule, expected: str, frame: bytes) -> Violation:
-    return Violation(rule, expected=expected, actual=_segment(frame))
+    return Violation(rule, expected=expected, actual=Received(decode_segment(frame)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,12 @@ reserved bits, unless object and code of one that is due follow.
 from collections.abc import Iterable
 
 from conformance.sdo.decoding import decode_response, decode_segment
-from conformance.sdo.describe import describe, hex_bytes
-from conformance.sdo.frames import BlockEnd, BlockSegment
+from conformance.sdo.frames import BlockEnd, BlockSegment, Response
 from conformance.sdo.oracle.block_upload import BlockUploadEnd, NotStarted, Unacknowledged
 from conformance.sdo.oracle.branch import Branch
 from conformance.sdo.oracle.levels import must
 from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.seen import Received
 
 FIRST = 1
 AT_THE_END = "what comes where the end of a block upload is to be confirmed"
@@ -27,13 +27,13 @@ def goes_on(branches: Iterable[Branch], frame: bytes) -> Violation | None:
     segment = decode_segment(frame)
     ended = waits_for_the_end(due)
     if isinstance(segment, BlockSegment) and segment.sequence == FIRST:
-        shown = describe(segment)
+        shown: Response = segment
     elif not ended and isinstance(end := decode_response(frame), BlockEnd):
-        shown = describe(end)
+        shown = end
     else:
         return None
     expected = " or ".join(dict.fromkeys(branch.due.words for branch in due if branch.due))
-    return Violation(must(rule), expected=expected, actual=f"{shown} [{hex_bytes(frame)}]")
+    return Violation(must(rule), expected=expected, actual=Received(shown))
 
 
 def _rule_of(branch: Branch) -> Rule | None:

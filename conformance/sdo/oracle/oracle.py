@@ -46,6 +46,7 @@ from conformance.sdo.rules import (
 )
 from conformance.sdo.rules import block_upload as block_uploads
 from conformance.sdo.rules.block_upload import EARLY_ACKNOWLEDGEMENT
+from conformance.sdo.seen import NoAnswer
 
 NODE_IDS = range(1, 128)
 # So many requests in a row are waited on together for answers that come late.
@@ -224,7 +225,7 @@ class Oracle(Standing):
         expected = " or ".join(dict.fromkeys(answer.words for answer in due if answer.words))
         # A sub-block that stops in the middle was answered, but not to its end.
         rule = ANSWERED if self._asked else must(due[0].rule)
-        silent = Violation(rule, expected=expected, actual="no answer")
+        silent = Violation(rule, expected=expected, actual=NoAnswer())
         silent.asked = AT_THE_END if self._asked and waits_for_the_end(branches) else ""
         return silent
 
@@ -292,9 +293,7 @@ class Oracle(Standing):
         expected = " or ".join(dict.fromkeys(misfit.violation.expected for misfit in misfits))
         # Who refuses what is to be served has understood the request, others have not.
         other = found.rule is NOT_REFUSED and not isinstance(decode_response(data), Abort)
-        return [
-            Violation(SPECIFIER if other else found.rule, expected=expected, actual=found.actual)
-        ]
+        return [Violation(SPECIFIER if other else found.rule, expected=expected, actual=found.seen)]
 
     def _recover(self, data: bytes) -> None:
         """Think where a server may be that broke the protocol."""

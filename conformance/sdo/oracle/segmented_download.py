@@ -34,6 +34,7 @@ from conformance.sdo.oracle.states import IDLE, Running, begin
 from conformance.sdo.rules import NOT_REFUSED, Rule, Violation, sizes
 from conformance.sdo.rules import download_initiates as initiates
 from conformance.sdo.rules import segmented_download as rules
+from conformance.sdo.seen import said
 
 SHORT = 4
 # By these a server refuses what it should take: their codes are tolerated at most.
@@ -151,7 +152,9 @@ class SegmentedDownload(Running):
         missed: tuple[Violation, ...] = ()
         if len(data) > len(request.data):
             expected = f"the {len(request.data)} bytes of a segment that states n"
-            missed = (Violation(rules.SHORT_SEGMENTS, expected=expected, actual=f"{len(data)}"),)
+            missed = (
+                Violation(rules.SHORT_SEGMENTS, expected=expected, actual=said("{}", len(data))),
+            )
         for branch in self._taken(data, request, memory):
             yield branch.choosing(*freedoms).noting(*missed)
 

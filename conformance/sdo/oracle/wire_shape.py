@@ -4,6 +4,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.layout import FRAME_LENGTH, whole_frame
 from conformance.sdo.rules import FRAME_SHAPE, Violation
+from conformance.sdo.seen import OddFrame
 
 
 def shaped(frame: bytes | CanFrame, node_id: int | None) -> tuple[bytes, list[Violation]]:
@@ -13,20 +14,19 @@ def shaped(frame: bytes | CanFrame, node_id: int | None) -> tuple[bytes, list[Vi
     """
     if isinstance(frame, bytes):
         frame = CanFrame(RESPONSE_BASE + (node_id or 0), frame)
-    wrong = []
+    odd: dict[str, str] = {}
     if node_id is not None and frame.can_id == REQUEST_BASE + node_id:
-        wrong.append("on the identifier of the requests")
+        odd["on the identifier of the requests"] = "on the identifier of the requests"
     elif node_id is not None and frame.can_id != RESPONSE_BASE + node_id:
-        wrong.append(f"identifier {frame.can_id:03X}h")
+        odd["identifier …"] = f"identifier {frame.can_id:03X}h"
     if frame.extended:
-        wrong.append("a 29-bit identifier")
+        odd["a …-bit identifier"] = "a 29-bit identifier"
     if frame.remote:
-        wrong.append("a remote frame")
+        odd["a remote frame"] = "a remote frame"
     if frame.dlc != FRAME_LENGTH:
-        wrong.append(f"DLC {frame.dlc}")
+        odd["another length than 8"] = f"DLC {frame.dlc}"
     data = whole_frame(frame.data)
-    if not wrong:
+    if not odd:
         return data, []
-    actual = f"{frame} ({', '.join(wrong)})"
     expected = "a data frame of 8 bytes on the COB-ID of the channel"
-    return data, [Violation(FRAME_SHAPE, expected=expected, actual=actual)]
+    return data, [Violation(FRAME_SHAPE, expected=expected, actual=OddFrame(frame, odd))]

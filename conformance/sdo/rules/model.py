@@ -5,6 +5,7 @@ from enum import StrEnum
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Request
+from conformance.sdo.seen import Said, Seen
 
 
 class Level(StrEnum):
@@ -57,16 +58,26 @@ class Violation(Exception):
     lost, repeated or swapped on the bus.
     """
 
-    def __init__(self, rule: Rule, *, expected: str, actual: str) -> None:
-        """Say in words what the rule asked for and what came instead."""
-        super().__init__(f"{rule.id}: expected {expected}; got {actual}")
+    def __init__(
+        self, rule: Rule, *, expected: str, actual: Seen | str, asked: Request | None = None
+    ) -> None:
+        """Say in words what the rule asked for; ``actual`` came instead."""
+        super().__init__(rule, expected, actual)
         self.rule = rule
         self.expected = expected
-        self.actual = actual
-        self.request: Request | None = None
+        self.seen = Said(actual) if isinstance(actual, str) else actual
+        self.request = asked
         self.habit: tuple[str, str] | None = None
         self.asked = ""
         self.is_certain = False
+
+    def __str__(self) -> str:
+        return f"{self.rule.id}: expected {self.expected}; got {self.actual}"
+
+    @property
+    def actual(self) -> str:
+        """The sight in words."""
+        return self.seen.words
 
     @property
     def level(self) -> Level:
