@@ -92,7 +92,7 @@ def test_size(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int
 def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     """More bytes than 16 bits count are read whole, however the object came to them."""
     blocks.require_upload()
-    if any(BEYOND_16_BITS in lengths.whole for lengths in sdo.device.lengths.values()):
+    if any(BEYOND_16_BITS in lengths.whole for lengths in sdo.device.learned.lengths.values()):
         return  # segmented-download.beyond-16-bits has written and read it
     # What is wrong with any block upload shows before much is written.
     expect_data(sdo, VENDOR_ID, sdo.upload(VENDOR_ID), blocks.upload(VENDOR_ID))
@@ -100,7 +100,7 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks) -> None:
     if known.mux not in sdo.record.written:
         expect_data(sdo, known, data, blocks.upload(known))
         return
-    whole = sdo.device.lengths[known.mux].whole
+    whole = sdo.device.learned.lengths[known.mux].whole
     try:
         expect_data(sdo, known, data, blocks.upload(known))
     except Violation:

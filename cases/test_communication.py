@@ -3,6 +3,7 @@
 from contextlib import suppress
 
 from conformance.device.device import VENDOR_ID, Device
+from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
@@ -88,9 +89,9 @@ def test_storage_capability(
 @must("communication.stored-eds")
 def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> None:
     """1021h is the EDS of the device, and reads the same in blocks."""
-    beliefs = sdo.device.beliefs
-    if STORED_EDS in beliefs.too_long:
-        raise NotTestable(f"the EDS is too long for that: {beliefs.unreadable[STORED_EDS]}")
+    unread = sdo.device.learned.unread.get(STORED_EDS)
+    if unread is not None and unread.reason is Reason.TOO_LONG:
+        raise NotTestable(f"the EDS is too long for that: {unread.why}")
     known = sdo.device.values.get(STORED_EDS) or read_in_blocks(sdo, STORED_EDS)
     text = known or parameters.present(STORED_EDS)
     storage_format = sdo.read_if_there(STORED_FORMAT)

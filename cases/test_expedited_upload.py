@@ -5,6 +5,7 @@ from contextlib import suppress
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, TEXTS, VENDOR_ID, Device
 from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
+from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
@@ -57,7 +58,7 @@ def test_known_objects(sdo: Dialogue, device: Device) -> None:
     Long values were read when the run began; a quick run reads some of very many objects.
     """
     long = {mux for mux, value in device.values.items() if len(value) > LONG_VALUE}
-    long |= device.beliefs.too_long
+    long |= device.learned.unread_for(Reason.TOO_LONG)
     brief = device.permits.effort.sampled(sorted(device.values.keys() - long))
     for mux in (*TEXTS, *brief):
         with suppress(ServerAborted):

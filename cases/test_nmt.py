@@ -65,7 +65,7 @@ def test_serves(
 ) -> None:
     """In Pre-operational and in Operational the server reads and writes as before."""
     network.enter(TRANSITIONS[command])
-    refused = sdo.device.serving.refusal(Service.DOWNLOAD, text.mux)
+    refused = sdo.device.learned.serving.refusal(Service.DOWNLOAD, text.mux)
     if refused is None:
         sdo.expect_value(text, room.prepare(text, 17))
     else:

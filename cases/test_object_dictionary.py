@@ -3,6 +3,7 @@
 from conformance.device.device import Device
 from conformance.device.eds_listing import STRUCTURE_OF_OBJECT, ListedObject
 from conformance.device.known_objects import KnownObject
+from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.changing import changes_by_itself, is_steady
@@ -69,8 +70,9 @@ def test_read(sdo: Dialogue, device: Device, entry: KnownObject) -> None:
     """An entry that is listed as readable can be read."""
     # What is very long was read when the run began, or is too long; that it can be read shows at
     # its beginning.
+    too_long = device.learned.is_unread(entry.mux, Reason.TOO_LONG)
     try:
-        if entry.mux in device.beliefs.too_long or whole_value(device, entry) is not None:
+        if too_long or whole_value(device, entry) is not None:
             sdo.send(UploadInitiate(entry.mux))
             sdo.checks.upload_initiate(sdo.receive(), entry.mux)
         else:

@@ -35,7 +35,7 @@ ABORT = "7.2.4.3.17"
 def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles, size: int) -> None:
     """A download of more bytes than 16 bits count is stored whole, where there is room."""
     variable = roles.variable(size)
-    if size in sdo.device.lengths[variable.mux].whole:
+    if size in sdo.device.learned.lengths[variable.mux].whole:
         return  # block-upload.beyond-16-bits has written and read it
     room.check_length(variable, size)
     data = sdo.payload(size)
@@ -43,7 +43,7 @@ def test_beyond_16_bits(sdo: Dialogue, room: Room, blocks: Blocks, roles: Roles,
     if abort is not None:
         raise room.refused(variable, size, abort)
     blocks.expect_value(variable, data)
-    sdo.device.lengths[variable.mux].whole.add(size)
+    sdo.device.learned.lengths[variable.mux].whole.add(size)
 
 
 @must(

@@ -1,27 +1,23 @@
 """The device under test as far as it is known: its objects, their values, its baseline answer."""
 
-from collections import defaultdict
 from collections.abc import Collection, Container, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from conformance.device.beliefs import Beliefs
 from conformance.device.eds_listing import Listing
 from conformance.device.effort import LONG_VALUE
 from conformance.device.keeping import Defaults, Keeping
 from conformance.device.known_objects import KnownObject
-from conformance.device.lengths import Lengths
+from conformance.device.learned import Learned, Reason
 from conformance.device.not_testable import NotTestable
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import group_of
 from conformance.device.safety import IDENTITY, WritePolicy
-from conformance.device.services import Services
-from conformance.device.serving import Serving
 from conformance.device.upload_limits import Extents
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import DownloadInitiate, Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
-from conformance.sdo.objects import Access, DataType
+from conformance.sdo.objects import Access, DataType, Habits
 from conformance.sdo.storage_commands import COMMANDS
 
 # Where data types are defined: no entry there holds a value.
@@ -64,10 +60,7 @@ class Device:
     server_timeout: float | None = None
     storage_time: float = STORAGE_TIME
     neighbours: frozenset[int] = frozenset()
-    beliefs: Beliefs = field(default_factory=Beliefs)
-    services: Services = field(default_factory=Services)
-    serving: Serving = field(default_factory=Serving)
-    lengths: defaultdict[Multiplexer, Lengths] = field(default_factory=lambda: defaultdict(Lengths))
+    learned: Learned = field(default_factory=Learned)
     extents: Extents = field(default_factory=Extents)
     keeping: Keeping = field(default_factory=Keeping)
     defaults: Defaults = field(default_factory=Defaults)
@@ -138,7 +131,7 @@ class Device:
 
         That is of all ``indices``, or of some.
         """
-        over = self.beliefs.passed_over
+        over = self.learned.unread_for(Reason.PASSED_OVER)
         lost = [known for known in self._parameters() if known.mux in over]
         return [known for known in lost if indices is None or known.mux.index in indices]
 
@@ -150,7 +143,7 @@ class Device:
 
     def may_put_back(self, mux: Multiplexer) -> bool:
         """Say whether an entry may be written with the value that it had before the run."""
-        if mux in self.lengths and self.lengths[mux].irreplaceable:
+        if mux in self.learned.lengths and self.learned.lengths[mux].irreplaceable:
             return False
         return self.policy.permits(mux) and mux not in self.permits.never
 
@@ -199,6 +192,11 @@ class Device:
         if mux in self.keeping.left or mux in self.keeping.astray:
             return self.keeping.seen.get(mux)
         return self.values.get(mux)
+
+    def learn(self, known: KnownObject, habits: Habits) -> KnownObject:
+        """Take how an object reads otherwise than it was written; return the object with that."""
+        self.known[known.mux] = known = replace(known, habits=habits)
+        return known
 
     def will_change(self, mux: Multiplexer) -> None:
         """Note, before it is done, that an entry may be changed."""
@@ -255,5 +253,5 @@ class Device:
         """
         return mux.index <= LAST_DATA_TYPE or any(
             mux.index == one.index and mux.sub_index in (0, one.sub_index)
-            for one in self.beliefs.nowhere
+            for one in self.learned.nowhere
         )

@@ -56,7 +56,7 @@ class Roles:
         found = self.all_writable(_takes_any_bytes)
         for known in sorted(found, key=partial(self._last_for_transfers, size=size)):
             if size > SHORT_VALUE:
-                self.device.lengths[known.mux].check_lasting(known, size)
+                self.device.learned.lengths[known.mux].check_lasting(known, size)
             return known
         raise self._lacks_text()
 
@@ -65,7 +65,7 @@ class Roles:
     ) -> tuple[bool, bool, float, bool, bool]:
         large = self.device.permits.large
         is_large = large is not None and known.mux == large.mux
-        lengths = self.device.lengths[known.mux]
+        lengths = self.device.learned.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < size
         is_few = size <= SHORT_VALUE
         is_longer = self.is_long(known) if is_few else self._is_very_long(known) and not is_large
@@ -75,7 +75,9 @@ class Roles:
 
     def is_long(self, known: KnownObject) -> bool:
         """Say whether an object costs many requests, however short what is written to it."""
-        return self.device.lengths[known.mux].least > SHORT_VALUE or self._is_very_long(known)
+        return self.device.learned.lengths[known.mux].least > SHORT_VALUE or self._is_very_long(
+            known
+        )
 
     def _is_very_long(self, known: KnownObject) -> bool:
         return len(self.device.values[known.mux]) > THOUSANDS_OF_SEGMENTS
@@ -95,7 +97,7 @@ class Roles:
         return sorted(found, key=self._last_for_short_transfers)
 
     def _last_for_short_transfers(self, known: KnownObject) -> tuple[bool, bool, bool]:
-        lengths = self.device.lengths[known.mux]
+        lengths = self.device.learned.lengths[known.mux]
         is_short = lengths.most is not None and lengths.most < THREE_SEGMENTS
         return is_short, self.is_long(known), known.data_type is DataType.DOMAIN
 
@@ -105,8 +107,8 @@ class Roles:
             "2010=visible_string",
             lambda known: _takes_any_bytes(known) and known.access is Access.RW,
         )
-        for mux, why in self.device.beliefs.unreadable.items():
-            if self.device.serving.refusal(Service.UPLOAD, mux):
+        for mux, why in self.device.learned.unreadable.items():
+            if self.device.learned.serving.refusal(Service.UPLOAD, mux):
                 continue  # it was said
             known = self.device.known.get(mux)
             if known is not None and _takes_any_bytes(known) and self.device.policy.permits(mux):
@@ -177,11 +179,12 @@ class Roles:
     def _lacking(self, what: str, example: str, *fits: Fits) -> NotTestable:
         refused = self._refused_by_state(fits)
         if refused is not None:
-            return NotTestable(
-                f"needs {what}; {self.device.serving.way_out(refused, self.device.permissions)}"
-            )
+            way_out = self.device.learned.serving.way_out(refused, self.device.permissions)
+            return NotTestable(f"needs {what}; {way_out}")
         for known in self.device.objects:
-            if self.device.lengths[known.mux].irreplaceable and any(each(known) for each in fits):
+            if self.device.learned.lengths[known.mux].irreplaceable and any(
+                each(known) for each in fits
+            ):
                 return NotTestable(
                     f"needs {what}; {known} would do, but reads longer than may be written: what "
                     "it holds could not be put back"
@@ -193,7 +196,7 @@ class Roles:
         for known in self.device.objects:
             if any(each(known) for each in fits) and self.device.policy.permits(known.mux):
                 for service in Service:
-                    if refused := self.device.serving.refusal(service, known.mux):
+                    if refused := self.device.learned.serving.refusal(service, known.mux):
                         return refused
         return None
 
@@ -209,9 +212,9 @@ class Roles:
             and fits(known)  # most are left out by it, and permissions take longer to look up
             and known.mux in self.device.values
             and self.device.policy.permits(known.mux)
-            and self.device.serving.refusal(Service.DOWNLOAD, known.mux) is None
+            and self.device.learned.serving.refusal(Service.DOWNLOAD, known.mux) is None
             and group_of(known.mux.index) is None
-            and not self.device.lengths[known.mux].irreplaceable
+            and not self.device.learned.lengths[known.mux].irreplaceable
         ]
         return sorted(found, key=lambda known: known.is_limited)
 

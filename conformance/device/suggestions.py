@@ -43,7 +43,7 @@ def _fitting(device: Device, fits: Fits) -> list[KnownObject]:
         and fits(known)
         and not known.refuses_download
         and known.mux not in device.permits.never
-        and known.mux not in device.beliefs.unreadable
+        and known.mux not in device.learned.unreadable
         and not device.policy.permits(known.mux)
     ]
     return sorted(found, key=_harm)

@@ -102,16 +102,16 @@ class Blocks:
         right then is for specifier.block-download to judge.
         """
         device = self._sdo.device
-        if device.services.block_download_refusal is None:
+        if device.learned.block_download_refusal is None:
             found = [Roles(device).writable(), *Roles(device).all_writable()[-1:]]
             requests = [
                 BlockDownloadInitiate.with_size(known.mux, size)
                 for known in dict.fromkeys(found)
                 for size in (len(device.values[known.mux]), None)
             ]
-            device.services.block_download_refusal = self._refusal_of_all(requests)
-        if device.services.block_download_refusal:
-            raise Unimplemented(device.services.block_download_refusal)
+            device.learned.block_download_refusal = self._refusal_of_all(requests)
+        if device.learned.block_download_refusal:
+            raise Unimplemented(device.learned.block_download_refusal)
 
     def require_upload(self) -> None:
         """Raise Unimplemented unless the server has block uploads; asks it once in a run.
@@ -120,7 +120,7 @@ class Blocks:
         specifier.block-upload to judge.
         """
         device = self._sdo.device
-        if device.services.block_upload_refusal is None:
+        if device.learned.block_upload_refusal is None:
             longest = max(
                 device.values, key=lambda mux: len(device.values[mux]), default=DEVICE_TYPE
             )
@@ -129,9 +129,9 @@ class Blocks:
                 for mux in dict.fromkeys((DEVICE_TYPE, longest))
                 for crc in (False, True)
             ]
-            device.services.block_upload_refusal = self._refusal_of_all(requests)
-        if device.services.block_upload_refusal:
-            raise Unimplemented(device.services.block_upload_refusal)
+            device.learned.block_upload_refusal = self._refusal_of_all(requests)
+        if device.learned.block_upload_refusal:
+            raise Unimplemented(device.learned.block_upload_refusal)
 
     def _refusal_of_all(self, requests: Sequence[Request]) -> str:
         """Return the first refusal where every request is refused; empty where one is not."""
@@ -241,7 +241,8 @@ class Blocks:
                     actual=said("{} segments had to be sent again", repeated),
                 )
             )
-        self._sdo.device.services.takes_blocks = True
+        if self._sdo.device.learned.stores_in_blocks is None:
+            self._sdo.device.learned.stores_in_blocks = True
 
     def try_download(self, target: Target, data: bytes) -> Abort | None:
         """Write an object in blocks; return the abort if the server refuses."""
@@ -302,7 +303,7 @@ class Blocks:
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``: a long value in blocks, where those bring it."""
-        length = max(len(due), self._sdo.device.lengths[known.mux].least)
+        length = max(len(due), self._sdo.device.learned.lengths[known.mux].least)
         found = self._brought(known) if length > SHORT_VALUE and self.read_alike() else None
         if found is None or not same_value(known, found, due):
             expect_read(self._sdo, known, due)
@@ -333,13 +334,13 @@ class Blocks:
         A server that sends more behind the end of one is read in blocks where blocks are the point.
         """
         device = self._sdo.device
-        if device.services.reads_alike is None:
+        if device.learned.reads_alike is None:
             lengths = {mux: len(device.values[mux]) for mux in device.steady()}
             short = [mux for mux, length in lengths.items() if length <= SHORT_VALUE]
             target = max(short, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
             alike = self.reads(target, self._sdo.upload(target))
-            device.services.reads_alike = alike and self._ends_quietly()
-        return device.services.reads_alike
+            device.learned.reads_alike = alike and self._ends_quietly()
+        return device.learned.reads_alike
 
     def _ends_quietly(self) -> bool:
         """Say whether nothing comes behind a transfer that has ended."""

@@ -7,12 +7,11 @@ steps round it or says that it is in the way.
 """
 
 import re
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from conformance.dialogue.rule_families import NO_ANSWER, told_once
 from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
-from conformance.sdo.block_client import BlockClient, Step
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
@@ -237,20 +236,15 @@ def blocked(refusals: Sequence[Response], mux: Multiplexer) -> tuple[str, str] |
     return IDLE_AFTERWARDS.id, f"abort {codes.pop():08X}h {BLOCKED}"
 
 
-Way = Callable[[BlockClient, Multiplexer, bytes], Generator[Step, Response, object]]
-
-
 class Causes:
     """What is known to be wrong with one device.
 
-    ``way_to_store`` is how values are written to a device that refuses the ordinary way. Whatever
-    is met comes ``of_one`` cause where that is known.
+    Whatever is met comes ``of_one`` cause where that is known.
     """
 
     def __init__(self) -> None:
         """Nothing is known to be wrong yet."""
         self._standing: dict[Cause, Standing] = {}
-        self.way_to_store: Way | None = None
         self.of_one: Cause | None = None
 
     def __iter__(self) -> Iterator[tuple[Cause, Standing]]:

@@ -71,7 +71,7 @@ class Channels:
 
     def records(self) -> tuple[int, ...]:
         """Return the records behind 1200h, those first that are not in use; looks once in a run."""
-        if self._device.services.further_channels is None:
+        if self._device.learned.further_channels is None:
             found = []
             for index in range(DEFAULT_RECORD + 1, LAST_RECORD + 1):
                 try:
@@ -79,8 +79,8 @@ class Channels:
                 except ServerAborted:
                     break
                 found.append((request.valid, index))
-            self._device.services.further_channels = tuple(index for _, index in sorted(found))
-        return self._device.services.further_channels
+            self._device.learned.further_channels = tuple(index for _, index in sorted(found))
+        return self._device.learned.further_channels
 
     def require_records(self, count: int = 1) -> tuple[int, ...]:
         """Return ``count`` records behind 1200h, none of them that of this channel.

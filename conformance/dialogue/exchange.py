@@ -168,7 +168,7 @@ class Exchange:
 
         Raises NotTestable for what might be written elsewhere (see ``payload``).
         """
-        nowhere = self.device.beliefs.nowhere
+        nowhere = self.device.learned.nowhere
         if size > MOST_PLAIN and not nowhere:
             raise NotTestable(
                 f"needs an object that the device lacks: a device may take some of the {size} "

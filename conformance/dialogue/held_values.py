@@ -41,7 +41,7 @@ def held(sdo: Transfers, known: KnownObject) -> bytes:
 
     What always has a long value comes in blocks, if these bring what segments do.
     """
-    if sdo.device.services.reads_alike and _is_long(sdo, known):
+    if sdo.device.learned.reads_alike and _is_long(sdo, known):
         try:
             data = sdo.run(sdo.client.block_upload(known.mux)).data
         except (Violation, ServerAborted):
@@ -53,7 +53,7 @@ def held(sdo: Transfers, known: KnownObject) -> bytes:
 
 
 def _is_long(sdo: Transfers, known: KnownObject) -> bool:
-    return sdo.device.lengths[known.mux].least > SHORT_VALUE
+    return sdo.device.learned.lengths[known.mux].least > SHORT_VALUE
 
 
 def _held_or_read(sdo: Transfers, known: KnownObject, due: bytes) -> bytes:

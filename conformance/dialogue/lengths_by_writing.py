@@ -46,10 +46,10 @@ class Room:
         only. A device that refuses this length alone is at fault.
         """
         self.check_length(known, len(data))
-        way = self._sdo.record.causes.way_to_store
+        way = self._device.learned.way_to_store
         if way is not None and not exactly and self._trials.write_otherwise(known, data, (way,)):
             return
-        always_long = self._device.lengths[known.mux].least > SHORT_VALUE
+        always_long = self._device.learned.lengths[known.mux].least > SHORT_VALUE
         if always_long and not exactly and write_in_blocks(self._sdo, known.mux, data):
             return
         try:
@@ -82,8 +82,8 @@ class Room:
                 raise refused
             self._store_by_any_way(known, data, refused)
             return
-        self._device.lengths[known.mux].refused.add(len(data))
-        if len(data) <= MOST_MEASURED and self._device.lengths[known.mux].most is None:
+        self._device.learned.lengths[known.mux].refused.add(len(data))
+        if len(data) <= MOST_MEASURED and self._device.learned.lengths[known.mux].most is None:
             self._trials.measure(known, len(data), abort)
             self.check_length(known, len(data))
         raise self.refused(known, len(data), abort)
@@ -100,7 +100,7 @@ class Room:
 
         Nothing is sent: what was found out holds for the run.
         """
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         lengths.check_lasting(known, size)
         cut = self._device.known[known.mux].habits.cut
         if 0 < cut < size:
@@ -131,12 +131,12 @@ class Room:
         then for more room than most do. The object has its own value again then, unless that is
         long and may be away until it is needed.
         """
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         if self.has(known, size):
             return
         lengths.check_lasting(known, size)
         if not lengths.lasting and lengths.asked and lengths.much is None:
-            much = MUCH_ROOM if self._device.beliefs.nowhere else MOST_PLAIN
+            much = MUCH_ROOM if self._device.learned.nowhere else MOST_PLAIN
             lengths.much = much if self._trials.takes(known, much) else 0
         lengths.asked = True
         if not self.has(known, size) and (lengths.much or 0) < size:
@@ -146,7 +146,7 @@ class Room:
         if not self.has(known, size):
             # It took much, and its own value: that may be one and the same length.
             self.store(known, self._sdo.payload(size), segmented=True)
-            self._device.lengths[known.mux].taken.add(size)
+            self._device.learned.lengths[known.mux].taken.add(size)
             self._restore_short(known)
 
     @contextmanager
@@ -172,20 +172,20 @@ class Room:
         """Write the value that an object had before the run."""
         value = self._device.values[known.mux]
         self.store(known, value)
-        self._device.lengths[known.mux].taken.add(len(value))
+        self._device.learned.lengths[known.mux].taken.add(len(value))
 
     def has(self, known: KnownObject, size: int) -> bool:
         """Say whether an object surely takes ``size`` bytes, by what it has taken in this run.
 
         A text is commonly shorter than it might be; others may take one length and not the next.
         """
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         is_text = known.data_type in TEXT_TYPES
         return size in lengths.taken or (is_text and size <= (lengths.surely or 0))
 
     def refused(self, known: KnownObject, size: int, abort: Abort) -> NotTestable | Violation:
         """Build what a refusal of ``size`` bytes means: too small an object, or a breach."""
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         if abort.code not in NO_ROOM and lengths.most is None and size > MOST_MEASURED:
             with suppress(NotTestable):
                 self.store(known, self._sdo.payload(MOST_MEASURED))
@@ -197,7 +197,7 @@ class Room:
                 actual=Received(abort),
             )
         why = f"(refused with {describe_code(abort.code)})"
-        longer = any(taken > size for taken in self._device.lengths[known.mux].taken)
+        longer = any(taken > size for taken in self._device.learned.lengths[known.mux].taken)
         if longer or abort.code == AbortCode.LENGTH_TOO_LOW:
             return NotTestable(
                 f"{known} takes no value of {size} bytes {why}: name a string or domain of "
@@ -241,7 +241,7 @@ class Room:
         was found out is remembered for the run. Raises NotTestable where that is less than
         ``least``.
         """
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         untried = lengths.fit(wanted) == wanted and not self.has(known, wanted)
         if lengths.fit(wanted) is None or untried:
             self._try(known, self._sdo.payload(wanted))
@@ -257,7 +257,9 @@ class Room:
         What the device leaves behind it of a longer one is a part of it then.
         """
         data = self._sdo.payload(wanted)
-        if not (self._device.lengths[known.mux].fit(wanted) is None and self._try(known, data)):
+        if not (
+            self._device.learned.lengths[known.mux].fit(wanted) is None and self._try(known, data)
+        ):
             size = self.fit(known, wanted, least)
             if size != wanted:
                 data = self._sdo.payload(size)
@@ -271,7 +273,7 @@ class Room:
             self.store(known, data)
         except NotTestable:
             return False
-        self._device.lengths[known.mux].taken.add(len(data))
+        self._device.learned.lengths[known.mux].taken.add(len(data))
         return True
 
     def long_object(self, segments: int = 3) -> tuple[KnownObject, bytes]:

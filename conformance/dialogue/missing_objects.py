@@ -37,7 +37,7 @@ def missing_sub_index(sdo: Transfers, index: int) -> Multiplexer:
     mux = _refused(sdo, [Multiplexer(index, sub) for sub in MISSING_SUB_INDICES])
     if mux is not None:
         return mux
-    sdo.device.beliefs.all_entries.add(index)
+    sdo.device.learned.all_entries.add(index)
     names = ", ".join(f"{sub:02X}h" for sub in MISSING_SUB_INDICES)
     if index in IDENTITY:
         raise Violation(

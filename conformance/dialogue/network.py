@@ -102,7 +102,7 @@ class Network:
 
     def _take(self, state: NmtState) -> None:
         self.state = state
-        self._device.serving.enter(state)
+        self._device.learned.serving.enter(state)
 
     def enter(self, state: NmtState) -> None:
         """Bring the device into a state in which it serves, and see what it refuses there.
@@ -119,7 +119,7 @@ class Network:
 
         What is wrong there is told with that state.
         """
-        home, state = self._device.serving.home, NmtState.OPERATIONAL
+        home, state = self._device.learned.serving.home, NmtState.OPERATIONAL
         if home is NmtState.OPERATIONAL:
             state = NmtState.PRE_OPERATIONAL
         self.enter(state)
@@ -131,7 +131,7 @@ class Network:
 
     def go_home(self) -> None:
         """Leave the device in the state in which it serves what the cases need."""
-        home = self._device.serving.home
+        home = self._device.learned.serving.home
         if home not in (None, self.state):
             self.send(COMMANDS[home])
             self.settle()
@@ -185,7 +185,7 @@ class Network:
     def _has_booted(self) -> None:
         """Take that the device is Pre-operational, unless it goes on by itself."""
         self._take(NmtState.PRE_OPERATIONAL)
-        home = self._device.serving.home
+        home = self._device.learned.serving.home
         if home is not None:
             self.send(COMMANDS[home])
             self.settle()
@@ -285,7 +285,7 @@ class Network:
 
     def end_heartbeats(self) -> None:
         """Write 0 to 1017h, and expect no heartbeat beyond those that had been queued before."""
-        if self._device.serving.may_refuse(Service.DOWNLOAD, HEARTBEAT_TIME):
+        if self._device.learned.serving.may_refuse(Service.DOWNLOAD, HEARTBEAT_TIME):
             self.end()
         self._sdo.download(HEARTBEAT_TIME, bytes(2))
         # A device that takes its time to confirm that has told its state meanwhile.
@@ -304,7 +304,7 @@ class Network:
         if self._booting:
             self._channel.receive_error_control(BOOT_TIME)
             self._booting = False
-        home = self._device.serving.home
+        home = self._device.learned.serving.home
         if self.state is not None and home is not None:
             self.go_home()
         elif self.state not in (None, NmtState.PRE_OPERATIONAL):

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE, READS_OF_MEASURED
 from conformance.device.known_objects import KnownObject
+from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable
 from conformance.device.numbers import Number, decode_number, encode_number
 from conformance.device.serving import Service
@@ -44,16 +45,16 @@ def value_of(device: Device, entry: KnownObject) -> bytes:
     """Return what an entry read at the start of the run; raises NotTestable where it did not."""
     value = device.values.get(entry.mux)
     if value is None:
-        why = device.beliefs.unreadable.get(entry.mux, "")
-        if entry.mux in device.beliefs.too_long:
+        if device.learned.is_unread(entry.mux, Reason.TOO_LONG):
+            why = device.learned.unread[entry.mux].why
             raise NotTestable(f"the object is too long for that: {why}")
-        if entry.mux in device.beliefs.passed_over:
+        if device.learned.is_unread(entry.mux, Reason.PASSED_OVER):
             raise NotTestable(
                 "the object is one of very many, and was not read when the run began: a run "
                 "without --sdo-quick reads all"
             )
-        if refused := device.serving.refusal(Service.UPLOAD, entry.mux):
-            raise NotTestable(device.serving.way_out(refused, device.permissions))
+        if refused := device.learned.serving.refusal(Service.UPLOAD, entry.mux):
+            raise NotTestable(device.learned.serving.way_out(refused, device.permissions))
         raise NotTestable("the object could not be read at the start of the run: see od.read")
     return value
 
@@ -113,14 +114,14 @@ def value_to_write_back(blocks: Blocks, device: Device, entry: KnownObject) -> b
     if known.habits.beyond:
         return device.values[entry.mux]
     value = whole_value(device, entry) or blocks.read(entry)
-    if device.lengths[entry.mux].irreplaceable:
+    if device.learned.lengths[entry.mux].irreplaceable:
         raise longer_than_taken(entry, value)
     return value
 
 
 def is_known_to_go(device: Device, value: bytes) -> bool:
     """Say whether a very long value is known to go in segments: one that counts as far did so."""
-    whole = [size for lengths in device.lengths.values() for size in lengths.whole]
+    whole = [size for lengths in device.learned.lengths.values() for size in lengths.whole]
     return len(value) > LONG_VALUE and max(whole, default=0) >= min(len(value), BEYOND_16_BITS)
 
 

@@ -20,9 +20,9 @@ def write_as_before(sdo: Transfers, mux: Multiplexer) -> None:
     if mux not in keeping.left:
         return
     value = sdo.device.values[mux]
-    may_hold_it = mux in keeping.doubtful or sdo.device.lengths[mux].most == 0
+    may_hold_it = mux in keeping.doubtful or sdo.device.learned.lengths[mux].most == 0
     if sdo.device.holds(mux) != value and not (may_hold_it and sdo.upload(mux) == value):
-        way = sdo.record.causes.way_to_store
+        way = sdo.device.learned.way_to_store
         if way is None or sdo.abort_of(way(sdo.client, mux, value)) is not None:
             sdo.download(mux, value)
     _ought_to_be_back(sdo, mux)
@@ -42,8 +42,8 @@ def _written_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bool:
     value, blocks = sdo.device.values[mux], Blocks(sdo)
     if len(value) <= SHORT_VALUE or not blocks.read_alike() or not write_in_blocks(sdo, mux, value):
         return False
-    sdo.device.services.distrusted = not blocks.reads(mux, value)
-    return not sdo.device.services.distrusted
+    sdo.device.learned.stores_in_blocks = blocks.reads(mux, value)
+    return sdo.device.learned.stores_in_blocks
 
 
 def _ought_to_be_back(sdo: Transfers, mux: Multiplexer) -> None:

@@ -29,6 +29,6 @@ def step_aside(refusal: Abort, asked: Request, device: Device) -> None:
     service = service_of(asked)
     if service is None:
         return
-    refused = device.serving.excuse(service, refusal.mux, refusal.code)
+    refused = device.learned.serving.excuse(service, refusal.mux, refusal.code)
     if refused is not None and refusal.mux == getattr(asked, "mux", None):
-        raise NotTestable(device.serving.way_out(refused, device.permissions))
+        raise NotTestable(device.learned.serving.way_out(refused, device.permissions))

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from conformance.device.effort import TRIES_OF_LENGTH, TRIES_OF_TRANSFER
 from conformance.device.known_objects import KnownObject
-from conformance.dialogue.causes import Way
+from conformance.device.learned import Way
 from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import describe_code
@@ -50,7 +50,7 @@ class Trials:
 
         That is told here, once; the cases behind this one do without the object.
         """
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         own = self._device.values[known.mux]
         if lengths.taken or lengths.most is not None:
             return
@@ -73,7 +73,7 @@ class Trials:
                 self._sdo.silence.recover()
             else:
                 if abort is None:
-                    self._sdo.record.causes.way_to_store = way
+                    self._device.learned.way_to_store = way
                     return True
                 if self._sdo.record.early.met is not None:
                     self._sdo.silence.recover(crossed=True)
@@ -97,7 +97,7 @@ class Trials:
 
         It takes a shorter one in segments, and this one by no protocol.
         """
-        size, lengths = len(data), self._device.lengths[known.mux]
+        size, lengths = len(data), self._device.learned.lengths[known.mux]
         own = len(self._device.values[known.mux])
         shorter = [taken for taken in (*lengths.taken, own, *EXPEDITED) if 0 < taken < size]
         if not shorter or not self.takes(known, max(shorter)):
@@ -130,13 +130,13 @@ class Trials:
                 self._sdo.silence.recover()
                 continue
             if taken:
-                self._device.lengths[known.mux].taken.add(size)
+                self._device.learned.lengths[known.mux].taken.add(size)
             return taken
         return False
 
     def measure(self, known: KnownObject, refused: int, abort: Abort) -> None:
         """Find the most bytes that an object takes, fewer than ``refused``, or its only length."""
-        lengths = self._device.lengths[known.mux]
+        lengths = self._device.learned.lengths[known.mux]
         own = len(self._device.values[known.mux])
         if own and own not in lengths.taken:
             self.takes(known, own)

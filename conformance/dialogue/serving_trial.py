@@ -18,7 +18,7 @@ class ServingTrial:
         """Take a conversation; nothing of it counts for the case."""
         self._sdo = sdo
         self._device = sdo.device
-        self._serving = sdo.device.serving
+        self._serving = sdo.device.learned.serving
 
     def try_once(self) -> None:
         """Try what was not tried in the present state, with no transfer open.

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 
 from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
+from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
 from conformance.dialogue.blocks import Blocks
@@ -190,8 +191,9 @@ class Storage:
                 "the run began: a run without --sdo-quick reads them"
             )
         for known in self._device.objects:
-            if known.mux in self._device.beliefs.too_long and known.access.writable:
-                why = self._device.beliefs.unreadable[known.mux]
+            too_long = self._device.learned.is_unread(known.mux, Reason.TOO_LONG)
+            if too_long and known.access.writable:
+                why = self._device.learned.unread[known.mux].why
                 raise NotTestable(f"what {known} holds could not be put back: {why}{BY_HAND}")
 
     def _check_put_back(self, values: Values) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Generator
 
 from conformance.device.effort import SHORT_VALUE
-from conformance.dialogue.causes import Way
+from conformance.device.learned import Way
 from conformance.dialogue.payload import endangered
 from conformance.dialogue.transfers import Transfers
 from conformance.sdo.abort_codes import AbortCode
@@ -46,15 +46,15 @@ def write_in_blocks(sdo: Transfers, mux: Multiplexer, value: bytes) -> bool:
     What is written has to be read back; a device that has failed once is not trusted again, but
     where it lacks the room.
     """
-    services = sdo.device.services
-    if len(value) <= SHORT_VALUE or not services.takes_blocks or services.distrusted:
+    if len(value) <= SHORT_VALUE or not sdo.device.learned.stores_in_blocks:
         return False
     if endangered(sdo.device, value) is not None:
         return False
     try:
         sdo.run(in_blocks(sdo.client, mux, value))
     except (Violation, ServerAborted) as error:
-        services.distrusted = not (isinstance(error, ServerAborted) and error.abort.code in NO_ROOM)
+        lacks_room = isinstance(error, ServerAborted) and error.abort.code in NO_ROOM
+        sdo.device.learned.stores_in_blocks = lacks_room
         sdo.silence.recover()
         return False
     return True

@@ -153,8 +153,7 @@ class Transfers(Exchange):
             return data
         if uploaded.counted:
             self.note(of_another_length(known, data))
-            habits = replace(known.habits, too_long=True)
-            self.device.known[known.mux] = replace(known, habits=habits)
+            self.device.learn(known, replace(known.habits, too_long=True))
         return data[: known.length]
 
     def read(self, target: Target) -> bytes:

@@ -12,7 +12,7 @@ def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: 
 
     Long values take so many requests that the cases on either side share one exchange.
     """
-    whole = sdo.device.lengths[known.mux].whole
+    whole = sdo.device.learned.lengths[known.mux].whole
     if size in whole:
         return
     data = sdo.payload(size)

@@ -363,9 +363,9 @@ class Wire:
     def note(self, violation: Violation) -> None:
         """Keep a breach that does not stop a transfer; that segments get lost is kept once."""
         if violation.rule is WHOLE_SUB_BLOCK:
-            if self.device.services.loses_segments:
+            if self.device.learned.loses_segments:
                 return
-            self.device.services.loses_segments = True
+            self.device.learned.loses_segments = True
         self.record.note(violation, self.last_sent)
 
     def explain(self, violation: Violation, *, lost: bool = False) -> None:

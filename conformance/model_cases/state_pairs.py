@@ -178,7 +178,7 @@ class _Client:
             known.mux: None if known.mux in sdo.record.written else device.holds(known.mux)
             for known in objects
         }
-        surely = {mux: device.lengths[mux].surely for mux in self._held}
+        surely = {mux: device.learned.lengths[mux].surely for mux in self._held}
         capacity = {mux: size for mux, size in surely.items() if size is not None}
         self.lockstep = Lockstep(sdo, Oracle(knowledge_of(device, capacity), device.node_id))
 

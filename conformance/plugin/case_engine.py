@@ -136,7 +136,7 @@ class CaseEngine:
             losses.survived(result.case_id)
         if not session.lost and not wedged:
             if why := session.channel.pace.unsound:
-                self._give_up(result, BEHIND if session.device.beliefs.is_behind else why)
+                self._give_up(result, BEHIND if session.device.learned.is_behind else why)
             return
         sent = [each.frame for each in session.frames if each.direction is Direction.SENT]
         cause = "it answered wrongly whatever it was asked"

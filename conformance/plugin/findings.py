@@ -76,7 +76,7 @@ class Findings:
         self.notes += session.doubts.lines()
         if len(session.doubts.met) > lost:
             self.bench_errors.append(not_again(session, lost))
-        if session.device.beliefs.answers_twice:
+        if session.device.learned.answers_twice:
             self.notes.append(either(session.device.node_id))
         aside = session.causes.aside()
         self.broken_beside += [cause.rule_id for cause, _ in aside]

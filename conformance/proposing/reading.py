@@ -6,6 +6,7 @@ from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE, TEXTS, Device
 from conformance.device.eds_listing import Listing, mandatory_and
 from conformance.device.known_objects import KnownObject, by_multiplexer
+from conformance.device.learned import Reason
 from conformance.device.permits import known_objects
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
@@ -71,9 +72,9 @@ def differences(device: Device) -> list[str]:
         if value is not None and int.from_bytes(value, "little") != number:
             read = int.from_bytes(value, "little")
             said.append(f"1018h:{sub_index:02X} reads {read:08X}h, the EDS says {number:08X}h")
-    for mux, why in device.beliefs.unreadable.items():
+    for mux, why in device.learned.unreadable.items():
         known = device.known.get(mux)
-        if known is None or is_error_place(mux) or mux in device.beliefs.too_long:
+        if known is None or is_error_place(mux) or device.learned.is_unread(mux, Reason.TOO_LONG):
             continue  # a place of the error list may be empty
         _, _, answer = why.rpartition("; got ")
         said.append(f"{known.title} is in the EDS, but could not be read: {answer}")

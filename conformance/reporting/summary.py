@@ -52,7 +52,7 @@ def device_properties(device: Device, *, alone: bool) -> dict[str, str]:
     values = {"node-id": str(device.node_id), **device.identity}
     if not device.listing.is_complete:
         values[FOUND] = found_by_reading(device)
-    if facts := device.serving.lines():
+    if facts := device.learned.serving.lines():
         values[BY_STATE] = "; ".join(facts)
     return {f"{prefix}{name}": value for name, value in values.items()}
 
@@ -69,7 +69,7 @@ def found_by_reading(device: Device) -> str:
         longest = max(device.values, key=lambda mux: (len(device.values[mux]), mux))
         found += f", by length in bytes {', '.join(counts)} (up to {len(device.values[longest])}, "
         found += f"{longest})"
-    refusal = device.services.block_upload_refusal
+    refusal = device.learned.block_upload_refusal
     served = f"refused ({refusal})" if refusal else "served"
     blocks = "unknown" if refusal is None else served
     return f"{found}; block upload: {blocks}"

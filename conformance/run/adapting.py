@@ -17,7 +17,7 @@ def find_cut(sdo: Dialogue, known: KnownObject) -> None:
     A server that loses segments keeps as many as it took by one protocol, and another number by
     the other; one that loses the end of a value keeps more of a longer one.
     """
-    lengths = sdo.device.lengths[known.mux]
+    lengths = sdo.device.learned.lengths[known.mux]
     if known.habits.keeps_tails or lengths.most is not None or lengths.least > LONG:
         return  # of the first, the end of what is written here would stay
     kept = {_kept(sdo, known, size, in_blocks=in_blocks) for size, in_blocks in WAYS}
@@ -26,8 +26,7 @@ def find_cut(sdo: Dialogue, known: KnownObject) -> None:
         return
     (cut,) = kept
     if cut is not None and SEGMENT_LENGTH < cut < LONG:
-        habits = replace(known.habits, cut=cut)
-        sdo.device.known[known.mux] = replace(known, habits=habits)
+        sdo.device.learn(known, replace(known.habits, cut=cut))
         lengths.most = cut
 
 

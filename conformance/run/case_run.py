@@ -146,7 +146,7 @@ class CaseRun:
         result.answers, result.answering = timing.answers, timing.answering
         result.duration = time.monotonic() - self._begin
         result.notes += self.sdo.record.notes
-        if result.verdict is Verdict.FAIL and self._session.device.beliefs.answers_twice:
+        if result.verdict is Verdict.FAIL and self._session.device.learned.answers_twice:
             result.notes.append(either(self._session.device.node_id))
         if result.verdict is not Verdict.PASS:
             result.trace = self._session.trace(

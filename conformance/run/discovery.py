@@ -13,6 +13,7 @@ from conformance.device.device import (
 )
 from conformance.device.effort import TRIES_OF_TRANSFER
 from conformance.device.known_objects import KnownObject
+from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import Unimplemented
 from conformance.device.object_roles import Roles
 from conformance.device.serving import BY_STATE, Service
@@ -115,7 +116,7 @@ class Reading:
         asked = sdo.wire.last_sent
         answers = sdo.silence.recover()
         # Of a device that is always one request behind, the cases say what is wrong.
-        unsound = "" if sdo.device.beliefs.is_behind else sdo.channel.pace.unsound
+        unsound = "" if sdo.device.learned.is_behind else sdo.channel.pace.unsound
         why = unsound if answers else GONE
         if not why:
             return True
@@ -158,13 +159,13 @@ def discover(
     reading = Reading(Dialogue(channel, device, record, 0), brings_back)
     if again is not None and at_once:
         _note_first_twice(reading, again)
-    if device.beliefs.is_behind:
+    if device.learned.is_behind:
         record.causes.of_one = Cause(*IS_BEHIND)
     named = set(device.known)
     _read_listed(reading, progress)
     look_where_it_reads(reading.sdo, partial(_learn, reading))
     for entry in _MANDATORY:
-        passed_over = entry.mux in device.beliefs.passed_over
+        passed_over = device.learned.is_unread(entry.mux, Reason.PASSED_OVER)
         if (entry.mux not in named or passed_over) and (
             _learn(reading, entry) or entry.mux == DEVICE_TYPE
         ):
@@ -174,11 +175,11 @@ def discover(
         _ask_for_block_upload(reading)
     if any(known.varies for known in Roles(device).all_writable()):
         _seek_nowhere(reading)
-    if not device.beliefs.answers_twice and any(
+    if not device.learned.answers_twice and any(
         found.rule is UNSOLICITED for found in record.minor
     ):
         examine(channel, device)
-    if device.beliefs.answers_twice:
+    if device.learned.answers_twice:
         record.causes.of_one = Cause(*ANSWERS_TWICE)
     _find_changing(reading)
     keep_aside(reading.sdo)
@@ -190,7 +191,8 @@ def _read_listed(reading: Reading, progress: Progress) -> None:
     listed = in_order(device)
     for number, entry in enumerate(listed):
         if first.ends():
-            device.beliefs.passed_over |= {left.mux for left in listed[number:]}
+            over = {left.mux: Unread(Reason.PASSED_OVER) for left in listed[number:]}
+            device.learned.unread.update(over)
             return
         progress(entry, number, len(listed))
         _learn(reading, entry)
@@ -226,7 +228,7 @@ def _seek_nowhere(reading: Reading) -> None:
             asked = (NEVER_THERE, Multiplexer(mux.index), mux)
             lack, *codes = [_refusal(reading.sdo, each) for each in asked]
             if all(_says_missing(code, lack) for code in codes):
-                device.beliefs.nowhere += (mux,)
+                device.learned.nowhere += (mux,)
         except Violation:
             # Other cases say what is wrong with this; one silence is enough.
             reading.recover()
@@ -267,8 +269,8 @@ def _try_common(reading: Reading, named: set[Multiplexer]) -> None:
         if _learn(reading, entry):
             reading.device.known.setdefault(entry.mux, entry)
         else:
-            del reading.device.beliefs.unreadable[entry.mux]  # it was only tried
-            reading.device.serving.forget(Service.UPLOAD, entry.mux)
+            del reading.device.learned.unread[entry.mux]  # it was only tried
+            reading.device.learned.serving.forget(Service.UPLOAD, entry.mux)
 
 
 def _note_first_twice(reading: Reading, again: CanFrame) -> None:
@@ -285,22 +287,21 @@ def _note_first_twice(reading: Reading, again: CanFrame) -> None:
 
 def _learn(reading: Reading, known: KnownObject) -> bool:
     device = reading.device
-    device.beliefs.passed_over.discard(known.mux)
+    unread = device.learned.unread
     for rest in reversed(range(TRIES_OF_TRANSFER)):
         try:
             value = read_whole(reading.sdo, known)
             break
         except TooLong as size:
-            device.beliefs.unreadable[known.mux] = str(size)
-            device.beliefs.too_long.add(known.mux)
+            unread[known.mux] = Unread(Reason.TOO_LONG, str(size))
             return True
         except (Violation, ServerAborted) as error:
             # A device that answers badly here is tested all the same.
-            device.beliefs.unreadable[known.mux] = str(error)
+            breach = isinstance(error, Violation)
+            unread[known.mux] = Unread(Reason.BREACH if breach else Reason.REFUSED, str(error))
             learn_refusal(reading.sdo, known.mux)
             early = reading.sdo.record.early.met is not None
             if isinstance(error, Violation):
-                device.beliefs.misread.add(known.mux)
                 error.request = error.request or reading.sdo.wire.last_sent
                 wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
                 losses = reading.losses
@@ -308,11 +309,11 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
                     reading.sdo.note(error)  # no case may ever write or read what cannot be read
             if not early or not rest:
                 return False
-    device.beliefs.unreadable.pop(known.mux, None)
-    device.beliefs.misread.discard(known.mux)
-    device.serving.learn(Service.UPLOAD, known.mux, None)
+    unread.pop(known.mux, None)
+    device.learned.serving.learn(Service.UPLOAD, known.mux, None)
     if known.length is not None and len(value) < known.length:
-        device.beliefs.unreadable[known.mux] = f"{len(value)} bytes instead of {known.length}"
+        why = f"{len(value)} bytes instead of {known.length}"
+        unread[known.mux] = Unread(Reason.REFUSED, why)
         return False
     if is_error_place(known.mux):
         return True  # what it holds comes and goes: no case may count on it

@@ -13,6 +13,7 @@ from math import prod
 
 from conformance.device.device import Device
 from conformance.device.effort import ALIKE_TRIES, TRIES_OF_CASE
+from conformance.device.learned import Reason
 from conformance.dialogue.causes import Cause, Causes
 
 # Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
@@ -66,7 +67,7 @@ Beginning = frozenset[tuple[str, str]]
 
 def beginning(device: Device, causes: Causes) -> Beginning:
     """Return what was met with a device before the first case."""
-    misread = {(f"a read of {mux}", "") for mux in device.beliefs.misread}
+    misread = {(f"a read of {mux}", "") for mux in device.learned.unread_for(Reason.BREACH)}
     return frozenset({(str(cause), str(each.violation)) for cause, each in causes} | misread)
 
 

@@ -80,13 +80,13 @@ def _stream(sdo: Dialogue) -> list[Response]:
 
     One that was seen to send nothing there is not waited for again.
     """
-    misplaced, beliefs = sdo.tracker.misplaced, sdo.device.beliefs
-    if misplaced <= beliefs.says_all and not (misplaced and beliefs.streams):
+    misplaced, learned = sdo.tracker.misplaced, sdo.device.learned
+    if misplaced <= learned.says_all and not (misplaced and learned.streams):
         return []
     found = sdo.silence.outlast()
-    beliefs.streams |= _are_segments(found)
+    learned.streams |= _are_segments(found)
     if not found:
-        beliefs.says_all |= misplaced
+        learned.says_all |= misplaced
     return found
 
 

@@ -39,12 +39,12 @@ def find_longer(sdo: Dialogue, known: KnownObject) -> bool:
     written = _written_part(sdo, known, own, padding)
     device.keeping.changes.is_back(known.mux, own)
     if written is None:
-        device.lengths[known.mux].irreplaceable = True
+        device.learned.lengths[known.mux].irreplaceable = True
         sdo.note(longer_than_taken(known, own))
         return True
     device.values[known.mux] = written
     habits = replace(known.habits, filled=len(own), padding=padding, beyond=True)
-    device.known[known.mux] = known = replace(known, habits=habits)
+    known = device.learn(known, habits)
     _measure(sdo, known, len(own))
     if known.data_type is not DataType.VISIBLE_STRING and not known.habits.adapts:
         sdo.note(longer_than_taken(known, own))
@@ -74,7 +74,7 @@ def _written_part(sdo: Dialogue, known: KnownObject, own: bytes, padding: bytes)
 
 def _measure(sdo: Dialogue, known: KnownObject, size: int) -> None:
     """Find out how many bytes may be written, fewer than ``size``."""
-    lengths = sdo.device.lengths[known.mux]
+    lengths = sdo.device.learned.lengths[known.mux]
     lengths.taken.add(len(sdo.device.values[known.mux]))
     try:
         Room(sdo).fit(known, size - 1)

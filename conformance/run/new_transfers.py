@@ -48,7 +48,7 @@ def _block_download(sdo: Dialogue, old: KnownObject) -> Abort | None:
 
 def _fitting(sdo: Dialogue, text: KnownObject) -> bytes:
     """Return what a string takes as far as that is known: a transfer runs, and it is not asked."""
-    return sdo.payload(sdo.device.lengths[text.mux].fit(INITIATE_SIZE) or INITIATE_SIZE)
+    return sdo.payload(sdo.device.learned.lengths[text.mux].fit(INITIATE_SIZE) or INITIATE_SIZE)
 
 
 def _read(

@@ -167,7 +167,7 @@ class Restorer:
         That may take hundreds of requests, and after each of many cases that fail alike. Says
         whether the object reads so: it takes what it is written, then.
         """
-        size = min(self.device.lengths[mux].taken, default=TWO_SEGMENTS)
+        size = min(self.device.learned.lengths[mux].taken, default=TWO_SEGMENTS)
         if len(value) <= SHORT_VALUE or not 0 < size <= SHORT_VALUE:
             return False
         return self._takes(sdo, mux, sdo.payload(size))
@@ -328,7 +328,7 @@ class Restorer:
         if self._reads(sdo, known, due) or moves:
             self._is_back(known.mux, due)
         elif in_blocks:
-            self.device.services.distrusted = True
+            self.device.learned.stores_in_blocks = False
             self._restore(sdo, known, due)
 
     def _look_whether_gone(self, sdo: Dialogue, silence: Violation) -> None:

@@ -18,7 +18,7 @@ def learn_refusal(sdo: Dialogue, mux: Multiplexer) -> None:
     """Take note that the upload of an object was refused by the state of the device, if it was."""
     refusal = sdo.wire.refusal
     if refusal is not None and refusal.mux == mux and refusal.code in BY_STATE:
-        sdo.device.serving.learn(Service.UPLOAD, mux, refusal.code)
+        sdo.device.learned.serving.learn(Service.UPLOAD, mux, refusal.code)
 
 
 def was_download_refused(sdo: Dialogue) -> bool:
@@ -29,7 +29,7 @@ def was_download_refused(sdo: Dialogue) -> bool:
 
 def look_where_it_reads(sdo: Dialogue, learn: Callable[[KnownObject], bool]) -> None:
     """Read again what was refused, in the state in which more of it is served; ``learn`` reads."""
-    serving = sdo.device.serving
+    serving = sdo.device.learned.serving
     refused = serving.refused_here(Service.UPLOAD)
     listed = [known for known in sdo.device.objects if known.mux in refused]
     if not listed:
@@ -45,14 +45,14 @@ def look_where_it_writes(sdo: Dialogue) -> None:
     """See which downloads the device refuses by its state, and where it serves more of them."""
     trial = ServingTrial(sdo)
     trial.downloads()
-    serving = sdo.device.serving
+    serving = sdo.device.learned.serving
     if NMT in sdo.device.permissions and serving.refused_here(Service.DOWNLOAD):
         _choose(sdo, trial.downloads)
 
 
 def _choose(sdo: Dialogue, attempt: Callable[[], None]) -> None:
     """Make an attempt in both states; stay where more is served."""
-    network, serving = Network(sdo), sdo.device.serving
+    network, serving = Network(sdo), sdo.device.learned.serving
     for state in COMMANDS:
         try:
             network.send(COMMANDS[state])

@@ -99,7 +99,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             unstored += _find_remains(sdo, known)
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
-            if sdo.device.lengths[known.mux].least > SHORT_VALUE:
+            if sdo.device.learned.lengths[known.mux].least > SHORT_VALUE:
                 Blocks(sdo).read_alike()  # on that hangs what it is used for
             find_cut(sdo, sdo.device.known[known.mux])
         except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
@@ -264,8 +264,8 @@ def _find_remains(sdo: Dialogue, known: KnownObject) -> list[Violation]:
     if 0 < len(found) < SHORT and due.startswith(found):
         _find_missing_end(sdo, known, SHORT - len(found))
     elif found.startswith(due + before[SHORT:]):
-        sdo.device.known[known.mux] = replace(known, habits=Habits(keeps_tails=True))
-        lengths = sdo.device.lengths[known.mux]
+        sdo.device.learn(known, Habits(keeps_tails=True))
+        lengths = sdo.device.learned.lengths[known.mux]
         lengths.lasting = lengths.most = len(found)
         sdo.note(tail_kept(known, due))
     elif found == sdo.device.values[known.mux] != due:
@@ -323,8 +323,7 @@ def _find_miscount(sdo: Dialogue, known: KnownObject) -> None:
     sdo.download(known, due)
     found = sdo.upload(known)
     if found != due and due.ljust(EXPEDITED_LENGTH, b"\0").startswith(found):
-        habits = replace(sdo.device.known[known.mux].habits, miscounted=True)
-        sdo.device.known[known.mux] = replace(known, habits=habits)
+        sdo.device.learn(known, replace(sdo.device.known[known.mux].habits, miscounted=True))
 
 
 def _find_missing_end(sdo: Dialogue, known: KnownObject, count: int) -> None:
@@ -335,7 +334,7 @@ def _find_missing_end(sdo: Dialogue, known: KnownObject, count: int) -> None:
     due = sdo.payload(LONGER)
     sdo.download(known, due)
     if sdo.upload(known) == due[:-count]:
-        sdo.device.known[known.mux] = replace(known, habits=Habits(lacks=count))
+        sdo.device.learn(known, Habits(lacks=count))
         sdo.note(end_missing(known, due, count))
 
 
@@ -351,8 +350,8 @@ def _find_filled(sdo: Dialogue, known: KnownObject, length: int, padding: bytes)
     if found != due.ljust(length, padding):
         return
     habits = Habits(filled=length, padding=padding, cut=known.habits.cut)
-    sdo.device.known[known.mux] = known = replace(known, habits=habits)
-    sdo.device.lengths[known.mux].filled = length
-    sdo.device.lengths[known.mux].taken |= {SHORT, LONGER, length}
+    sdo.device.learn(known, habits)
+    sdo.device.learned.lengths[known.mux].filled = length
+    sdo.device.learned.lengths[known.mux].taken |= {SHORT, LONGER, length}
     if known.data_type is not DataType.VISIBLE_STRING and not habits.adapts:
         sdo.note(filled_up(known, due, found))

@@ -38,9 +38,9 @@ def look_for_second(channel: Channel, device: Device) -> CanFrame | None:
         return None
     if _is_about(frame, DEVICE_TYPE):
         examine(channel, device)
-        beliefs = device.beliefs
+        learned = device.learned
         again = frame.data == device.baseline[0][1]
-        return frame if again and not (beliefs.answers_twice or beliefs.is_behind) else None
+        return frame if again and not (learned.answers_twice or learned.is_behind) else None
     if not _names(frame, IDENTITY_COUNT):
         channel.until_quiet(SECOND)
     else:
@@ -56,7 +56,7 @@ def examine(channel: Channel, device: Device) -> None:
         frames = list(_answers(channel, mux))
         answers.append(frames)
         if len(answers) == FEW and _are_behind(answers, device.baseline[0][1]):
-            device.beliefs.is_behind = True
+            device.learned.is_behind = True
             return
         if not frames:
             break  # other reads will show that
@@ -71,7 +71,7 @@ def examine(channel: Channel, device: Device) -> None:
         sum(_names(frame, mux) for frame in frames)
         for mux, frames in zip(ASKED, answers, strict=False)
     ]
-    device.beliefs.answers_twice = min(counts) > 1
+    device.learned.answers_twice = min(counts) > 1
 
 
 def _are_behind(answers: Sequence[Sequence[CanFrame]], of_first: bytes) -> bool:

@@ -44,7 +44,7 @@ def test_a_domain_is_taken_where_nothing_is_known() -> None:
 def test_what_always_reads_long_is_taken_for_long_values_only(kind: str) -> None:
     """Each reading of it costs its whole length."""
     of = device()
-    lengths = of.lengths[DOMAIN.mux]
+    lengths = of.learned.lengths[DOMAIN.mux]
     match kind:
         case "filled":
             lengths.filled = LONG
@@ -52,14 +52,14 @@ def test_what_always_reads_long_is_taken_for_long_values_only(kind: str) -> None
             lengths.lasting = lengths.most = LONG
         case "fixed":
             lengths.fixed, lengths.most = True, LONG
-    of.lengths[TEXT.mux].most = 100
+    of.learned.lengths[TEXT.mux].most = 100
     assert chosen(of) == {3: TEXT, 20: TEXT, 64: TEXT, 257: DOMAIN}
     assert Roles(of).two_writable() == (TEXT, NUMBER)
 
 
 def test_what_is_filled_up_to_little_is_taken_as_well() -> None:
     of = device()
-    of.lengths[DOMAIN.mux].filled = 64
+    of.learned.lengths[DOMAIN.mux].filled = 64
     assert set(chosen(of).values()) == {DOMAIN}
     assert Roles(of).two_writable() == (TEXT, DOMAIN)
 
@@ -72,7 +72,7 @@ def test_what_takes_thousands_of_requests_to_put_back_is_left_alone() -> None:
     assert Roles(of).two_writable() == (TEXT, NUMBER)
     assert of.briefly_read() == [NUMBER.mux, TEXT.mux]
     assert set(chosen(device([NUMBER, DOMAIN])).values()) == {DOMAIN}, "there is no other"
-    of.lengths[TEXT.mux].most = 100
+    of.learned.lengths[TEXT.mux].most = 100
     assert chosen(of)[257] == DOMAIN
 
 
@@ -84,21 +84,21 @@ def test_what_the_user_has_named_for_long_transfers_is_taken_for_these() -> None
 
 def test_what_is_too_short_comes_last() -> None:
     of = device(permits=Permits())
-    of.lengths[DOMAIN.mux].lasting = of.lengths[DOMAIN.mux].most = LONG
-    of.lengths[TEXT.mux].most = 19
+    of.learned.lengths[DOMAIN.mux].lasting = of.learned.lengths[DOMAIN.mux].most = LONG
+    of.learned.lengths[TEXT.mux].most = 19
     assert chosen(of) == {3: TEXT, 20: DOMAIN, 64: DOMAIN, 257: DOMAIN}
 
 
 def test_a_text_that_always_costs_many_requests_comes_behind_a_domain() -> None:
     of = device()
-    of.lengths[TEXT.mux].filled = LONG
+    of.learned.lengths[TEXT.mux].filled = LONG
     assert Roles(of).text() == DOMAIN
 
 
 def test_nothing_is_written_that_would_stay() -> None:
     """Few bytes are for those who write them to refuse: they may take fewer."""
     of = device([replace(TEXT, habits=Habits(keeps_tails=True))])
-    lengths = of.lengths[TEXT.mux]
+    lengths = of.learned.lengths[TEXT.mux]
     lengths.lasting = lengths.most = 19
     assert Roles(of).variable(20).mux == TEXT.mux
     with pytest.raises(NotTestable, match=r"65 bytes would never be the 19 again .* name a larger"):
@@ -110,7 +110,7 @@ def test_nothing_is_written_that_would_stay() -> None:
 
 def test_a_value_that_is_always_long_does_where_there_is_no_other() -> None:
     of = device([NUMBER, DOMAIN])
-    of.lengths[DOMAIN.mux].filled = LONG
+    of.learned.lengths[DOMAIN.mux].filled = LONG
     assert Roles(of).variable() == Roles(of).text() == DOMAIN
 
 

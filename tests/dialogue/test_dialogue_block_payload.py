@@ -78,7 +78,7 @@ def test_a_value_that_names_another_object_goes_in_segments(named: bytes) -> Non
     server = Recording(reference_entries(NODE_ID))
     with discovered(server) as bench:
         sdo = bench.dialogue()
-        bench.device.services.takes_blocks = True
+        bench.device.learned.stores_in_blocks = True
         assert not write_in_blocks(sdo, DOMAIN.mux, value(named))
         with pytest.raises(NotTestable, match="if the server ended"):
             check_for_blocks(bench.device, value(named))
@@ -92,7 +92,7 @@ def test_other_values_go_in_blocks() -> None:
     server = Recording(reference_entries(NODE_ID))
     with discovered(server) as bench:
         sdo = bench.dialogue()
-        bench.device.services.takes_blocks = True
+        bench.device.learned.stores_in_blocks = True
         assert write_in_blocks(sdo, DOMAIN.mux, value(TEXT_ITSELF))
         assert write_in_blocks(sdo, DOMAIN.mux, SERIAL.ljust(7, b"-") * 31)
         assert write_in_blocks(sdo, DOMAIN.mux, b"-" * MOST_PLAIN + b"\x06\x30\x05")

@@ -25,9 +25,10 @@ def long_domain(server: str | None = None, *, alike: bool | None = True) -> Iter
     node = build_node(server, NODE_ID)
     node.objects.find(DOMAIN.mux).value = VALUE
     with discovered(node) as bench:
-        lengths, services = bench.device.lengths[DOMAIN.mux], bench.device.services
+        learned = bench.device.learned
+        lengths = learned.lengths[DOMAIN.mux]
         lengths.fixed, lengths.most = True, SIZE
-        services.reads_alike, services.takes_blocks = alike, bool(alike)
+        learned.reads_alike, learned.stores_in_blocks = alike, alike or None
         yield bench
 
 
@@ -53,7 +54,7 @@ def test_what_an_object_holds(alike: bool | None, begins: str) -> None:
 
 def test_what_is_not_always_long_is_read_in_segments() -> None:
     with long_domain() as bench:
-        bench.device.lengths[DOMAIN.mux].fixed = False
+        bench.device.learned.lengths[DOMAIN.mux].fixed = False
         sent = first_sent(bench)
         assert held(bench.dialogue(), DOMAIN) == VALUE
         assert sent[0] == "40"
@@ -103,7 +104,7 @@ def test_what_is_not_taken_in_blocks_is_stored_in_segments() -> None:
     with long_domain("no-block-download") as bench:
         sdo = bench.dialogue()
         Room(sdo).store(DOMAIN, VALUE[::-1])
-        assert bench.device.services.distrusted
+        assert bench.device.learned.stores_in_blocks is False
         assert sdo.upload(DOMAIN) == VALUE[::-1]
 
 
@@ -113,4 +114,4 @@ def test_a_refusal_of_the_length_says_nothing_of_blocks() -> None:
         with pytest.raises(NotTestable, match="300 bytes"):
             Room(bench.dialogue()).store(DOMAIN, VALUE[::-1])
         assert sent[0] == "c6"
-        assert not bench.device.services.distrusted
+        assert bench.device.learned.stores_in_blocks

@@ -20,6 +20,6 @@ from conformance.dialogue.object_expectations import is_known_to_go
 def test_what_counts_as_far_is_known_to_go(whole: int, size: int, known: bool) -> None:
     with discovered(recording()) as bench:
         assert not is_known_to_go(bench.device, bytes(size))
-        bench.device.lengths[TEXT.mux].whole |= {257, whole}
-        bench.device.lengths[DOMAIN.mux].whole.add(20)
+        bench.device.learned.lengths[TEXT.mux].whole |= {257, whole}
+        bench.device.learned.lengths[DOMAIN.mux].whole.add(20)
         assert is_known_to_go(bench.device, bytes(size)) is known

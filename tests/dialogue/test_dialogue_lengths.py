@@ -3,7 +3,7 @@
 import pytest
 from run_bench import DOMAIN, NODE_ID, TEXT, discovered
 
-from conformance.device.lengths import Lengths
+from conformance.device.learned import Lengths
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again

@@ -52,7 +52,7 @@ def test_what_is_served_is_not_missing() -> None:
     entries = reference_entries(NODE_ID)
     entries[there] = entries[TEXT.mux]
     with discovered(recording(entries=entries)) as bench:
-        assert bench.device.beliefs.nowhere == PRINTABLE_OBJECTS[1:]
+        assert bench.device.learned.nowhere == PRINTABLE_OBJECTS[1:]
         assert not bench.device.lacks(there)
         assert bench.device.lacks(PRINTABLE_OBJECTS[1])
         assert bench.device.lacks(Multiplexer(PRINTABLE_OBJECTS[1].index))
@@ -65,4 +65,4 @@ def test_what_cannot_be_read_now_is_not_missing() -> None:
         return [] if data[0] == 0x80 else [Abort(mux, AbortCode.DEVICE_STATE).encode()]
 
     with discovered(Scripted(answers), timeout=HASTY) as bench:
-        assert bench.device.beliefs.nowhere == ()
+        assert bench.device.learned.nowhere == ()

@@ -120,7 +120,7 @@ def segments(watched: Watched) -> int:
 def test_what_is_very_long_is_read_once_behind_all_resets() -> None:
     with configured(node=very_long()) as (bench, watched):
         session = bench.session()
-        bench.device.services.reads_alike = False
+        bench.device.learned.reads_alike = False
         asked(watched)
         for command in COMMANDS:
             reset(session, command)
@@ -190,7 +190,7 @@ def test_a_long_value_is_written_in_blocks_before_it_is_stored(kind: type[Record
     server = kind(entries)
     with discovered(server) as bench:
         session = bench.session()
-        bench.device.services.takes_blocks = True
+        bench.device.learned.stores_in_blocks = True
         wrong = kind is _WrongInBlocks
         in_blocks, in_segments = BlockDownloadInitiate, DownloadInitiate
         for ways in [{in_blocks, in_segments}, {in_segments}] if wrong else [{in_blocks}] * 2:

@@ -6,6 +6,7 @@ import pytest
 from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
 from storage_bench import IN_USE, NUMBER, Kept, Watched, configured
 
+from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, PERMISSIONS, STORE_PARAMETERS
@@ -130,7 +131,7 @@ def test_nothing_is_loaded_over_what_was_too_long_to_be_read() -> None:
 
 def test_nothing_is_loaded_over_what_was_not_read() -> None:
     with configured() as (bench, watched):
-        bench.device.beliefs.passed_over.add(NUMBER)
+        bench.device.learned.unread[NUMBER] = Unread(Reason.PASSED_OVER)
         with pytest.raises(NotTestable, match=r"what 2004h:00 and others hold .* were not read"):
             CaseTools.of(bench.dialogue()).storage.loaded_defaults()
         assert watched.commands == []

@@ -11,9 +11,9 @@ from run_bench import NODE_ID
 
 from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Direction, Link
-from conformance.device.beliefs import Beliefs
 from conformance.device.device import Device
 from conformance.device.known_objects import by_multiplexer
+from conformance.device.learned import Learned
 from conformance.device.safety import WritePolicy, written_by
 from conformance.faults.hosting import simulated_bus
 from conformance.model_cases.conversations import hunt
@@ -96,7 +96,7 @@ def test_only_what_may_be_written_is_named(reference: Searched, kind: Kind) -> N
 
 @given(st.binary(max_size=8))
 def test_harmless(data: bytes) -> None:
-    device = Device(NODE_ID, policy=WritePolicy([TEXT]), beliefs=Beliefs(nowhere=(NOWHERE,)))
+    device = Device(NODE_ID, policy=WritePolicy([TEXT]), learned=Learned(nowhere=(NOWHERE,)))
     sent = harmless(data, device, TEXT)
     target = written_by(decode_request(sent.ljust(8, b"\0")))
     assert target is None or device.lacks(target) or device.policy.permits(target)

@@ -5,7 +5,7 @@ from reporting_results import result
 
 from conformance.device.device import Device
 from conformance.device.eds_listing import Listing
-from conformance.device.services import Services
+from conformance.device.learned import Learned
 from conformance.reporting.summary import (
     MOST_REASONS,
     device_properties,
@@ -96,7 +96,7 @@ def test_what_was_found_by_reading(refusal: str | None, words: str) -> None:
         Multiplexer(0x1008): b"a name",
         Multiplexer(0x1001): b"0",
     }
-    device = Device(5, values=values, services=Services(block_upload_refusal=refusal))
+    device = Device(5, values=values, learned=Learned(block_upload_refusal=refusal))
     lengths = "1: 1, 4: 1, more: 1 (up to 6, 1008h:00)"
     found = f"3 objects, by length in bytes {lengths}; block upload: {words}"
     assert found_lines(device_properties(device, alone=True)) == [f"found by reading: {found}"]

@@ -51,7 +51,7 @@ def test_what_is_known_afterwards() -> None:
     }
     assert device.values[NAME] == b"Conformance reference server"
     assert device.values[NUMBER.mux] == bytes.fromhex("11223344")
-    assert device.beliefs.unreadable == {}
+    assert device.learned.unreadable == {}
     added = {known.mux.index: known.access for known in [*device.objects][len(REFERENCE_OBJECTS) :]}
     for index in (0x1000, 0x1008, 0x1009, 0x100A, 0x1018):
         assert added.pop(index) is Access.CONST
@@ -65,7 +65,7 @@ def test_what_the_error_list_holds_is_not_kept() -> None:
     node = build_node("an-error-in-the-list", NODE_ID)
     with discovered(node, objects=[*REFERENCE_OBJECTS, place]) as bench:
         assert place.mux not in bench.device.values
-        assert place.mux not in bench.device.beliefs.unreadable
+        assert place.mux not in bench.device.learned.unreadable
 
 
 def test_a_device_that_answers_aborts_is_known_as_one_that_does_not() -> None:
@@ -75,8 +75,8 @@ def test_a_device_that_answers_aborts_is_known_as_one_that_does_not() -> None:
     with discovered(build_node("every-abort-answered", NODE_ID)) as bench:
         assert bench.channel.receive(HASTY) is None
         assert bench.device.values == right.values
-        assert bench.device.beliefs.unreadable == right.beliefs.unreadable
-        assert bench.device.beliefs.nowhere == right.beliefs.nowhere
+        assert bench.device.learned.unreadable == right.learned.unreadable
+        assert bench.device.learned.nowhere == right.learned.nowhere
 
 
 class NoSecondTransfer(ShortInSegments):
@@ -131,14 +131,14 @@ def test_a_minimal_device() -> None:
         assert bench.device.identity == {}
         found = {mux.index for mux in bench.device.values}
         assert found == {0x1000, 0x1001, 0x1017, 0x1200}
-        assert "06020000h" in bench.device.beliefs.unreadable[IDENTITY]
+        assert "06020000h" in bench.device.learned.unreadable[IDENTITY]
 
 
 def test_a_named_object_that_does_not_exist_is_never_written() -> None:
     """It has no value that could be put back; the cases that need it say so."""
     known = KnownObject(Multiplexer(0x2222), DataType.UNSIGNED64)
     with discovered(recording(), objects=[*REFERENCE_OBJECTS[:4], known]) as bench:
-        assert "06020000h" in bench.device.beliefs.unreadable[known.mux]
+        assert "06020000h" in bench.device.learned.unreadable[known.mux]
         assert Roles(bench.device).number() == NUMBER
 
 
@@ -156,7 +156,7 @@ def test_block_uploads_are_asked_for(name: str | None, refusal: str) -> None:
     """By an initiate that is aborted at once: the server is idle afterwards."""
     node = build_node(name, NODE_ID)
     with discovered(node) as bench:
-        found = bench.device.services.block_upload_refusal
+        found = bench.device.learned.block_upload_refusal
         assert found is not None
         assert found.startswith(refusal)
         assert bool(found) is bool(refusal)
@@ -169,7 +169,7 @@ def test_silence_to_a_block_upload_is_for_the_cases_to_judge() -> None:
         return [BASELINE] if data == READ else []
 
     with discovered(Scripted(answer), timeout=HASTY, objects=[]) as bench:
-        assert bench.device.services.block_upload_refusal is None
+        assert bench.device.learned.block_upload_refusal is None
 
 
 class _Garbling(Recording):
@@ -185,7 +185,7 @@ class _Garbling(Recording):
 def test_a_device_that_answers_badly_is_tested_all_the_same() -> None:
     """What is wrong with it is for the cases to say; what is left over spoils nothing."""
     with discovered(recording(_Garbling)) as bench:
-        assert "response.specifier" in bench.device.beliefs.unreadable[IDENTITY]
+        assert "response.specifier" in bench.device.learned.unreadable[IDENTITY]
         assert bench.device.values[NUMBER.mux] == bytes.fromhex("11223344")
         assert bench.device.values[TEXT.mux] == b"text"
 
@@ -273,7 +273,7 @@ def test_a_device_that_answers_an_abort_is_known_all_the_same() -> None:
     with discovered(build_node("abort-answered-when-idle", NODE_ID)) as bench:
         assert bench.device.baseline == [(READ, BASELINE)]
         assert bench.device.values[NUMBER.mux] == bytes.fromhex("11223344")
-        assert bench.device.beliefs.unreadable == {}
+        assert bench.device.learned.unreadable == {}
 
 
 def test_an_upload_that_cannot_be_ended_is_told_beside_the_cases() -> None:
@@ -282,7 +282,7 @@ def test_an_upload_that_cannot_be_ended_is_told_beside_the_cases() -> None:
     with undiscovered(build_node("upload-last-flag-missing-when-full", NODE_ID)) as bench:
         bench.device.known[FULL.mux] = FULL
         discover(bench.channel, bench.device, causes)
-        assert FULL.mux in bench.device.beliefs.unreadable
+        assert FULL.mux in bench.device.learned.unreadable
     assert "response.not-refused: abort 05040001h to upload segment request" in [
         str(cause) for cause, _ in causes.aside()
     ]

@@ -11,6 +11,7 @@ from conformance.device import effort
 from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE, Effort
 from conformance.device.known_objects import KnownObject, by_multiplexer
+from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import NotTestable
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import NMT
@@ -104,12 +105,15 @@ def of_many(count: int, *, effort: Effort = Effort.HASTE) -> Iterator[tuple[Work
 
 def test_very_many_are_passed_over() -> None:
     with of_many(20) as (bench, _):
-        beliefs, values = bench.device.beliefs, bench.device.values
+        learned, values = bench.device.learned, bench.device.values
         read = [known for known in numbers(20) if known.mux in values]
         assert len(read) + (TEXT.mux in values) == ENOUGH + MORE
-        assert beliefs.passed_over == {known.mux for known in numbers(20)} - values.keys()
-        assert beliefs.unreadable == {}
-        left = next(known for known in numbers(20) if known.mux in beliefs.passed_over)
+        assert (
+            learned.unread_for(Reason.PASSED_OVER)
+            == {known.mux for known in numbers(20)} - values.keys()
+        )
+        assert learned.unreadable == {}
+        left = next(known for known in numbers(20) if known.mux in learned.unread)
         with pytest.raises(NotTestable, match=r"one of very many, and was not read .*--sdo-quick"):
             value_of(bench.device, left)
         # What every device has is read all the same.
@@ -118,7 +122,7 @@ def test_very_many_are_passed_over() -> None:
 
 def test_a_list_of_which_all_is_read() -> None:
     with of_many(20, effort=Effort.USUAL) as (bench, _):
-        assert bench.device.beliefs.passed_over == set()
+        assert not bench.device.learned.unread_for(Reason.PASSED_OVER)
         assert {known.mux for known in numbers(20)} <= bench.device.values.keys()
 
 
@@ -134,7 +138,7 @@ def test_the_device_type_is_read_though_the_list_is_cut_short() -> None:
         bench.device = replace(bench.device, permits=Permits(effort=Effort.HASTE))
         discover(bench.channel, bench.device)
         assert listed[20].mux in bench.device.values
-        assert bench.device.beliefs.passed_over.isdisjoint(bench.device.values)
+        assert bench.device.learned.unread.keys().isdisjoint(bench.device.values)
 
 
 @pytest.mark.parametrize("command", [NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION])
@@ -155,8 +159,8 @@ def test_no_reset_where_it_changes_what_was_not_read(command: NmtCommand) -> Non
 def test_what_a_reset_does_not_change_need_not_be_read() -> None:
     over = {known.mux for known in numbers(3, Access.RO)}
     device = Device(NODE_ID, by_multiplexer([*numbers(3, Access.RO), NUMBER]))
-    device.beliefs.passed_over |= over
+    device.learned.unread |= dict.fromkeys(over, Unread(Reason.PASSED_OVER))
     assert device.lost_in_reset() == []
-    device.beliefs.passed_over.add(NUMBER.mux)
+    device.learned.unread[NUMBER.mux] = Unread(Reason.PASSED_OVER)
     assert device.lost_in_reset() == [NUMBER]
     assert device.lost_in_reset(range(0x1000, 0x2000)) == []

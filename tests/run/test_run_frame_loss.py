@@ -4,6 +4,7 @@ import pytest
 
 from conformance.device.device import Device
 from conformance.device.effort import TRIES_OF_CASE
+from conformance.device.learned import Reason, Unread
 from conformance.dialogue.causes import Cause, Causes
 from conformance.run.frame_loss import (
     ALWAYS,
@@ -96,7 +97,7 @@ def test_what_was_met_before_the_first_case(
 def test_the_beginning_of_a_run() -> None:
     device, causes = Device(5), Causes()
     assert beginning(device, causes) == frozenset()
-    device.beliefs.misread.add(Multiplexer(0x1008))
+    device.learned.unread[Multiplexer(0x1008)] = Unread(Reason.BREACH)
     silence = Violation(ANSWERED, expected="an answer", actual="nothing")
     causes.add(Cause(ANSWERED.id, "no answer"), "before", silence, aside=True)
     assert beginning(device, causes) == {

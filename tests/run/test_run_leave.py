@@ -176,7 +176,7 @@ def test_no_wait_behind_a_block_upload() -> None:
         Blocks(sdo).upload(Multiplexer(0x1008))
         assert not sdo.tracker.misplaced
         leave(sdo, failed=False)
-        assert not bench.device.beliefs.says_all
+        assert not bench.device.learned.says_all
 
 
 def test_an_abort_that_comes_late_is_no_stream() -> None:
@@ -199,7 +199,7 @@ def test_an_abort_that_comes_late_is_no_stream() -> None:
         leaving = leave(sdo, failed=False)
         assert leaving.violation is not None
         assert (leaving.violation.rule, leaving.violation.habit) == (UNSOLICITED, None)
-        assert not bench.device.beliefs.streams
+        assert not bench.device.learned.streams
 
 
 def test_an_unsolicited_answer() -> None:

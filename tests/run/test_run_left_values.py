@@ -174,7 +174,7 @@ def test_a_short_value_stands_in_for_a_long_one(
         told: list[dict[str, Any]] = []
         bench.device.keeping.changes = Changes(told.append)
         if taken is not None:
-            bench.device.lengths[DOMAIN.mux].taken |= {len(LONG), taken}
+            bench.device.learned.lengths[DOMAIN.mux].taken |= {len(LONG), taken}
         session = bench.session()
         run = begin(session)
         size = len(LONG) if kind is _TakesOneLength else 2000
@@ -200,7 +200,7 @@ def test_a_short_value_is_put_back_itself() -> None:
     server = recording()
     before = server.values()
     with discovered(server) as bench:
-        bench.device.lengths[TEXT.mux].taken |= {3, 20}
+        bench.device.learned.lengths[TEXT.mux].taken |= {3, 20}
         run = begin(bench.session())
         run.sdo.download(TEXT, b"left")
         run.conclude(BROKEN)

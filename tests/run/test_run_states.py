@@ -36,7 +36,7 @@ def met(name: str) -> Iterator[tuple[Workbench, DeviceSession]]:
 
 def test_refused_uploads_are_a_fact() -> None:
     with met("locked-until-a-password") as (bench, _):
-        (fact,) = bench.device.serving.facts
+        (fact,) = bench.device.learned.serving.facts
         assert fact == Refused(Service.UPLOAD, None, AbortCode.LOCAL_CONTROL)
         with pytest.raises(NotTestable, match=r"08000021h .* --sdo-allow=nmt"):
             Roles(bench.device).text()
@@ -44,7 +44,7 @@ def test_refused_uploads_are_a_fact() -> None:
 
 def test_refused_downloads_are_a_fact() -> None:
     with met("writes-refused-in-pre-operational") as (bench, _):
-        (fact,) = bench.device.serving.facts
+        (fact,) = bench.device.learned.serving.facts
         assert fact == Refused(Service.DOWNLOAD, None, AbortCode.DEVICE_STATE)
         with pytest.raises(NotTestable, match=r"08000022h .* --sdo-allow=nmt"):
             Roles(bench.device).number()
@@ -61,14 +61,14 @@ def test_a_case_that_meets_it_is_not_testable(mux: Multiplexer) -> None:
 
 def test_what_is_served_is_no_fact() -> None:
     with met("locked-for-now") as (bench, _):
-        assert not bench.device.serving.facts
+        assert not bench.device.learned.serving.facts
         assert Roles(bench.device).text() == TEXT
 
 
 def test_nothing_is_commanded_without_permission() -> None:
     with met("reads-refused-in-pre-operational") as (bench, _):
-        assert bench.device.serving.state is None
-        assert bench.device.serving.home is None
+        assert bench.device.learned.serving.state is None
+        assert bench.device.learned.serving.home is None
 
 
 class Rebooting(Revival):
@@ -90,7 +90,7 @@ def test_a_device_that_was_brought_back_serves_the_next_case(tmp_path: Path) -> 
         bench.device = replace(bench.device, permits=Permits(permissions=PROBES | {NMT}))
         session = bench.session()
         session.survey()
-        assert bench.device.serving.home is NmtState.OPERATIONAL
+        assert bench.device.learned.serving.home is NmtState.OPERATIONAL
         session.revival = Rebooting(bench, tmp_path)
         session.lost = True
         assert session.revive() == ""

@@ -158,7 +158,10 @@ def test_values_that_are_filled_up_are_known_from_then_on(known: KnownObject) ->
         found = [str(cause) for cause, _ in session.causes.aside()]
         run = begin_case(session, "a.case", "a service", STORED)
         filled = bench.device.known[known.mux]
-        assert (filled.habits.filled, bench.device.lengths[known.mux].fit(14)) == (LENGTH, LENGTH)
+        assert (filled.habits.filled, bench.device.learned.lengths[known.mux].fit(14)) == (
+            LENGTH,
+            LENGTH,
+        )
         run.tools.room.store(filled, b"short")
         run.sdo.expect_value(filled, b"short")
         assert run.conclude(None).verdict is Verdict.PASS
@@ -197,7 +200,7 @@ def test_whether_long_values_come_in_blocks_is_known_before_the_first_case(
     """On that hangs which cases there are with them, and no case may be the one to find out."""
     with discovered(build_node(fault, NODE_ID)) as bench:
         bench.session().survey()
-        assert bench.device.services.reads_alike is alike
+        assert bench.device.learned.reads_alike is alike
 
 
 class _Keeping(Recording):

@@ -87,7 +87,7 @@ def test_two_that_are_alike_cannot_be_told_from_one_that_answers_twice(alike: bo
     with on_one_bus(*nodes) as bench:
         causes = Causes()
         discover(bench.channel, bench.device, causes)
-        assert bench.device.beliefs.answers_twice
+        assert bench.device.learned.answers_twice
         # Whatever else is met comes of that: it is told once.
         violation = Violation(SPECIFIER, expected="one", actual="another")
         cause = causes.of(violation, SPECIFIER, UploadInitiate(Multiplexer(0x1018)))
@@ -98,14 +98,14 @@ def test_two_that_are_alike_cannot_be_told_from_one_that_answers_twice(alike: bo
 def test_one_device(name: str | None) -> None:
     with on_one_bus(build_node(name, NODE_ID)) as bench:
         discover(bench.channel, bench.device)
-        assert not bench.device.beliefs.answers_twice
+        assert not bench.device.learned.answers_twice
 
 
 @pytest.mark.parametrize("name", [None, "every-abort-answered", "answers-twice", "answers-late"])
 def test_one_that_is_not_behind(name: str | None) -> None:
     with on_one_bus(build_node(name, NODE_ID)) as bench:
         discover(bench.channel, bench.device)
-        assert not bench.device.beliefs.is_behind
+        assert not bench.device.learned.is_behind
 
 
 def test_one_that_is_one_request_behind() -> None:
@@ -113,7 +113,7 @@ def test_one_that_is_one_request_behind() -> None:
     with on_one_bus(build_node("one-request-behind", NODE_ID)) as bench:
         causes = Causes()
         discover(bench.channel, bench.device, causes)
-        assert bench.device.beliefs.is_behind
+        assert bench.device.learned.is_behind
         violation = Violation(SPECIFIER, expected="one", actual="another")
         cause = causes.of(violation, SPECIFIER, UploadInitiate(Multiplexer(0x1018)))
         assert cause == Cause(ANSWERED.id, "answers are one request behind")

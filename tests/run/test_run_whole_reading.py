@@ -15,6 +15,7 @@ from run_bench import (
 )
 
 from conformance.device.effort import BELIEVED, LONGEST_READ, Effort
+from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
@@ -71,8 +72,7 @@ def test_what_is_too_long_is_begun_and_never_written() -> None:
     with discovered(server) as bench:
         device = bench.device
         assert DOMAIN.mux not in device.values
-        assert device.beliefs.too_long == {DOMAIN.mux}
-        assert DOMAIN.mux not in device.beliefs.misread
+        assert device.learned.unread_for(Reason.TOO_LONG) == {DOMAIN.mux}
         assert len(server.requests) < BELIEVED // SEGMENT_LENGTH + 100
         assert bench.dialogue().fence() == [], "the upload was ended"
         session = bench.session()
@@ -95,16 +95,15 @@ def test_what_is_as_long_as_anything_that_is_read() -> None:
 @pytest.mark.parametrize("size", [20, BELIEVED - 20])
 def test_a_size_that_is_announced_wrongly_is_no_long_value(size: int) -> None:
     with discovered(long_domain(size, _Announcing)) as bench:
-        assert DOMAIN.mux in bench.device.beliefs.misread
-        assert not bench.device.beliefs.too_long
-        assert bench.device.beliefs.unreadable[DOMAIN.mux].startswith("upload.size: ")
+        assert bench.device.learned.is_unread(DOMAIN.mux, Reason.BREACH)
+        assert bench.device.learned.unreadable[DOMAIN.mux].startswith("upload.size: ")
 
 
 @pytest.mark.parametrize("kind", [Recording, _WithoutBlocks, _Unsized, _UnsizedWithoutBlocks])
 def test_a_long_value_is_read_whole(kind: type[Recording]) -> None:
     with discovered(long_domain(20_000, kind)) as bench:
         assert bench.device.values[DOMAIN.mux] == bytes(20_000)
-        assert not bench.device.beliefs.too_long
+        assert DOMAIN.mux not in bench.device.learned.unread
 
 
 @pytest.mark.parametrize(("kind", "is_read"), [(Recording, True), (_WithoutBlocks, False)])

@@ -81,7 +81,7 @@ class DeviceObjects:
             value = self.device.values[transfer.target]
             return bytes([value[0] ^ (transfer.content & 1)]) + value[1:]
         chosen = random.Random(f"{transfer.content}/{transfer.size}")
-        return text(chosen, transfer.size, self.device.beliefs.nowhere)
+        return text(chosen, transfer.size, self.device.learned.nowhere)
 
     def longest(self, mux: Multiplexer) -> int:
         """Return the most bytes that an upload of an object may bring."""
@@ -156,7 +156,7 @@ def survey(sdo: Dialogue) -> DeviceObjects:
 
 def _room(sdo: Dialogue, known: KnownObject) -> int:
     """Return the bytes that a string or domain surely takes, 0 where they are few."""
-    lengths = sdo.device.lengths[known.mux]
+    lengths = sdo.device.learned.lengths[known.mux]
     for room in ROOMS:
         if lengths.lasting and room > lengths.lasting:
             continue

@@ -74,7 +74,7 @@ def _missing_entry(sdo: Dialogue, missing: Multiplexer) -> Multiplexer:
 
     That a device serves any there is for other cases to say; it is not asked again.
     """
-    if DEVICE_TYPE.index not in sdo.device.beliefs.all_entries:
+    if DEVICE_TYPE.index not in sdo.device.learned.all_entries:
         with suppress(Violation):
             return missing_sub_index(sdo, DEVICE_TYPE.index)
     return Multiplexer(missing.index, 1)
@@ -85,7 +85,7 @@ def _led_into(
     state: AnyState, sdo: Dialogue, known: KnownObject, size: int, targets: Targets
 ) -> Iterator[Lockstep]:
     """Lead the server into a state by an object, which is written before if it has to be."""
-    surely = sdo.device.lengths[known.mux].surely
+    surely = sdo.device.learned.lengths[known.mux].surely
     capacity = {} if surely is None else {known.mux: surely}
     knowledge = knowledge_of(sdo.device, capacity, targets.there)
     lockstep = Lockstep(sdo, Oracle(knowledge, sdo.device.node_id))
