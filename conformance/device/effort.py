@@ -70,6 +70,8 @@ FIRST_TRIES = 3
 # which such a value has to change, with nothing written between them.
 READS_OF_MEASURED = 4
 READS_OF_CHANGING = 10
+# Losses of the device by cases of one kind, or before the first case: then it is tried no more.
+LOSSES = 2
 # How often the values are looked at behind the last case, as long as some are not as before.
 AUDITS = 3
 

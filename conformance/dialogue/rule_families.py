@@ -6,10 +6,12 @@ these places. A server that gets it wrong in one place of its code gets it wrong
 
 from dataclasses import dataclass
 
-from conformance.sdo.rules import rule_of
+from conformance.sdo.rules import FILLER, RESERVED, rule_of
 
 ABORT = "abort "
 NO_ANSWER = "no answer"
+# Flaws that a device may have in every answer: they are judged once, for the whole run.
+INCIDENTAL = (RESERVED, FILLER)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,11 +11,11 @@ from conformance.device.safety import may_ask
 from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.ended_transfers import has_left
+from conformance.dialogue.rule_families import INCIDENTAL
 from conformance.dialogue.server_aborts import INITIATES
 from conformance.dialogue.silence import MOST_STRAY
 from conformance.dialogue.sub_blocks import SubBlocks
 from conformance.dialogue.values import LENGTH_OF_ANOTHER
-from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import (

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from conformance.beginning.two_devices import either
 from conformance.bus.errors import BenchError, FailedOnce, error_named
 from conformance.device.change_journal import WRITTEN_UNREAD
 from conformance.device.known_deviations import KnownDeviation
 from conformance.run.session import DeviceSession
-from conformance.run.two_devices import either
 from conformance.run.verdict import CaseResult
 from conformance.sdo.describe import shown
 

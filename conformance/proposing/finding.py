@@ -3,8 +3,8 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
+from conformance.beginning.discovery import Reading
 from conformance.dialogue.transfers import EXISTS
-from conformance.run.discovery import Reading
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 
+from conformance.beginning.discovery import READING, Reading, discover
 from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE, TEXTS, Device
 from conformance.device.eds_listing import Listing, mandatory_and
@@ -11,8 +12,7 @@ from conformance.device.permits import known_objects
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
 from conformance.proposing.finding import Found, Search
-from conformance.run.discovery import READING, Reading, discover
-from conformance.run.object_choices import is_error_place
+from conformance.sdo.emergency import is_error_place
 from conformance.sdo.layout import Multiplexer
 
 FIRST_SEARCHED, LAST_SEARCHED = 0x1000, 0x9FFF

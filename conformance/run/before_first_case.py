@@ -2,13 +2,13 @@
 
 from collections import deque
 
+from conformance.beginning.revival import Revival
+from conformance.beginning.survey import FIRST_SEEN
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.dialogue.causes import Causes, cause_of
 from conformance.run.evidence import trace_lines
-from conformance.run.revival import Revival
-from conformance.run.survey import FIRST_SEEN
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe
 from conformance.sdo.layout import whole_frame

@@ -10,6 +10,9 @@ from typing import Any
 
 import can
 
+from conformance.beginning.discovery import discover, unseen
+from conformance.beginning.first_request import FirstRequest
+from conformance.beginning.revival import Revival
 from conformance.bus.channel import Channel
 from conformance.bus.counters import counted_since, read_counters
 from conformance.bus.error_states import read_error_states
@@ -33,11 +36,8 @@ from conformance.device.safety import WritePolicy
 from conformance.dialogue.causes import Causes
 from conformance.dialogue.channels import TEST_CHANNELS
 from conformance.run.before_first_case import Watch
-from conformance.run.discovery import discover, unseen
 from conformance.run.evidence import CANSEND_KNOWS
-from conformance.run.first_request import FirstRequest
 from conformance.run.frame_loss import Beginning, beginning, in_doubt, is_settled
-from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.sdo.cob_id import ChannelIds
 
@@ -182,7 +182,7 @@ class Bench:
             watch.close()
         watch.keep(session.causes)
         if first is not None:
-            first.keep(session)
+            first.keep(session.causes, session.doubts.add)
 
     def _begin(self, channel: Channel, revival: Revival | None) -> DeviceSession:
         """Read and survey a device; again where a frame may have been lost on the way."""

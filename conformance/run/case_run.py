@@ -2,19 +2,19 @@
 
 import time
 
+from conformance.beginning.two_devices import either
 from conformance.bus.errors import BenchError
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import Cause, Standing
 from conformance.dialogue.dialogue import Dialogue
+from conformance.dialogue.rule_families import INCIDENTAL
 from conformance.dialogue.server_aborts import Way, leaves
 from conformance.dialogue.tools import CaseTools
 from conformance.run.judgement import Judgement, Point, confirmed_and_refused, crossing
 from conformance.run.leaving import Leaving, Proof, leave, shift
 from conformance.run.session import MOST_INCIDENTS, DeviceSession, Incident
-from conformance.run.two_devices import either
 from conformance.run.verdict import (
     FAILED,
-    INCIDENTAL,
     Afterwards,
     CaseResult,
     Verdict,

@@ -13,7 +13,7 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.numbers import beyond as beyond_limit
 from conformance.device.numbers import is_number
 from conformance.device.protected_objects import group_of
-from conformance.sdo.emergency import ERROR_LIST
+from conformance.sdo.emergency import ERROR_LIST, is_error_place
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access
 from conformance.sdo.pdos import IN_ORDER, MAPPING_OF, RECEIVED, SENT, is_mapping
@@ -37,11 +37,6 @@ def _entries(choice: Choice) -> Callable[[Listing], Entries]:
         }
 
     return choose
-
-
-def is_error_place(mux: Multiplexer) -> bool:
-    """Say whether an entry is a place of the error list, which holds an error or nothing."""
-    return mux.index == ERROR_LIST and mux.sub_index > 0
 
 
 def is_read(known: KnownObject) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from conformance.beginning.baseline import record_baseline
 from conformance.bus.channel import Channel
 from conformance.bus.errors import OtherDevice
 from conformance.device.change_journal import BACK, STORED_AGAIN, WRITTEN_UNREAD, LeftBehind
@@ -14,7 +15,6 @@ from conformance.device.protected_objects import PERMISSIONS
 from conformance.device.safety import WritePolicy
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.run.baseline import record_baseline
 from conformance.run.restorer import Restorer
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import shown

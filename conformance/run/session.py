@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from conformance.beginning.revival import Revival
+from conformance.beginning.survey import SURVEY, survey
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
@@ -17,8 +19,6 @@ from conformance.run.evidence import cansend_lines, trace_lines
 from conformance.run.frame_loss import Doubts
 from conformance.run.recording import Recording
 from conformance.run.restorer import Restorer
-from conformance.run.revival import Revival
-from conformance.run.survey import SURVEY, survey
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.layout import Multiplexer

@@ -8,10 +8,10 @@ that. What has stopped the device twice by one cause is not tried a third time.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from conformance.device.effort import LOSSES
 from conformance.run.risks import Risk
 from conformance.sdo.can_frame import CanFrame
 
-ENOUGH = 2
 # A device that is lost in this number of ordinary cases in a row does not run at all. Other cases
 # may well stop it that often.
 MOST_IN_A_ROW = 20
@@ -41,7 +41,7 @@ class Losses:
     def survived(self, case_id: str) -> None:
         """Take a case that the device survived: so it is not the case itself that stops it."""
         self._in_a_row = 0
-        if len(self._open.get(_family(case_id), ())) < ENOUGH:
+        if len(self._open.get(_family(case_id), ())) < LOSSES:
             self._open.pop(_family(case_id), None)
 
     def is_wedged(self, *, answers_wrongly: bool) -> bool:
@@ -50,7 +50,7 @@ class Losses:
         Two cases in a row have left it so. Where bringing it back did not help it is left alone.
         """
         self._wrong_in_a_row = self._wrong_in_a_row + 1 if answers_wrongly else 0
-        return self._wrong_in_a_row == ENOUGH
+        return self._wrong_in_a_row == LOSSES
 
     @property
     def is_hopeless(self) -> bool:
@@ -62,8 +62,8 @@ class Losses:
         causes = [_family(case_id), *([_of_risk(case_id, risk)] if risk else [])]
         for cause in causes:
             stopped = self._open.get(cause, [])
-            if len(stopped) >= ENOUGH:
-                return f"{cause} has stopped the device twice (in {' and '.join(stopped[:ENOUGH])})"
+            if len(stopped) >= LOSSES:
+                return f"{cause} has stopped the device twice (in {' and '.join(stopped[:LOSSES])})"
         return ""
 
     def lines(self) -> list[str]:

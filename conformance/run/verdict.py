@@ -5,10 +5,6 @@ from enum import StrEnum
 from typing import Any, Self
 
 from conformance.dialogue.causes import Cause
-from conformance.sdo.rules import FILLER, RESERVED
-
-# Flaws that a device may have in every answer: they are judged once, for the whole run.
-INCIDENTAL = (RESERVED, FILLER)
 
 
 class Verdict(StrEnum):

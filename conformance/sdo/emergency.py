@@ -29,6 +29,11 @@ KINDS = (
 )
 
 
+def is_error_place(mux: Multiplexer) -> bool:
+    """Say whether an entry is a place of the error list, which holds an error or nothing."""
+    return mux.index == ERROR_LIST and mux.sub_index > 0
+
+
 @dataclass(slots=True)
 class ErrorCode(Entry):
     """The emergency error code of the application, 0 for none: the node reports its changes."""

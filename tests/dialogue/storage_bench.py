@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from run_bench import NODE_ID, PATIENT, Workbench
 
+from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
@@ -18,7 +19,6 @@ from conformance.reference.built_in_eds import listing_of, permits_for
 from conformance.reference.host import NodeHost
 from conformance.reference.node import Node
 from conformance.run.bench import private_channel
-from conformance.run.discovery import discover
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE
 from conformance.sdo.frames import UploadInitiate

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from run_bench import NODE_ID
 
+from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel
 from conformance.bus.link import Captured, Direction, Link
 from conformance.device.device import Device
@@ -34,7 +35,6 @@ from conformance.model_cases.conversations.store import FailingStore
 from conformance.model_cases.conversations.trials import Failure, Trials
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.run.case_run import CaseRun, begin_case
-from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.layout import Multiplexer

@@ -13,11 +13,11 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.beginning.discovery import READING, Reading
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
 from conformance.proposing.finding import MOST_UNANSWERED, Found, Search
 from conformance.reference.built_in_device import reference_entries
-from conformance.run.discovery import READING, Reading
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
 

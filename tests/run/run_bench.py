@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import can
 
+from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
@@ -22,7 +23,6 @@ from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.run.bench import private_channel
 from conformance.run.case_run import CaseRun, begin_case
-from conformance.run.discovery import discover
 from conformance.run.session import DeviceSession
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.layout import Multiplexer

@@ -7,6 +7,10 @@ from pathlib import Path
 import pytest
 from run_bench import BASELINE, NODE_ID, READ, RULE
 
+from conformance.beginning.discovery import discover
+from conformance.beginning.first_request import ask_first
+from conformance.beginning.revival import Revival
+from conformance.beginning.two_devices import examine
 from conformance.bus.channel import Channel
 from conformance.bus.errors import BenchError
 from conformance.bus.link import Link
@@ -29,11 +33,7 @@ from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.reference.host import HostedNode
 from conformance.reference.simulated_bus import SimulatedBus, SimulatedClock
 from conformance.run.bench import Bench, RunSettings
-from conformance.run.discovery import discover
-from conformance.run.first_request import ask_first
-from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
-from conformance.run.two_devices import examine
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer

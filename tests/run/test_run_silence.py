@@ -3,6 +3,7 @@
 import pytest
 from run_bench import BASELINE, HASTY, NODE_ID, READ, RULE, Scripted, discovered, undiscovered
 
+from conformance.beginning.discovery import discover
 from conformance.bus.errors import DeviceLost
 from conformance.bus.pace import PROVEN, SHORTEST, TOO_MANY
 from conformance.device.known_objects import KnownObject
@@ -13,7 +14,6 @@ from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.expedited_upload import DiesAtOnce
 from conformance.run.case_run import begin_case
-from conformance.run.discovery import discover
 from conformance.run.verdict import Afterwards
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType

@@ -23,7 +23,7 @@ VARIANTS = [
     for name in of_the_protocol(unusual(), (About.TRANSFERS, About.LENGTHS))
     if not name.startswith(ABORTS_NOW_AND_THEN)
 ]
-# What a run finds out of strings before its cases begin (run/survey.py).
+# What a run finds out of strings before its cases begin (beginning/survey.py).
 HABITS = {
     "strings-cut-to-20-bytes": Habits(cut=20),
     "one-string-padded-with-blanks-and-cut": Habits(filled=20, padding=b" ", cut=20),

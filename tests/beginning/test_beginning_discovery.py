@@ -15,6 +15,9 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.beginning.baseline import record_baseline
+from conformance.beginning.discovery import discover
+from conformance.beginning.first_request import ask_first
 from conformance.bus.errors import SilentNode
 from conformance.device.effort import FIRST_TRIES
 from conformance.device.known_objects import KnownObject
@@ -24,9 +27,6 @@ from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.faults.unusual.segmented_upload import ShortInSegments
 from conformance.reference.built_in_device import REFERENCE_OBJECTS, reference_entries
-from conformance.run.baseline import record_baseline
-from conformance.run.discovery import discover
-from conformance.run.first_request import ask_first
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.frames import DownloadInitiate, Request, Response, UploadInitiate

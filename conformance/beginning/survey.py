@@ -9,6 +9,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 
+from conformance.beginning.adapting import find_cut
+from conformance.beginning.longer import PADDINGS, find_longer, find_others
+from conformance.beginning.states import look_where_it_writes, was_download_refused
 from conformance.bus.errors import DeviceLost
 from conformance.device.device import DEVICE_TYPE, Device
 from conformance.device.effort import SHORT_VALUE, THOUSANDS_OF_SEGMENTS
@@ -19,6 +22,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.causes import EXPEDITED_NOT_STORED, NUMBER_NOT_STORED
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.rule_families import INCIDENTAL
 from conformance.dialogue.values import (
     end_missing,
     filled_up,
@@ -27,10 +31,6 @@ from conformance.dialogue.values import (
     same_value,
     tail_kept,
 )
-from conformance.run.adapting import find_cut
-from conformance.run.longer import PADDINGS, find_longer, find_others
-from conformance.run.states import look_where_it_writes, was_download_refused
-from conformance.run.verdict import INCIDENTAL
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer

@@ -14,6 +14,7 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.beginning.discovery import discover
 from conformance.device.effort import BELIEVED, LONGEST_READ, Effort
 from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable
@@ -22,7 +23,6 @@ from conformance.device.permits import Permits
 from conformance.dialogue.object_expectations import value_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.run.case_run import begin_case
-from conformance.run.discovery import discover
 from conformance.run.verdict import Verdict
 from conformance.sdo.frames import BlockUploadInitiate, Response, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer

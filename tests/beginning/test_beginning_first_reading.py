@@ -7,6 +7,8 @@ from dataclasses import replace
 import pytest
 from run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
 
+from conformance.beginning.discovery import discover
+from conformance.beginning.first_reading import FirstReading, in_order
 from conformance.device import effort
 from conformance.device.device import Device
 from conformance.device.effort import LONG_VALUE, Effort
@@ -18,8 +20,6 @@ from conformance.device.protected_objects import NMT
 from conformance.dialogue.object_expectations import value_of
 from conformance.dialogue.tools import CaseTools
 from conformance.reference.built_in_device import reference_entries
-from conformance.run.discovery import discover
-from conformance.run.first_reading import FirstReading, in_order
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.objects import Access, DataType, Entry

@@ -2,6 +2,7 @@
 
 from run_bench import BASELINE, NODE_ID, READ
 
+from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.device.device import Device
@@ -10,7 +11,6 @@ from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.reference.simulated_bus import SimulatedBus
-from conformance.run.discovery import discover
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.objects import ObjectDictionary
 

@@ -20,6 +20,7 @@ from run_bench import (
     undiscovered,
 )
 
+from conformance.beginning.survey import FIRST_SEEN, LONGER, survey
 from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
@@ -30,7 +31,6 @@ from conformance.faults.faulty.block_download_aborts import DeafWhenAborted
 from conformance.plugin.findings import Findings
 from conformance.run.case_run import begin_case
 from conformance.run.session import DeviceSession
-from conformance.run.survey import FIRST_SEEN, LONGER, survey
 from conformance.run.verdict import Verdict
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, same_data

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from run_bench import NODE_ID, NUMBER, PROBES, TEXT, Workbench, begin, discovered
 
+from conformance.beginning.revival import Revival
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.device.permits import Permits
@@ -15,7 +16,6 @@ from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.protected_objects import NMT
 from conformance.device.serving import Refused, Service
 from conformance.faults.catalogue import build_node
-from conformance.run.revival import Revival
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode

@@ -5,10 +5,10 @@ A device that sends every answer twice looks alike, unless what comes differs.
 
 from collections.abc import Iterator, Sequence
 
+from conformance.beginning.plain_reads import end_read
 from conformance.bus.channel import MOST_TALK, Channel
 from conformance.bus.errors import TwoDevices
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
-from conformance.run.plain_reads import end_read
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse

@@ -1,12 +1,13 @@
 """The first request behind a boot-up message: a device that has just started answers it."""
 
+from collections.abc import Callable
+
+from conformance.beginning.plain_reads import end_read
+from conformance.beginning.revival import Revival
+from conformance.beginning.survey import FIRST_SEEN
 from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE
-from conformance.dialogue.causes import Cause, kind_of_answer
-from conformance.run.plain_reads import end_read
-from conformance.run.revival import Revival
-from conformance.run.session import DeviceSession
-from conformance.run.survey import FIRST_SEEN
+from conformance.dialogue.causes import Cause, Causes, kind_of_answer
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse
@@ -54,12 +55,12 @@ class FirstRequest:
         if self._found is not None and channel.link.may_lose and not revival.attempt():
             self._again = ask_first(channel) if revival.has_booted else self._found
 
-    def keep(self, session: DeviceSession) -> None:
-        """Add what was wrong to the causes: no case has failed for it."""
+    def keep(self, causes: Causes, doubt: Callable[[str, str], None]) -> None:
+        """Add what was wrong to the causes, or to the doubts: no case has failed for it."""
         if self._found is None:
             return
         cause = Cause(FIRST_REQUEST.id, kind_of_answer(self._found.actual))
         if self._again is None:
-            session.doubts.add("before the first case", str(cause))
+            doubt("before the first case", str(cause))
         else:
-            session.causes.add(cause, FIRST_SEEN, self._found, aside=True)
+            causes.add(cause, FIRST_SEEN, self._found, aside=True)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from run_bench import BASELINE, NODE_ID, Scripted, Workbench, undiscovered
 
+from conformance.beginning.revival import Revival
 from conformance.bus.errors import ProcessFailed
 from conformance.device.process import DeviceProcess, ProcessSettings
-from conformance.run.revival import Revival
 from conformance.sdo.can_frame import CanFrame
 
 BOOT_UP = CanFrame(0x700 + NODE_ID, b"\0")

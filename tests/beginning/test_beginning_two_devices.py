@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import pytest
 from run_bench import NODE_ID, Workbench
 
+from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel
 from conformance.bus.errors import TwoDevices
 from conformance.bus.link import Link
@@ -18,7 +19,6 @@ from conformance.reference.host import HostedNode
 from conformance.reference.node import Node
 from conformance.reference.server import Server
 from conformance.reference.simulated_bus import SimulatedBus
-from conformance.run.discovery import discover
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer

@@ -3,6 +3,12 @@
 from collections.abc import Callable
 from functools import partial
 
+from conformance.beginning.baseline import record_baseline
+from conformance.beginning.first_reading import FirstReading, in_order
+from conformance.beginning.states import learn_refusal, look_where_it_reads
+from conformance.beginning.survey import GONE, keep_aside, lost_early
+from conformance.beginning.two_devices import examine, look_for_second
+from conformance.beginning.whole_reading import TooLong, read_whole
 from conformance.bus.channel import Channel
 from conformance.device.device import (
     DEVICE_TYPE,
@@ -11,7 +17,7 @@ from conformance.device.device import (
     TEXTS,
     Device,
 )
-from conformance.device.effort import TRIES_OF_TRANSFER
+from conformance.device.effort import LOSSES, TRIES_OF_TRANSFER
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import Unimplemented
@@ -24,19 +30,12 @@ from conformance.dialogue.changing import may_change, take_as_changing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
 from conformance.dialogue.transfers import EXISTS
-from conformance.run.baseline import record_baseline
-from conformance.run.first_reading import FirstReading, in_order
-from conformance.run.object_choices import is_error_place
-from conformance.run.states import learn_refusal, look_where_it_reads
-from conformance.run.stopped_by import ENOUGH
-from conformance.run.survey import GONE, keep_aside, lost_early
-from conformance.run.two_devices import examine, look_for_second
-from conformance.run.whole_reading import TooLong, read_whole
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe
+from conformance.sdo.emergency import is_error_place
 from conformance.sdo.frames import UploadInitiate, UploadSegment
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType
@@ -121,7 +120,7 @@ class Reading:
         if not why:
             return True
         self.losses += 1
-        brings_back = None if answers or self.losses > ENOUGH else self._brings_back
+        brings_back = None if answers or self.losses > LOSSES else self._brings_back
         if brings_back is None or not brings_back():
             raise lost_early(sdo, asked, why)
         gone = Violation(

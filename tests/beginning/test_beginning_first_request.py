@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import pytest
 from run_bench import BASELINE, HASTY, READ, Scripted, undiscovered
 
-from conformance.run.first_request import ask_first
+from conformance.beginning.first_request import ask_first
 from conformance.sdo.rules import FIRST_REQUEST
 
 REFUSED = bytes.fromhex("8000100000000206")

@@ -1,0 +1,1 @@
+"""Before the first case: does the device answer, what is it, what would hide all else?"""
