@@ -8,7 +8,7 @@ WORKERS ?= 2
 # One more where tests wait by the clock.
 WAITING = $(shell expr $(WORKERS) + 1)
 
-.PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist docs \
+.PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist docs options \
     detection fleet bench clean
 
 selftest: $(VENV)/installed
@@ -64,6 +64,10 @@ check: $(VENV)/installed-for-tests
 docs: $(VENV)/installed-for-tests
 	$(BIN)/python docs/pages.py build/pages
 	$(BIN)/sphinx-build -q -W --keep-going -b html -c docs build/pages build/site
+
+# The tables of options in docs, from the one in conformance/device/options.py.
+options: $(VENV)/installed
+	$(BIN)/python docs/option_tables.py
 
 lint: $(VENV)/installed-for-tests
 	$(BIN)/ruff check .

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from conformance.device.options import RESPONSE_TIMEOUT
 from conformance.plugin.state import STATE
 from conformance.reporting.workload import case_of, family_of, service_of
-from conformance.run.bench import DEFAULT_RESPONSE_TIMEOUT
 
 # A family stands alone that has this share of all answers, silences or time; a case by its answers.
 PART = 0.002
@@ -93,7 +93,7 @@ class Timer:
         bench = self._session.config.stash[STATE].bench
         assert bench is not None
         answers = sum(session.channel.pace.answers for session in bench.sessions.values())
-        return Count(1, answers, self._waited / DEFAULT_RESPONSE_TIMEOUT, time.process_time())
+        return Count(1, answers, self._waited / RESPONSE_TIMEOUT.default, time.process_time())
 
 
 def run(*chosen: str) -> dict[str, Count]:

@@ -3,19 +3,18 @@
 import argparse
 import sys
 from contextlib import ExitStack
-from pathlib import Path
 
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.commands.bus_options import add_bus_options, bus_settings
 from conformance.commands.notes import tell
+from conformance.commands.options import NODE_ID, add_bus_options, add_option, bus_settings
 from conformance.commands.status import DONE, NOT_ALLOWED
 from conformance.device.eds_listing import Listing
+from conformance.device.options import EDS
 from conformance.eds.reading import read_eds
 from conformance.logs.decoded_lines import Judgement, decoded, judged
 from conformance.logs.live import LiveLog
 from conformance.logs.object_names import ObjectNames
 from conformance.logs.reading import RecordedLog
-from conformance.sdo.cob_id import HIGHEST_NODE_ID
 
 HELP = "show a bus log, or a bus, in words"
 
@@ -28,15 +27,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="a file of 'candump -L' or the bus.log of a run, also packed with gzip; - for the "
         "standard input; .asc, .blf, .csv, .trc and other formats of python-can",
     )
-    parser.add_argument("--node-id", type=int, metavar="N", help="show this node only")
+    add_option(parser, NODE_ID, help="show this node only")
     parser.add_argument(
         "--judge",
         action="store_true",
         help="show the responses that were not allowed, and their rules; exit status 3 if any",
     )
-    parser.add_argument(
-        "--eds", metavar="FILE", help="show the names of objects from an EDS or DCF"
-    )
+    add_option(parser, EDS, help="show the names of objects from an EDS or DCF")
     add_bus_options(parser, "instead of a log", "instead of a log; nothing is sent there")
 
 
@@ -45,9 +42,7 @@ def run(options: argparse.Namespace) -> int:
     is_live = bool(options.can_interface or options.can_channel)
     if is_live == bool(options.log):
         raise ValueError("decode takes either a log, or a bus that --can-channel names")
-    if options.node_id is not None and not 1 <= options.node_id <= HIGHEST_NODE_ID:
-        raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {options.node_id}")
-    listing = read_eds(Path(options.eds), options.node_id or 1) if options.eds else Listing()
+    listing = read_eds(options.eds, options.node_id or 1) if options.eds else Listing()
     names = ObjectNames(listing)
     with ExitStack() as stack:
         log = stack.enter_context(_live(options)) if is_live else RecordedLog(options.log)

@@ -10,15 +10,15 @@ from pathlib import Path
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.commands.bus_options import add_bus_options, add_response_timeout, bus_settings
 from conformance.commands.notes import tell
+from conformance.commands.options import NODE_ID, add_bus_options, add_option, bus_settings
 from conformance.commands.status import DONE
 from conformance.device.eds_listing import Listing
+from conformance.device.options import EDS, RESPONSE_TIMEOUT
 from conformance.eds.reading import read_eds
 from conformance.proposing.proposals import Proposals, by_eds, by_reading
 from conformance.proposing.reading import about, differences, read_device, search
 from conformance.proposing.text import Draft, draft_text
-from conformance.sdo.cob_id import HIGHEST_NODE_ID
 from conformance.sdo.printable_text import inert
 
 HELP = "draft a device.toml: read a device, its EDS or both, and propose what may be written"
@@ -31,20 +31,18 @@ OFTEN = 5.0
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the command."""
-    parser.add_argument(
-        "--node-id",
-        type=int,
-        metavar="N",
+    add_option(
+        parser,
+        NODE_ID,
         help="read this device; nothing is written to it, and nothing sent to other nodes",
     )
-    parser.add_argument(
-        "--eds",
-        type=Path,
-        metavar="FILE",
+    add_option(
+        parser,
+        EDS,
         help="propose by this EDS or DCF; without one, all indices from 1000h to 9FFFh are read",
     )
-    add_bus_options(parser, "socketcan", "can0")
-    add_response_timeout(parser)
+    add_bus_options(parser)
+    add_option(parser, RESPONSE_TIMEOUT)
     parser.add_argument(
         "-o",
         "--output",
@@ -63,8 +61,6 @@ def run(options: argparse.Namespace) -> int:
         raise ValueError(
             "say what to read: a device with --node-id=N, an EDS with --eds=FILE, or both"
         )
-    if node_id is not None and not 1 <= node_id <= HIGHEST_NODE_ID:
-        raise ValueError(f"node-IDs go from 1 to {HIGHEST_NODE_ID}, not {node_id}")
     if output != STANDARD_OUTPUT and output.exists() and not options.force:
         raise ValueError(
             f"{output} exists: overwrite it with --force, or name another with -o FILE"

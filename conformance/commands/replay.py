@@ -4,9 +4,10 @@ import argparse
 
 from conformance.bus.link import Link
 from conformance.bus.opening import BusSettings, open_bus
-from conformance.commands.bus_options import add_bus_options, add_response_timeout, bus_settings
 from conformance.commands.notes import tell
+from conformance.commands.options import NODE_ID, add_bus_options, add_option, bus_settings
 from conformance.commands.status import BROKEN_BENCH, DONE, NOT_ALLOWED
+from conformance.device.options import RESPONSE_TIMEOUT
 from conformance.logs.reading import RecordedLog
 from conformance.logs.replay_plan import read_plan
 from conformance.logs.replayed_lines import Replayed
@@ -20,14 +21,14 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "log", help="a log as decode reads it, such as one in the folder reproduce of a run"
     )
-    add_bus_options(parser, "socketcan", "can0")
-    parser.add_argument("--node-id", type=int, metavar="N", help="only what is for this node")
+    add_bus_options(parser)
+    add_option(parser, NODE_ID, help="only the requests to this node")
     parser.add_argument(
         "--writes",
         action="store_true",
         help="send downloads and NMT commands too, which change the device",
     )
-    add_response_timeout(parser)
+    add_option(parser, RESPONSE_TIMEOUT)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,8 +7,9 @@ from pathlib import Path
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link
 from conformance.bus.opening import open_bus
-from conformance.commands.bus_options import add_bus_options, add_response_timeout, bus_settings
+from conformance.commands.options import add_bus_options, add_option, bus_settings
 from conformance.commands.status import BROKEN_BENCH, DONE, NOT_THERE
+from conformance.device.options import RESPONSE_TIMEOUT
 from conformance.reporting.journal import bus_of, journals, put_back_left, read_journal
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.printable_text import inert
@@ -22,7 +23,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "folder", type=Path, help="the report folder of the run, or the journal in it"
     )
     add_bus_options(parser, "that of the run", "that of the run")
-    add_response_timeout(parser)
+    add_option(parser, RESPONSE_TIMEOUT)
 
 
 def run(options: argparse.Namespace) -> int:

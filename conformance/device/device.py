@@ -9,6 +9,7 @@ from conformance.device.keeping import Defaults, Keeping
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Learned, Reason
 from conformance.device.not_testable import NotTestable
+from conformance.device.options import STORAGE_TIME
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import group_of
 from conformance.device.safety import IDENTITY, WritePolicy
@@ -23,8 +24,6 @@ from conformance.sdo.storage_commands import COMMANDS
 # Where data types are defined: no entry there holds a value.
 LAST_DATA_TYPE = 0x025F
 LAST_COMMUNICATION_PARAMETER = 0x1FFF
-# Within how many seconds a device stores its parameters, if nothing else is declared.
-STORAGE_TIME = 5.0
 # The fewest bytes of a transfer in two segments, and of one with a first, a middle and a last one.
 TWO_SEGMENTS = 8
 THREE_SEGMENTS = 15
@@ -58,7 +57,7 @@ class Device:
     permits: Permits = field(default_factory=Permits)
     listing: Listing = field(default_factory=Listing)
     server_timeout: float | None = None
-    storage_time: float = STORAGE_TIME
+    storage_time: float = STORAGE_TIME.default
     neighbours: frozenset[int] = frozenset()
     learned: Learned = field(default_factory=Learned)
     extents: Extents = field(default_factory=Extents)

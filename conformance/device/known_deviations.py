@@ -94,15 +94,15 @@ def _pattern(glob: str) -> re.Pattern[str]:
 
 def read_deviations(path: Path) -> tuple[KnownDeviation, ...]:
     """Return the ``[[deviations]]`` of a TOML file; raises FileError."""
-    file = TomlFile.read(path)
-    top = file.top()
-    found = deviations_in(file, top)
+    top = TomlFile.read(path).top()
+    found = deviations_in(top)
     top.finish()
     return found
 
 
-def deviations_in(file: TomlFile, top: Table) -> tuple[KnownDeviation, ...]:
+def deviations_in(top: Table) -> tuple[KnownDeviation, ...]:
     """Return the ``[[deviations]]`` beside other tables of a file; raises FileError."""
+    file = top.file
     entries: Any = top.read(TABLE, anything, "", [])
     if not isinstance(entries, list):
         raise file.error(f"write [[{TABLE}]], in double brackets.", "", TABLE)

@@ -1,4 +1,4 @@
-"""TOML files that users write: read key by key, each mistake told with its line."""
+"""TOML files that users write: read key by key; each error names its line."""
 
 import re
 import tomllib
@@ -20,11 +20,11 @@ MOST_SQUARED_DOTS = 1_000_000
 
 
 class Table:
-    """One table of the file: keys are read one by one, and what is left over is a typo."""
+    """One table of the file: keys are read one by one; a key that is left over is a typo."""
 
     def __init__(self, file: "TomlFile", name: str, values: object, position: int = 0) -> None:
-        """Raise FileError for what is no table; it may be the ``position``-th of its name."""
-        self._file = file
+        """Raise FileError if ``values`` is no table; it is the ``position``-th of its name."""
+        self.file = file
         self._name = name
         self._position = position
         self._known: list[str] = []
@@ -33,7 +33,7 @@ class Table:
         self._values: Mapping[str, Any] = values
 
     def read(self, key: str, convert: Callable[[Any], Read], wanted: str, missing: Read) -> Read:
-        """Return what stands behind a key; ``convert`` raises ValueError for what is wrong."""
+        """Return the value of a key; ``convert`` raises ValueError for a wrong one."""
         self._known.append(key)
         if key not in self._values:
             return missing
@@ -41,22 +41,27 @@ class Table:
         try:
             return convert(value)
         except ObjectNameError as error:
-            raise self._error(key, str(error)) from None
+            raise self.error(key, str(error)) from None
         except (ValueError, TypeError):
-            raise self._error(key, f"{key} = {shown(value)}: {wanted}.") from None
+            raise self.error(key, f"{key} = {shown(value)}: {wanted}.") from None
+
+    def inner(self, key: str) -> "Table":
+        """Return the table behind a key, an empty one if it is missing."""
+        return Table(self.file, key, self.read(key, anything, "", {}))
 
     def finish(self) -> None:
         """Raise FileError for a key that was not read."""
         for key in self._values:
             if key not in self._known:
                 where = f" in [{self._name}]" if self._name else ""
-                raise self._error(
+                raise self.error(
                     key,
                     f"there is no key {shortened(key)}{where}. {did_you_mean(key, self._known)}",
                 )
 
-    def _error(self, key: str, sentence: str) -> FileError:
-        return self._file.error(sentence, self._name, key, self._position)
+    def error(self, key: str, sentence: str) -> FileError:
+        """Build an error with the line of a key."""
+        return self.file.error(sentence, self._name, key, self._position)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +77,7 @@ class TomlFile:
         return cls(path, read_text(path, limit=LARGEST))
 
     def top(self) -> Table:
-        """Return the table of the whole file; raises FileError for what is no TOML."""
+        """Return the table of the whole file; raises FileError if it is no TOML."""
         return Table(self, "", _parsed(self.path, self.text))
 
     def error(self, sentence: str, table: str, key: str, position: int = 0) -> FileError:
@@ -120,11 +125,11 @@ def _parsed(path: Path, text: str) -> dict[str, Any]:
         raise FileError(path, None, f"no TOML: {what}.") from None
 
 
-# Converters: each raises ValueError or TypeError for a value that is not as it should be
+# Converters: each raises ValueError or TypeError for a wrong value
 
 
 def anything(value: object) -> Any:
-    """Take a value as it is, which is looked at elsewhere."""
+    """Take a value as it is: its reader checks it."""
     return value
 
 

@@ -5,50 +5,17 @@ Such a client, a PLC for example, keeps each of its channels in an SDO client pa
 7.5.2.34). That of the device itself tells nothing of it: its 1280h leads to yet another node.
 """
 
-import re
-from dataclasses import dataclass
 from pathlib import Path
 
 from conformance.device.files import FileError, shortened
 from conformance.device.known_objects import KnownObject
+from conformance.device.option_kinds import CLIENT_RECORDS
 from conformance.eds.reading import commissioned_node_id, read_file
 from conformance.eds.text import COMMISSIONING, NODE_ID_KEY, Section
 from conformance.sdo.cob_id import ChannelError, ChannelIds, ClientParameter
 from conformance.sdo.objects import DataType
 
-RECORDS = range(0x1280, 0x1300)
 TYPES = {1: DataType.UNSIGNED32, 2: DataType.UNSIGNED32, 3: DataType.UNSIGNED8}
-_INDEX = re.compile(r"(?:0x)?([0-9a-f]{4})h?", re.IGNORECASE)
-
-
-@dataclass(frozen=True, slots=True)
-class ClientRecord:
-    """An SDO client parameter record, and the EDS or DCF of the client that has it."""
-
-    path: Path
-    index: int
-
-
-def parse_channel(text: str) -> ChannelIds | ClientRecord:
-    """Read ``REQUEST:RESPONSE``, two CAN-IDs, or ``FILE:RECORD``; whatever has a dot is a file.
-
-    >>> f"{parse_channel('plc.dcf:1280').index:X}h"
-    '1280h'
-
-    Raises ChannelError.
-    """
-    if "." not in text:
-        return ChannelIds.parse(text)
-    name, colon, record = text.rpartition(":")
-    if "." in record or not colon:
-        raise ChannelError(f"{text!r} does not say which record of the file: write {text}:1280")
-    match = _INDEX.fullmatch(record.strip())
-    index = int(match[1], 16) if match else 0
-    if index not in RECORDS:
-        raise ChannelError(
-            f"{record!r} is no SDO client parameter record: write 1280 to 12FF, as in plc.dcf:1280"
-        )
-    return ClientRecord(Path(name), index)
 
 
 def read_client_channel(path: Path, index: int, node_id: int) -> ChannelIds:
@@ -68,7 +35,7 @@ def read_client_channel(path: Path, index: int, node_id: int) -> ChannelIds:
         raise _error(path, commissioning, wrong, NODE_ID_KEY)
     listed = file.listing.objects.get(index)
     if listed is None:
-        there = [f"{known:04X}h" for known in file.listing.objects if known in RECORDS]
+        there = [f"{known:04X}h" for known in file.listing.objects if known in CLIENT_RECORDS]
         raise FileError(
             path,
             None,

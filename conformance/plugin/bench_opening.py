@@ -9,6 +9,7 @@ import pytest
 from conformance.bus.errors import BenchError, DeviceLost
 from conformance.bus.link import Captured
 from conformance.bus.opening import BusSettings, open_bus
+from conformance.device.options import ANSWER_DELAY, SIMULATED
 from conformance.faults.hosting import simulated_bus, virtual_host
 from conformance.plugin.options import Options
 from conformance.plugin.run_description import about_device
@@ -82,11 +83,11 @@ def _built_in(
 ) -> tuple[list[AbstractContextManager[object]], Callable[[BusSettings], can.BusABC]]:
     """Return the built-in devices that a self-test starts, and what opens the bus."""
     run = options.run
-    if options.simulated:
+    if options.given[SIMULATED]:
         bus = simulated_bus(
             run.node_ids,
             options.server,
-            options.answer_delay,
+            options.given[ANSWER_DELAY],
             server_timeout=run.server_timeout,
         )
         return [], lambda settings: bus
@@ -97,7 +98,7 @@ def _built_in(
             run.bus.channel,
             node_id,
             options.server,
-            options.answer_delay,
+            options.given[ANSWER_DELAY],
             server_timeout=run.server_timeout,
         )
         for node_id in run.node_ids

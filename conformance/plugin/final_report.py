@@ -17,14 +17,15 @@ from conformance.bus.errors import (
 )
 from conformance.device.effort import Effort
 from conformance.device.known_deviations import KnownDeviation, write_deviations
+from conformance.device.options import NO_PAGE, WRITE_DEVIATIONS
 from conformance.dialogue.causes import Cause
 from conformance.plugin import budget
+from conformance.plugin.arguments import ASKED
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.recorder import Recorder, as_place
 from conformance.plugin.run_description import about_run
 from conformance.plugin.selection import FOLDER
-from conformance.plugin.settings import ASKED
 from conformance.plugin.state import RunState, uses_device
 from conformance.plugin.terminal import SummaryTerminal
 from conformance.plugin.terminal_summary import TerminalSummary
@@ -76,7 +77,7 @@ class FinalReport:
         if (cases or self._controller is not None) and not session.config.option.collectonly:
             state = self._state
             about = about_run(session.config, state)
-            page = not session.config.getoption("sdo_no_page")
+            page = not state.options.given[NO_PAGE]
             self._recorder = Recorder(state.report_dir, about, state.results, page=page)
             if self._controller is None:
                 self._recorder.selected(cases)
@@ -164,12 +165,13 @@ class FinalReport:
             )
             if self._suite_cases or session.config.stash[ASKED]:
                 self._untested = untested(
-                    session.config.getoption("sdo_require"),
+                    state.options.requirements,
                     recorder.run.by_device,
                     state.options.node_ids,
                 )
-            if state.options.draft is not None:
-                self._draft(state.options.draft, recorder.run.by_device)
+            draft = state.options.given[WRITE_DEVIATIONS]
+            if draft is not None:
+                self._draft(draft, recorder.run.by_device)
         if trouble := recorder.trouble:
             self._not_written(trouble)
         self._settle(session)

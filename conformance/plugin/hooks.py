@@ -8,7 +8,8 @@ from collections.abc import Generator
 import pytest
 
 from conformance import __version__
-from conformance.plugin.arguments import add_options, check_names
+from conformance.device.options import ANSWER_DELAY, BUDGET, NODE_ID, SIMULATED
+from conformance.plugin.arguments import ASKED, add_options, check_names, put_before
 from conformance.plugin.budget import Budget
 from conformance.plugin.case_arguments import CaseArguments
 from conformance.plugin.case_reports import CaseReports
@@ -21,7 +22,6 @@ from conformance.plugin.options import read_options
 from conformance.plugin.printed_failures import PrintedFailures
 from conformance.plugin.running import Running
 from conformance.plugin.selection import NAMED, read_arguments
-from conformance.plugin.settings import ASKED, add_settings, put_before
 from conformance.plugin.state import STATE, RunState
 from conformance.plugin.stopping import Stopping
 from conformance.plugin.terminal import fitted
@@ -33,9 +33,8 @@ from conformance.run.case_files import CASES
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Declare the options, and what may be set otherwise."""
+    """Declare the options and settings."""
     add_options(parser)
-    add_settings(parser)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -61,7 +60,7 @@ def pytest_configure(config: pytest.Config) -> None:
         return
     state = RunState(options)
     config.stash[STATE] = state
-    controller = None
+    controller, given, budget = None, options.given, options.given[BUDGET]
     if is_controller(config):
         controller = Controller(
             config,
@@ -79,14 +78,14 @@ def pytest_configure(config: pytest.Config) -> None:
             FinalReport(state, controller, failures, shows_all=config.getoption("verbose") > 0),
             "conformance-final-report",
         )
-        takes_time = not options.simulated or bool(options.answer_delay)
-        time_left = TimeLeft(config, estimate_for(options), options.budget, takes_time=takes_time)
+        takes_time = not given[SIMULATED] or bool(given[ANSWER_DELAY])
+        time_left = TimeLeft(config, estimate_for(options), budget, takes_time=takes_time)
         config.pluginmanager.register(time_left, "conformance-time-left")
     if controller is None:
-        if options.budget is not None:
-            budget = Budget(options.budget, options.run.node_ids, estimate_for(options))
-            state.seconds_left = budget.left
-            config.pluginmanager.register(budget, "conformance-budget")
+        if budget is not None:
+            within = Budget(budget, options.run.node_ids, estimate_for(options))
+            state.seconds_left = within.left
+            config.pluginmanager.register(within, "conformance-budget")
         config.pluginmanager.register(DeviationScope(state), "conformance-deviation-scope")
         config.pluginmanager.register(Running(config, state), "conformance-running")
         config.pluginmanager.register(CaseReports(state), "conformance-case-reports")
@@ -153,5 +152,5 @@ def _objects(run: RunSettings) -> str:
 @pytest.hookimpl(optionalhook=True, tryfirst=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """Let ``-n auto`` mean a worker for each device: devices are waited for most of the time."""
-    node_ids = config.getoption("node_id")
+    node_ids = config.getoption(NODE_ID.destination)
     return len(node_ids) if node_ids else None

@@ -14,6 +14,7 @@ from conformance import __version__
 from conformance.device.device import TEXTS, Device
 from conformance.device.eds_listing import Listing
 from conformance.device.effort import Effort
+from conformance.device.options import BUDGET, DEVICE, EDS
 from conformance.plugin.state import RunState
 from conformance.reporting.summary import device_properties, run_properties
 from conformance.sdo.cob_id import ChannelIds
@@ -25,9 +26,8 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
     """Return what was asked for, where and with what."""
     options = state.options
     run = options.run
-    named = {option: config.getoption(f"sdo_{option}") for option in ("eds", "device")}
-    files = {option: config.invocation_params.dir / name for option, name in named.items() if name}
-    eds = options.eds
+    given = options.given
+    eds, device = given[EDS], given[DEVICE]
     return {
         "begun": state.begun.astimezone().isoformat(timespec="milliseconds"),
         "begun_utc": f"{state.begun:%Y-%m-%dT%H:%M:%S}",
@@ -47,7 +47,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "self_test": options.self_test,
         "server": options.server,
         "eds": None if eds is None else {**_file(eds), "revision": _revision(run.listings)},
-        "description": _file(files["device"]) if "device" in files else None,
+        "description": None if device is None else _file(device),
         "permissions": sorted(run.permits.permissions),
         "writable": [str(known.mux) for known in run.permits.named if known.access.writable],
         "all_rw": run.permits.all_rw,
@@ -55,7 +55,7 @@ def about_run(config: pytest.Config, state: RunState) -> dict[str, Any]:
         "server_timeout": run.server_timeout,
         "seed": run.seed,
         "examples": options.examples,
-        "budget": options.budget,
+        "budget": given[BUDGET],
         "quick": options.effort is Effort.HASTE,
         "strict": options.strict,
         "properties": run_properties(run),

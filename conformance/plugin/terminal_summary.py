@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from conformance.device.known_deviations import KnownDeviation
+from conformance.device.options import WRITE_DEVIATIONS
 from conformance.plugin.selection import FOLDER
 from conformance.plugin.state import RunState
 from conformance.plugin.terminal import SummaryTerminal, columns, fitted, shown
@@ -104,8 +105,9 @@ class TerminalSummary:
         unexplained = [known for known in state.options.deviations if not known.is_explained]
         if unexplained:
             yield f"known deviations without a reason: {len(unexplained)}; state why each may stay"
-        if state.options.draft is not None:
-            yield f"draft of the known deviations: {state.options.draft}"
+        draft = state.options.given[WRITE_DEVIATIONS]
+        if draft is not None:
+            yield f"draft of the known deviations: {draft}"
 
     # The services
 

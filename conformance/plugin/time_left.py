@@ -8,6 +8,7 @@ import pytest
 
 from conformance.device.effort import EXAMPLES
 from conformance.device.known_objects import KnownObject
+from conformance.device.options import ANSWER_DELAY, SIMULATED
 from conformance.plugin.options import Options
 from conformance.plugin.state import STATE
 from conformance.plugin.terminal import SummaryTerminal
@@ -47,7 +48,8 @@ def in_words(seconds: float) -> str:
 
 def estimate_for(options: Options) -> Estimate:
     """Return what estimates how long the cases of a run take."""
-    free = options.simulated and not options.answer_delay  # time jumps over a silence
+    given = options.given
+    free = given[SIMULATED] and not given[ANSWER_DELAY]  # time jumps over a silence
     return Estimate(
         0.0 if free else options.run.response_timeout,
         options.examples / EXAMPLES,

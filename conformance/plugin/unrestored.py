@@ -7,6 +7,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import NotWritten
 from conformance.device.change_journal import LeftBehind
 from conformance.device.device import Device
+from conformance.device.options import RESTORE
 from conformance.plugin.findings import Findings
 from conformance.plugin.options import Options
 from conformance.reporting.journal import Journal, left_behind, put_back_left
@@ -21,7 +22,7 @@ class Values:
         run = options.run
         self._path = path
         self._journal = Journal(path, run.bus, self_test=options.self_test)
-        self._left = _left(options) if options.restores else []
+        self._left = _left(options) if options.given[RESTORE] else []
         self._lines: list[str] = []
         self._pending: list[str] = []
 
@@ -56,7 +57,7 @@ def left_lines(options: Options) -> list[str]:
     """Say what earlier runs have left changed on the devices of this one."""
     offer = (
         "the values are restored first"
-        if options.restores
+        if options.given[RESTORE]
         else "--sdo-restore restores the values first; without it this run takes the changed "
         "values for those of the device"
     )

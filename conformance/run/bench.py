@@ -27,9 +27,10 @@ from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, connection_of, open_bus
 from conformance.bus.stop import Stop
 from conformance.device.change_journal import Changes
-from conformance.device.device import STORAGE_TIME, Device
+from conformance.device.device import Device
 from conformance.device.eds_listing import Listing, mandatory_and
 from conformance.device.known_objects import KnownObject, by_multiplexer
+from conformance.device.options import RESPONSE_TIMEOUT, SEED, STORAGE_TIME
 from conformance.device.permits import Permits, known_objects
 from conformance.device.process import DeviceProcess, ProcessSettings
 from conformance.device.safety import WritePolicy
@@ -40,10 +41,6 @@ from conformance.run.evidence import CANSEND_KNOWS
 from conformance.run.frame_loss import Beginning, beginning, in_doubt, is_settled
 from conformance.run.session import DeviceSession
 from conformance.sdo.cob_id import ChannelIds
-
-DEFAULT_RESPONSE_TIMEOUT = 1.0
-DEFAULT_SEED = 1
-
 
 # Takes a device, its channel, and a record of what is about to be changed or is back.
 Remember = Callable[[Device, ChannelIds, dict[str, Any]], None]
@@ -63,8 +60,8 @@ class RunSettings:
     node_ids: list[int]
     bus: BusSettings
     _: KW_ONLY
-    response_timeout: float = DEFAULT_RESPONSE_TIMEOUT
-    seed: int = DEFAULT_SEED
+    response_timeout: float = RESPONSE_TIMEOUT.default
+    seed: int = SEED.default
     server_timeout: float | None = None
     sdo_channel: ChannelIds | None = None
     listings: dict[int, Listing] = field(default_factory=dict)
@@ -72,7 +69,7 @@ class RunSettings:
     scan: bool = False
     neighbours: frozenset[int] = frozenset()
     process: ProcessSettings | None = None
-    storage_time: float = STORAGE_TIME
+    storage_time: float = STORAGE_TIME.default
 
     @property
     def all_listings(self) -> dict[int, Listing]:

@@ -53,6 +53,24 @@ def test_a_mistyped_option(words: str, hint: str, capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ("init --node-id 128", "argument --node-id: '128': node-IDs go from 1 to 127"),
+        ("replay x.log --node-id 0", "argument --node-id: '0': node-IDs go from 1 to 127"),
+        ("serve --node-id 1-4", "argument --node-id: '1-4' is no node-ID: write a number"),
+        ("serve --node-id 5 --server-timeout 0", "'0' is no time: write seconds, as in 0.5"),
+        ("restore x --response-timeout inf", "'inf' is no time: write seconds, as in 0.5"),
+        ("decode --can-bitrate 500", "'500' is 500 bit/s, too slow for CAN: 500k are kbit/s"),
+    ],
+)
+def test_a_wrong_value(words: str, sentence: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(words.split())
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.splitlines()[-1].endswith(sentence)
+
+
+@pytest.mark.parametrize(
     ("word", "hint"), [("sevre", "Did you mean 'serve'?"), ("xyz", "Known: init, serve, faults,")]
 )
 def test_a_mistyped_command(word: str, hint: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from conformance.device import options as table
 from conformance.device.description import Description, read_description
 from conformance.device.files import FileError
 from conformance.device.known_deviations import KnownDeviation
@@ -65,15 +66,16 @@ def read(folder: Path, text: str) -> Description:
 
 def test_everything(tmp_path: Path) -> None:
     said = read(tmp_path, EVERYTHING)
-    assert said == Description(
-        folder=tmp_path,
-        node_id=5,
-        eds=tmp_path / "drive.eds",
-        interface="socketcan",
-        channel="can1",
-        bitrate=250000,
-        can_options=(("host", "bench7"), ("port", "29536"), ("tcp_tune", "True")),
-        writable=(
+    assert said.folder == tmp_path
+    assert said.values == {
+        table.NEVER: said[table.NEVER],
+        table.NODE_ID: [5],
+        table.EDS: tmp_path / "drive.eds",
+        table.INTERFACE: "socketcan",
+        table.CHANNEL: "can1",
+        table.BIT_RATE: 250000,
+        table.CAN_OPTIONS: (("host", "bench7"), ("port", "29536"), ("tcp_tune", "True")),
+        table.WRITABLE: (
             NamedObject(KnownObject(Multiplexer(0x2001)), is_whole=True),
             NamedObject(KnownObject(Multiplexer(0x2010, 1)), is_whole=False),
             NamedObject(
@@ -81,41 +83,41 @@ def test_everything(tmp_path: Path) -> None:
                 is_whole=False,
             ),
         ),
-        large=KnownObject(Multiplexer(0x2020), DataType.DOMAIN),
-        never=said.never,
-        response=0.5,
-        server_timeout=2.0,
-        storage=12.0,
-        command=("./my_server", "vcan0"),
-        recover=("./power-cycle.sh", "{node_id}"),
-        permissions=frozenset({"nmt", "load-defaults"}),
-        deviations=(
+        table.ALL_RW: False,
+        table.LARGE: KnownObject(Multiplexer(0x2020), DataType.DOMAIN),
+        table.RESPONSE_TIMEOUT: 0.5,
+        table.SERVER_TIMEOUT: 2.0,
+        table.STORAGE_TIME: 12.0,
+        table.PROCESS: ("./my_server", "vcan0"),
+        table.RECOVER: ("./power-cycle.sh", "{node_id}"),
+        table.ALLOW: ("nmt", "load-defaults"),
+        table.KNOWN_DEVIATIONS: (
             KnownDeviation("block-download.crc-mismatch", "ticket 123", "block.crc"),
             KnownDeviation("od.default[1008h:00]", "ticket 124"),
         ),
-    )
-    assert {mux for mux in said.never if mux.index == 0x2101} == {Multiplexer(0x2101, 2)}
-    assert len([mux for mux in said.never if mux.index == 0x2100]) == 256, "the whole object"
+    }
+    assert {mux for mux in said[table.NEVER] if mux.index == 0x2101} == {Multiplexer(0x2101, 2)}
+    assert len([mux for mux in said[table.NEVER] if mux.index == 0x2100]) == 256, "the whole object"
 
 
 def test_nothing(tmp_path: Path) -> None:
-    assert read(tmp_path, "") == Description(folder=tmp_path)
+    assert read(tmp_path, "") == Description(tmp_path)
 
 
 @pytest.mark.parametrize("how", ['"all-rw"', '["all-rw"]', '["2001", "all-rw"]'])
 def test_all_that_the_eds_calls_rw(tmp_path: Path, how: str) -> None:
     said = read(tmp_path, f"[objects]\nwritable = {how}\n")
-    assert said.all_rw
-    assert len(said.writable) == how.count("2001")
+    assert said[table.ALL_RW]
+    assert len(said[table.WRITABLE]) == how.count("2001")
 
 
 def test_a_bit_rate_in_words(tmp_path: Path) -> None:
-    assert read(tmp_path, "[can]\nbitrate = '500k'\n").bitrate == 500_000
+    assert read(tmp_path, "[can]\nbitrate = '500k'\n")[table.BIT_RATE] == 500_000
 
 
 def test_permissions_as_a_table(tmp_path: Path) -> None:
     text = "[permissions]\nnmt = true\nsdo-parameters = true\npdo-parameters = false\n"
-    assert read(tmp_path, text).permissions == {"nmt", "sdo-parameters"}
+    assert read(tmp_path, text)[table.ALLOW] == ("nmt", "sdo-parameters")
 
 
 WRONG = {

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from conformance.device.files import FileError
-from conformance.eds.client_channel import ClientRecord, parse_channel, read_client_channel
+from conformance.device.option_kinds import ClientRecord, parse_channel
+from conformance.eds.client_channel import read_client_channel
 from conformance.sdo.cob_id import ChannelError, ChannelIds
 
 PLC = Path(__file__).parent / "files" / "plc.dcf"

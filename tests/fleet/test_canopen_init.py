@@ -8,6 +8,7 @@ from canopen_server import canopen_device
 from foreign_objects import NODE_ID
 
 from conformance.__main__ import main
+from conformance.device import options as table
 from conformance.device.description import read_description
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
 from conformance.sdo.objects import Access, DataType
@@ -32,8 +33,8 @@ def test_a_draft_of_a_local_node(
         assert main(["init", "--node-id", str(NODE_ID), *bus, "-o", str(path)]) == 0
         assert {mux: device.read(mux) for mux in NAMED} == named
     as_it_is = read_description(path)
-    assert (as_it_is.node_id, as_it_is.writable) == (NODE_ID, ())
+    assert (as_it_is[table.NODE_ID], as_it_is[table.WRITABLE]) == ([NODE_ID], ())
     path.write_text(re.sub(r"(?m)^#(?=\S)", "", path.read_text("utf-8")), encoding="utf-8")
-    described = [one.known for one in read_description(path).writable]
+    described = [one.known for one in read_description(path)[table.WRITABLE]]
     writable = {known.mux: known.data_type for known in described}
     assert writable.items() >= NAMED.items()

@@ -1,7 +1,9 @@
 """The worked example of CONTRIBUTING.md, and the code in docs: it exists, and runs as printed."""
 
+import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import textwrap
@@ -18,6 +20,7 @@ EXAMPLES = {
     '@must("segmented-upload.toggle-first"': "cases/test_segmented_upload.py",
     "@fault(": "conformance/faults/faulty/segmented_upload.py",
 }
+USER = "conformance/plugin/run_description.py"
 
 
 def blocks(text: str) -> list[str]:
@@ -54,6 +57,74 @@ def test_each_command_of_the_proof_names_what_there_is() -> None:
     named = [word for words in proof() for word in words if "/" in word]
     assert len(named) >= 5
     assert [word for word in named if not (ROOT / word).exists()] == []
+
+
+@pytest.fixture(scope="module")
+def with_option(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a copy of the suite in which two files have the option of the guide."""
+    copy = tmp_path_factory.mktemp("copy")
+    for name in ("conformance", "cases", "docs"):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (declared,) = (each for each in blocks(GUIDE) if each.startswith("LABEL = "))
+    (used,) = (each for each in blocks(GUIDE) if each.startswith('"label"'))
+    for name, before, added in (
+        ("conformance/device/options.py", "# All above", f"{declared}\n"),
+        (USER, "from conformance.device.options", "from conformance.device.options import LABEL"),
+        (USER, '        "seed"', f"        {used}"),
+    ):
+        path = copy / name
+        text = path.read_text("utf-8")
+        assert text.count(before) == 1
+        path.write_text(text.replace(before, f"{added}\n{before}"), encoding="utf-8")
+    return copy
+
+
+def python(copy: Path, *arguments: str) -> str:
+    """Return what a program prints that imports the suite from a copy."""
+    done = subprocess.run(  # noqa: S603 - it is our own
+        [sys.executable, *arguments],
+        cwd=copy,
+        env=os.environ | {"PYTHONPATH": str(copy)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_an_option_takes_its_declaration_and_its_use(with_option: Path) -> None:
+    test = ("-m", "pytest", "-q", "-p", "no:cacheprovider")
+    helped = " ".join(python(with_option, *test, "--help").split())
+    assert "--sdo-label=NAME a name for the run, such as the version of the firmware" in helped
+    assert "sdo_label (string): as --sdo-label; also the environment variable CANOPEN_LA" in helped
+    case = ("--self-test", "--sdo-label=2.1", "-k", "abort.own-multiplexer")
+    python(with_option, *test, *case)
+    (results,) = (with_option / "reports").glob("*/results.jsonl")
+    assert '"label": "2.1"' in results.read_text("utf-8").splitlines()[0]
+
+
+def test_device_toml_and_docs_follow_from_the_declaration(with_option: Path) -> None:
+    (with_option / "drive.toml").write_text("label = '2.2'\n", encoding="utf-8")
+    read = (
+        "from pathlib import Path",
+        "from conformance.device.description import read_description",
+        "from conformance.device.options import LABEL",
+        "print(read_description(Path('drive.toml'))[LABEL])",
+    )
+    assert python(with_option, "-c", ";".join(read)) == "2.2\n"
+    python(with_option, "docs/option_tables.py")
+    row = "| `--sdo-label=NAME` | `label` | a name for the run, such as the version of the"
+    assert row in (with_option / "docs" / "options.md").read_text("utf-8")
+
+
+def test_the_tables_in_docs_are_those_of_the_options(tmp_path: Path) -> None:
+    for name in ("options.md", "device.md"):
+        shutil.copy(ROOT / "docs" / name, tmp_path)
+    python(ROOT, "docs/option_tables.py", str(tmp_path))
+    for name in ("options.md", "device.md"):
+        written = (ROOT / "docs" / name).read_text("utf-8")
+        assert (tmp_path / name).read_text("utf-8") == written, "write them anew: make options"
 
 
 @pytest.mark.parametrize("page", ["own-tests.md"])

@@ -19,6 +19,7 @@ import pytest
 
 from conformance.__main__ import command_line
 from conformance.device.description import read_description
+from conformance.device.options import ALLOW, LARGE, NEVER, WRITABLE
 from conformance.sdo.layout import Multiplexer
 
 pytest_plugins = ["pytester"]
@@ -107,10 +108,10 @@ def test_the_described_device_can_be_read(tmp_path: Path) -> None:
     path = tmp_path / "drive.toml"
     path.write_text(textwrap.dedent(example), encoding="utf-8")
     described = read_description(path)
-    assert len(described.writable) == 3
-    assert described.large is not None
-    assert Multiplexer(0x2100, 0) in described.never
-    assert described.permissions == {"nmt"}
+    assert len(described[WRITABLE]) == 3
+    assert described[LARGE] is not None
+    assert Multiplexer(0x2100, 0) in described[NEVER]
+    assert described[ALLOW] == ("nmt",)
 
 
 def test_make_knows_its_targets() -> None:

@@ -9,6 +9,7 @@ import pytest
 from conformance.bus.opening import BusSettings
 from conformance.device.description import read_description
 from conformance.device.known_objects import KnownObject
+from conformance.device.options import CHANNEL, NEVER, WRITABLE
 from conformance.proposing.additions import PERMISSIONS
 from conformance.proposing.finding import Found
 from conformance.proposing.proposals import Proposals, by_eds, by_reading, shown, type_of
@@ -171,11 +172,11 @@ def test_nothing_that_a_device_says_becomes_a_setting(tmp_path: Path) -> None:
     assert not re.search(r"(?m)^b = 1", text)
     draft.output.write_text(text, encoding="utf-8")
     said = read_description(draft.output)
-    assert said.channel == HOSTILE
-    assert said.writable == ()
-    assert Multiplexer(0x2002, 7) in said.never
+    assert said[CHANNEL] == HOSTILE
+    assert said[WRITABLE] == ()
+    assert Multiplexer(0x2002, 7) in said[NEVER]
     draft.output.write_text(re.sub(r"(?m)^#(?=\S)", "", text), encoding="utf-8")
-    assert [one.known.mux for one in read_description(draft.output).writable] == [mux]
+    assert [one.known.mux for one in read_description(draft.output)[WRITABLE]] == [mux]
 
 
 def drafted(found: Proposals, indices: set[int]) -> str:
