@@ -142,7 +142,7 @@ def test_client_stored(
     refused = parameters.write(mux, new)
     if refused is not None:
         raise NotTestable(f"{mux} does not take {new[0]}: {in_words(refused)}")
-    device.keeping.will_lose({mux: before})
+    device.contents.will_lose({mux: before})
     write_signature(sdo, SAVE_ALL)
     network.reset(NmtCommand.RESET_COMMUNICATION)
     found = sdo.upload(mux)[:1]

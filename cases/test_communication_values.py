@@ -197,7 +197,7 @@ def test_configuration_date(
     new = {mux: bytes(byte ^ 1 for byte in value) for mux, value in before.items()}
     for mux, value in new.items():
         parameters.write_if_configurable(mux, value)
-    device.keeping.will_lose(before)
+    device.contents.will_lose(before)
     write_signature(sdo, SAVE_ALL)
     network.reset(NmtCommand.RESET_NODE)
     for mux, value in new.items():

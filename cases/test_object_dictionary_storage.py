@@ -32,7 +32,7 @@ def expect_nothing_else_taken(
 
     What was stored before is stored still then.
     """
-    stored, signature = sdo.device.keeping.stored, signature_of(command)
+    stored, signature = sdo.device.contents.stored, signature_of(command)
     for wrong in (
         bytes(4),
         b"\xff\xff\xff\xff",
@@ -42,7 +42,7 @@ def expect_nothing_else_taken(
     ):
         sdo.send(DownloadInitiate.with_data(command, wrong))
         sdo.expect_abort(*codes, of=command, tolerated=SIGNATURE.tolerated)
-    sdo.device.keeping.stored = stored
+    sdo.device.contents.stored = stored
 
 
 def parts_of(sdo: Dialogue, command: Multiplexer) -> list[tuple[Multiplexer, Codes]]:
@@ -70,7 +70,7 @@ def nothing_stored(sdo: Dialogue, network: Network) -> Iterator[None]:
 
     Not where a device stores it by itself, or has none. What was stored is stored again if need be.
     """
-    device, keeping, stored = sdo.device, sdo.device.keeping, sdo.device.keeping.stored
+    device, contents, stored = sdo.device, sdo.device.contents, sdo.device.contents.stored
     resettable = {known.mux for known in device.resettable()}
     numbers = Roles(device).all_writable(lambda known: known.length is not None)
     known = next((one for one in numbers if one.mux in resettable), None)
@@ -83,15 +83,15 @@ def nothing_stored(sdo: Dialogue, network: Network) -> Iterator[None]:
     if sdo.upload(known) != before:
         yield
         return
-    keeping.will_lose({known.mux: before})
+    contents.will_lose({known.mux: before})
     sdo.write_number(known)
     yield
     network.reset(NmtCommand.RESET_NODE)
     found = sdo.upload(known)
     if found != before:
         raise sdo.breach(f"{known} reads {shown(before)} behind a reset, as stored", Data(found))
-    keeping.nothing_was_lost()
-    keeping.stored = stored
+    contents.nothing_was_lost()
+    contents.stored = stored
 
 
 @must("od.save-signature", "storage.signature")
@@ -118,13 +118,13 @@ def test_load_signature(sdo: Dialogue, network: Network, storage: Storage) -> No
     """
     storage.prepare_loading()
     expect_nothing_else_taken(sdo, LOAD_ALL, other=SAVE_ALL)
-    stored = sdo.device.keeping.to_store
+    stored = sdo.device.contents.to_store
     if stored:
         network.reset(NmtCommand.RESET_NODE)
     for mux, value in stored.items():
         if (found := sdo.upload(mux)) != value and not changes_by_itself(sdo, mux):
             raise sdo.breach(f"{mux} reads {shown(value)} behind a reset, as stored", Data(found))
-    sdo.device.keeping.nothing_was_lost()
+    sdo.device.contents.nothing_was_lost()
 
 
 @must("od.save-signature-of-part", "storage.signature")
@@ -150,4 +150,4 @@ def test_load_signature_of_part(sdo: Dialogue, parameters: Parameters, storage: 
     storage.prepare_loading()
     for part, codes in parts:
         expect_nothing_else_taken(sdo, part, other=SAVE_ALL, codes=codes)
-    sdo.device.keeping.nothing_was_lost()
+    sdo.device.contents.nothing_was_lost()

@@ -37,7 +37,7 @@ def find_longer(sdo: Dialogue, known: KnownObject) -> bool:
         return False
     padding = next((each for each in PADDINGS if own.endswith(each)), b"")
     written = _written_part(sdo, known, own, padding)
-    device.keeping.changes.is_back(known.mux, own)
+    device.contents.is_back(known.mux, own)
     if written is None:
         device.learned.lengths[known.mux].irreplaceable = True
         sdo.note(longer_than_taken(known, own))

@@ -1,4 +1,4 @@
-"""What a run has changed of devices and not put back yet: it is told before it happens."""
+"""The lines of the journal: what a run changes of a device, and what is back."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,56 +15,9 @@ Values = dict[Multiplexer, bytes]
 Tell = Callable[[dict[str, Any]], None]
 
 
-def _untold(record: dict[str, Any]) -> None:
+def untold(record: dict[str, Any]) -> None:
+    """Take a change of which no journal is kept."""
     del record
-
-
-@dataclass(slots=True)
-class Changes:
-    """The values that a device had before, of what may be another now, by object.
-
-    ``stored`` is what it had stored, as far as that has been changed. ``taken`` are objects that
-    could not be read and have taken a write: nobody knows what they held. ``tell`` is handed each
-    change before it is made, and what is back.
-    """
-
-    tell: Tell = _untold
-    outstanding: Values = field(default_factory=dict)
-    stored: Values = field(default_factory=dict)
-    taken: set[Multiplexer] = field(default_factory=set)
-
-    def changes(self, mux: Multiplexer, value: bytes, data_type: DataType | None) -> None:
-        """Note that an object that holds ``value`` is about to be written."""
-        if mux not in self.outstanding:
-            kind = {} if data_type is None else {"type": data_type.name}
-            self.tell({"record": CHANGED, "object": str(mux), "value": value.hex(), **kind})
-            self.outstanding[mux] = value
-
-    def is_back(self, mux: Multiplexer, value: bytes) -> None:
-        """Note what an object holds again; another value than that of before does not count."""
-        if self.outstanding.get(mux) == value:
-            del self.outstanding[mux]
-            self.tell({"record": BACK, "object": str(mux)})
-
-    def takes(self, mux: Multiplexer) -> None:
-        """Note that an object that could not be read has taken a write."""
-        if mux not in self.taken:
-            self.taken.add(mux)
-            self.tell({"record": TAKEN, "object": str(mux)})
-
-    def stores(self, values: Mapping[Multiplexer, bytes]) -> None:
-        """Note that what a device has stored is about to be changed."""
-        if values:
-            self.tell(
-                {"record": STORED, "values": {str(mux): data.hex() for mux, data in values.items()}}
-            )
-            self.stored = dict(values)
-
-    def is_stored_again(self) -> None:
-        """Note that it is stored again."""
-        if self.stored:
-            self.stored = {}
-            self.tell({"record": STORED_AGAIN})
 
 
 @dataclass(slots=True)

@@ -3,9 +3,9 @@
 from collections.abc import Collection, Container, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
+from conformance.device.contents import Contents, Defaults
 from conformance.device.eds_listing import Listing
 from conformance.device.effort import LONG_VALUE
-from conformance.device.keeping import Defaults, Keeping
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Learned, Reason
 from conformance.device.not_testable import NotTestable
@@ -13,7 +13,6 @@ from conformance.device.options import STORAGE_TIME
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import group_of
 from conformance.device.safety import IDENTITY, WritePolicy
-from conformance.device.upload_limits import Extents
 from conformance.sdo.emergency import ERROR_LIST
 from conformance.sdo.frames import DownloadInitiate, Request
 from conformance.sdo.layout import Multiplexer
@@ -23,7 +22,6 @@ from conformance.sdo.storage_commands import COMMANDS
 
 # Where data types are defined: no entry there holds a value.
 LAST_DATA_TYPE = 0x025F
-LAST_COMMUNICATION_PARAMETER = 0x1FFF
 # The fewest bytes of a transfer in two segments, and of one with a first, a middle and a last one.
 TWO_SEGMENTS = 8
 THREE_SEGMENTS = 15
@@ -45,8 +43,9 @@ class Device:
     (``neighbours``).
 
     ``values`` holds what each object that is ``known`` read at the start of the run: what is put
-    back. The ``baseline`` is the exchange that reads 1000h: requests and the responses they got,
-    byte by byte. It serves as the fence and as the sign of life.
+    back. The ``contents`` are what has become of them. The ``baseline`` is the exchange that reads
+    1000h: requests and the responses they got, byte by byte. It serves as the fence and as the sign
+    of life.
     """
 
     node_id: int
@@ -60,9 +59,12 @@ class Device:
     storage_time: float = STORAGE_TIME.default
     neighbours: frozenset[int] = frozenset()
     learned: Learned = field(default_factory=Learned)
-    extents: Extents = field(default_factory=Extents)
-    keeping: Keeping = field(default_factory=Keeping)
+    contents: Contents = field(default_factory=Contents)
     defaults: Defaults = field(default_factory=Defaults)
+
+    def __post_init__(self) -> None:
+        """Let the contents be those of the objects of this device."""
+        self.contents.known, self.contents.own = self.known, self.values
 
     @property
     def objects(self) -> Collection[KnownObject]:
@@ -161,48 +163,10 @@ class Device:
         own = isinstance(request, DownloadInitiate) and request.expedited and request.data
         return own == self.values.get(target)
 
-    def kept(self, mux: Multiplexer) -> bytes | None:
-        """Return the value that an entry has to have again.
-
-        So has a constant: a wrong device may take what it has to refuse. What is read-only may
-        change by itself, and has one only once a write to it was confirmed.
-        """
-        known = self.known.get(mux)
-        keeps = (
-            known is not None
-            and (known.access.writable or known.access is Access.CONST)
-            and mux.index not in (ERROR_LIST, *COMMANDS)
-        )
-        if keeps and mux in self.values:
-            return self.values[mux]
-        return self.keeping.parameters.get(mux)
-
-    def may_be_left(self, mux: Multiplexer) -> bool:
-        """Say whether an entry may stay as a case has left it until another needs what it held.
-
-        A string or domain that the user has named does nothing by what it holds. A number may, and
-        so may any communication parameter.
-        """
-        known = self.known.get(mux)
-        return known is not None and known.varies and mux.index > LAST_COMMUNICATION_PARAMETER
-
-    def holds(self, mux: Multiplexer) -> bytes | None:
-        """Return what an entry holds that only the suite writes; None where that is not known."""
-        if mux in self.keeping.left or mux in self.keeping.astray:
-            return self.keeping.seen.get(mux)
-        return self.values.get(mux)
-
     def learn(self, known: KnownObject, habits: Habits) -> KnownObject:
         """Take how an object reads otherwise than it was written; return the object with that."""
         self.known[known.mux] = known = replace(known, habits=habits)
         return known
-
-    def will_change(self, mux: Multiplexer) -> None:
-        """Note, before it is done, that an entry may be changed."""
-        value = self.kept(mux)
-        if value is not None:
-            known = self.known.get(mux)
-            self.keeping.changes.changes(mux, value, None if known is None else known.data_type)
 
     def would_lose(self, mux: Multiplexer) -> bool:
         """Say whether the device has an object, as far as is known, that could not be put back."""
@@ -212,13 +176,13 @@ class Device:
             return False
         known = self.known.get(mux)
         named = known is not None and known.access.writable and self.may_put_back(mux)
-        return not named or self.kept(mux) is None
+        return not named or self.contents.kept(mux) is None
 
     def taken_for(self, mux: Multiplexer) -> list[Multiplexer]:
         """Return what a device may write instead of an entry that it lacks: its sub-index apart."""
         if not self.policy.is_missing(mux):
             return []
-        return [one for one in self.values if one.index == mux.index and self.kept(one) is not None]
+        return list(self.contents.due(one for one in self.values if one.index == mux.index))
 
     def was_taken(self, mux: Multiplexer, before: bytes | None) -> None:
         """Note that a write was confirmed that had to be refused; ``before`` is what was there.
@@ -228,17 +192,13 @@ class Device:
         known = self.known.get(mux)
         protected = group_of(mux.index) is not None
         refuses = known is not None and not known.access.writable and not protected
-        if self.kept(mux) is not None or not (refuses or self.policy.is_missing(mux)):
+        if self.contents.kept(mux) is not None or not (refuses or self.policy.is_missing(mux)):
             return
         if before is None:
-            self.keeping.changes.takes(mux)
+            self.contents.takes(mux)
         else:
-            self.keeping.parameters[mux] = before
-            self.will_change(mux)
-
-    def longest(self, mux: Multiplexer) -> int:
-        """Return how many bytes an upload of an entry may bring before it has no end."""
-        return self.extents.longest(self.known.get(mux), self.values.get(mux))
+            self.contents.parameters[mux] = before
+            self.contents.will_change(mux)
 
     def is_constant(self, mux: Multiplexer) -> bool:
         """Whether an entry that was read must read the same for ever."""

@@ -53,7 +53,7 @@ class Exchange:
         self.silence = Silence(self.wire)
         self.tracker = self.wire.tracker
         self.checks = ResponseChecks(self.wire.note)
-        self.client = BlockClient(self.checks, device.longest)
+        self.client = BlockClient(self.checks, device.contents.longest)
         self._superseded: Multiplexer | None = None
         self._served = Served(self.wire)
         self._seed = f"{seed}/{record.rule.id}"

@@ -165,7 +165,7 @@ class Room:
 
     def _restore_short(self, known: KnownObject) -> None:
         long = len(self._device.values[known.mux]) > SHORT_VALUE
-        if not (long and self._device.may_be_left(known.mux)):
+        if not (long and self._device.contents.may_be_left(known.mux)):
             self.restore_own(known)
 
     def restore_own(self, known: KnownObject) -> None:
@@ -220,7 +220,7 @@ class Room:
         That is what reads so long by itself, else what takes it, in segments or in blocks.
         """
         for known in self._device.objects:
-            value = self._device.holds(known.mux) or b""
+            value = self._device.contents.value(known.mux) or b""
             if len(value) >= size and known.is_steady:
                 return known, value
         known, data = Roles(self._device).variable(size), self._sdo.payload(size)

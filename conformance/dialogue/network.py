@@ -149,16 +149,12 @@ class Network:
     def _expect_reset(self, command: NmtCommand) -> None:
         """Count as written what a reset may change: it is put back after the case."""
         everything = command is NmtCommand.RESET_NODE
-        reset = {
+        muxes = [
             known.mux
             for known in self._device.resettable()
             if everything or known.mux.index in COMMUNICATION_AREA
-        } - self._device.keeping.brought_back[command]
-        for mux in reset:
-            self._device.will_change(mux)
-        keeping = self._device.keeping
-        keeping.doubtful |= reset - keeping.left - self._sdo.record.written
-        keeping.doubtful |= keeping.left & keeping.brought_back[command]
+        ]
+        reset = self._device.contents.reset(command, muxes, self._sdo.record.written)
         self._sdo.record.written |= reset
         self._sdo.record.reset |= dict.fromkeys(reset, command)
 
@@ -219,7 +215,7 @@ class Network:
             if refusal is None or refusal.code not in TOO_SHORT:
                 break
         if refusal is not None:
-            own = int.from_bytes(self._device.keeping.parameters[HEARTBEAT_TIME], "little") / 1000
+            own = int.from_bytes(self._device.contents.parameters[HEARTBEAT_TIME], "little") / 1000
             self._period = own if own <= LONGEST_PERIOD else 0.0
         return refusal
 

@@ -1,5 +1,6 @@
 """Strings and domains that hold what a case has left, where another needs what they held before."""
 
+from conformance.device.contents import Holds
 from conformance.device.effort import SHORT_VALUE
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
@@ -16,23 +17,25 @@ def write_as_before(sdo: Transfers, mux: Multiplexer) -> None:
     not even the length is known. Whether it does is found out later. Only what may well hold what
     it did is read: that was written already, or it takes no value at all.
     """
-    keeping = sdo.device.keeping
-    if mux not in keeping.left:
+    contents = sdo.device.contents
+    if mux not in contents.left():
         return
     value = sdo.device.values[mux]
-    may_hold_it = mux in keeping.doubtful or sdo.device.learned.lengths[mux].most == 0
-    if sdo.device.holds(mux) != value and not (may_hold_it and sdo.upload(mux) == value):
+    presumed = contents.holds(mux) is Holds.PRESUMED
+    may_hold_it = presumed or sdo.device.learned.lengths[mux].most == 0
+    if contents.value(mux) != value and not (may_hold_it and sdo.upload(mux) == value):
         way = sdo.device.learned.way_to_store
         if way is None or sdo.abort_of(way(sdo.client, mux, value)) is not None:
             sdo.download(mux, value)
-    _ought_to_be_back(sdo, mux)
+    contents.presume(mux)
 
 
 def write_all_as_before(sdo: Dialogue) -> None:
     """Write what they all held before the run, but for those that ought to hold it."""
-    for mux in sorted(sdo.device.keeping.left - sdo.device.keeping.doubtful):
+    contents = sdo.device.contents
+    for mux in sorted(contents.left(Holds.LEFT)):
         if _written_in_blocks(sdo, mux):
-            _ought_to_be_back(sdo, mux)
+            contents.presume(mux)
         else:
             write_as_before(sdo, mux)
 
@@ -44,8 +47,3 @@ def _written_in_blocks(sdo: Dialogue, mux: Multiplexer) -> bool:
         return False
     sdo.device.learned.stores_in_blocks = blocks.reads(mux, value)
     return sdo.device.learned.stores_in_blocks
-
-
-def _ought_to_be_back(sdo: Transfers, mux: Multiplexer) -> None:
-    sdo.device.keeping.left.discard(mux)
-    sdo.device.keeping.doubtful.add(mux)

@@ -89,7 +89,7 @@ class Parameters:
 
     def learn_or_refusal(self, mux: Multiplexer) -> Abort | None:
         """Read a parameter before it is written for the first time; return the abort if refused."""
-        found = self._sdo.device.keeping.parameters
+        found = self._sdo.device.contents.parameters
         if mux not in found:
             try:
                 found[mux] = self._sdo.read(mux)

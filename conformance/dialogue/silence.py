@@ -157,7 +157,7 @@ class Silence:
 
         It is that only where a probe was sent and 1000h is not known to be as before.
         """
-        changed = self._device.keeping.changes.outstanding
+        changed = self._device.contents.outstanding
         if DEVICE_TYPE not in changed or not isinstance(response, UploadInitiateResponse):
             return False
         if response.mux != DEVICE_TYPE:

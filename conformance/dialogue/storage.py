@@ -110,9 +110,9 @@ class Storage:
         write_signature(self._sdo, LOAD_ALL)
         self._network.reset(NmtCommand.RESET_NODE)
         defaults = self._present()
-        if device.keeping.to_store.items() <= defaults.items():
+        if device.contents.to_store.items() <= defaults.items():
             # They were stored, or never changed.
-            device.keeping.nothing_was_lost()
+            device.contents.nothing_was_lost()
         return defaults
 
     def prepare_loading(self) -> None:
@@ -131,10 +131,10 @@ class Storage:
         require_command(self._sdo, LOAD_ALL)
         self._check_put_back(device.values)
         self._check_all_known()
-        if device.keeping.stored is None:
+        if device.contents.stored is None:
             self._network.reset_to_stored()
-            device.keeping.stored = self._stored()
-        device.keeping.will_lose(device.keeping.stored)
+            device.contents.stored = self._stored()
+        device.contents.will_lose(device.contents.stored)
 
     def _require_for_defaults(self, permission: str) -> None:
         try:

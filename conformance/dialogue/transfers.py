@@ -267,7 +267,7 @@ class Transfers(Exchange):
                     step.more.extend(self.wire.arrived_segments(response, step.segments - 1))
                 step = advance(transfer, response)
         except Violation as breach:
-            self.device.extents.endless += breach.rule is UPLOAD_ENDS
+            self.device.contents.endless += breach.rule is UPLOAD_ENDS
             raise
         return step.result
 

@@ -23,7 +23,6 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.storage_commands import COMMANDS
 
 # What changes no value; nor does an abort where nothing was written.
 READING = (
@@ -75,37 +74,33 @@ class Effects:
 
         ``target`` is what it begins to write, if it does.
         """
-        device, record = self._device, self._record
-        device.extents.request(request)
+        contents, record = self._device.contents, self._record
         if isinstance(request, BlockDownloadInitiate):
             self.spelled.clear()
         if target is not None:
             self._note_written(request, target)
+        contents.sent(request)
         if record.written or not isinstance(request, Abort):
-            device.keeping.seen.clear()
+            contents.seen.clear()
 
     def _note_written(self, request: Request, target: Multiplexer) -> None:
         device, record = self._device, self._record
         is_expedited = isinstance(request, DownloadInitiate) and request.expedited
         self._expedited = target if is_expedited else None
-        before = device.keeping.seen.get(target, device.values.get(target))
+        before = device.contents.read_last(target)
         if before is not None:
             self._before.setdefault(target, before)
         for mux in (target, *device.taken_for(target)):
-            device.will_change(mux)
+            device.contents.will_change(mux)
             record.written.add(mux)
         record.reset.pop(target, None)
-        device.keeping.doubtful.discard(target)
-        if target.index in COMMANDS and target.sub_index:
-            device.keeping.brought_back.clear()
-            device.keeping.stored = None
 
     def note_segment(self, segment: BlockSegment) -> None:
         """Note a segment of a block download that goes out behind others.
 
         Raises NotTestable for one that writes where it must not if the server has left meanwhile.
         """
-        self._device.extents.request(segment)
+        self._device.contents.sent(segment)
         if segment.sequence >= FIRST_LIKE_INITIATE:
             target = written_by(decode_request(segment.encode()))
             if target is None:
@@ -121,16 +116,16 @@ class Effects:
 
         What it has written there is put back if it may be, or else is listed.
         """
-        device, record = self._device, self._record
+        contents, record = self._device.contents, self._record
         record.notes.append(
             "the server has ended the block download, and has taken a segment that was on its way "
             f"for a write to {mux}"
         )
-        device.keeping.seen.clear()
-        if device.kept(mux) is None:
-            device.keeping.changes.takes(mux)
+        contents.seen.clear()
+        if contents.kept(mux) is None:
+            contents.takes(mux)
         else:
-            device.will_change(mux)
+            contents.will_change(mux)
             record.written.add(mux)
 
     def answered(self, response: Response, ended: Multiplexer | None) -> None:

@@ -48,7 +48,7 @@ def refusing(sdo: Dialogue, known: KnownObject) -> Iterator[OtherValue]:
         yield OtherValue(before, filler)
     for mux, value in near.items():
         if (found := sdo.upload(mux)) != value and not changes_by_itself(sdo, mux):
-            sdo.device.will_change(mux)
+            sdo.device.contents.will_change(mux)
             sdo.record.written.add(mux)
             raise sdo.breach(f"{mux}, next to {known}, reads {shown(value)}", Data(found))
 

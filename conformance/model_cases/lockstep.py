@@ -65,7 +65,7 @@ def knowledge_of(
                 Presence.PRESENT,
                 known.access,
                 known.data_type,
-                device.holds(mux),
+                device.contents.value(mux),
                 steady=known.is_steady and mux in device.values,
                 capacity=capacity.get(mux),
                 habits=known.habits,

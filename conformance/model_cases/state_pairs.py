@@ -175,7 +175,7 @@ class _Client:
         self.sdo = sdo
         device = sdo.device
         self._held = {
-            known.mux: None if known.mux in sdo.record.written else device.holds(known.mux)
+            known.mux: None if known.mux in sdo.record.written else device.contents.value(known.mux)
             for known in objects
         }
         surely = {mux: device.learned.lengths[mux].surely for mux in self._held}

@@ -10,7 +10,6 @@ from conformance.device.change_journal import WRITTEN_UNREAD
 from conformance.device.known_deviations import KnownDeviation
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import CaseResult
-from conformance.sdo.describe import shown
 
 
 def not_again(session: DeviceSession, lost: int) -> FailedOnce:
@@ -85,18 +84,19 @@ class Findings:
             for cause, standing in aside
             if cause.rule_id not in excused
         ]
-        changes, node = session.device.keeping.changes, f"node {session.device.node_id}"
-        pending = {mux: shown(value) for mux, value in changes.outstanding.items()}
+        node = f"node {session.device.node_id}"
         self.unrestored += [
             f"write {value} to {mux} of {node}"
-            for mux, value in (pending | session.restorer.unrestored).items()
+            for mux, value in session.restorer.unrestored.items()
         ]
         self.notes += [
             f"{mux} of {node} read otherwise behind the last case than before the run, though no "
             "case had left it so: another write has changed it, or the device itself"
             for mux in session.written_beside
         ]
-        self.unrestored += [f"{mux} of {node} {WRITTEN_UNREAD}" for mux in sorted(changes.taken)]
+        self.unrestored += [
+            f"{mux} of {node} {WRITTEN_UNREAD}" for mux in sorted(session.device.contents.taken)
+        ]
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values, which another process can take."""

@@ -26,7 +26,6 @@ from conformance.bus.errors import (
 from conformance.bus.link import Captured, Link
 from conformance.bus.opening import BusSettings, connection_of, open_bus
 from conformance.bus.stop import Stop
-from conformance.device.change_journal import Changes
 from conformance.device.device import Device
 from conformance.device.eds_listing import Listing, mandatory_and
 from conformance.device.known_objects import KnownObject, by_multiplexer
@@ -218,7 +217,7 @@ class Bench:
             neighbours=settings.neighbours,
         )
         if self._remember is not None:
-            device.keeping.changes = Changes(partial(self._remember, device, channel.ids))
+            device.contents.tell = partial(self._remember, device, channel.ids)
         causes = Causes()
         brings_back = None if revival is None else lambda: not revival.attempt()
         told = unseen if self._progress is None else partial(self._progress, channel.node_id)

@@ -98,8 +98,8 @@ class CaseRun:
             in_doubt=lambda: sdo.wire.pauses.in_doubt,
             explains=sdo.record.explains,
         )
-        keeping = session.device.keeping
-        self._found = {mux: keeping.seen.get(mux) for mux in keeping.left}
+        contents = session.device.contents
+        self._found = {mux: contents.seen.get(mux) for mux in contents.left()}
         self._boot_ups = session.channel.boot_ups
         self._causes = session.causes.state()
         self.bench_error: BenchError | None = None
@@ -194,7 +194,6 @@ class CaseRun:
         sdo, session = self.sdo, self._session
         sdo.record.in_case = False
         sdo.wire.timing.allowance = None
-        session.restorer.expect(sdo)
         self._minor = list(sdo.record.minor)
         self.tools.network.end()
         if sdo.record.early.crossed:
@@ -228,7 +227,6 @@ class CaseRun:
         return result
 
     def _leave(self, error: BaseException | None) -> Leaving:
-        self._session.restorer.expect(self.sdo)
         self._tidies = self.sdo.tracker.open is not None
         self._minor = list(self.sdo.record.minor)
         failed = error is not None or any(found.level is Level.MUST for found in self._minor)

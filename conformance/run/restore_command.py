@@ -7,8 +7,8 @@ from conformance.beginning.baseline import record_baseline
 from conformance.bus.channel import Channel
 from conformance.bus.errors import OtherDevice
 from conformance.device.change_journal import BACK, STORED_AGAIN, WRITTEN_UNREAD, LeftBehind
+from conformance.device.contents import Contents
 from conformance.device.device import IDENTITY_NAMES, Device
-from conformance.device.keeping import Keeping
 from conformance.device.known_objects import KnownObject, by_multiplexer
 from conformance.device.permits import Permits
 from conformance.device.protected_objects import PERMISSIONS
@@ -17,7 +17,6 @@ from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
 from conformance.run.restorer import Restorer
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import shown
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Level, Rule, Violation
 from conformance.sdo.storage_commands import SAVE_ALL
@@ -39,12 +38,11 @@ def put_back(channel: Channel, left: LeftBehind) -> tuple[list[dict[str, Any]], 
         # The run that wrote them had leave to; to put them back is what the user has asked for.
         policy=WritePolicy([*named, SAVE_ALL], PERMISSIONS),
         permits=Permits(permissions=PERMISSIONS),
-        keeping=Keeping(to_store=dict(left.stored)),
+        contents=Contents(outstanding=dict(left.values), to_store=dict(left.stored)),
     )
     record_baseline(channel, device)
     sdo = Dialogue(channel, device, CaseRecord(_RULE), 0)
     restorer = Restorer(device)
-    restorer.unrestored = {mux: shown(value) for mux, value in left.values.items()}
     try:
         _check_identity(sdo, left.identity)
         restorer.restore_pending(sdo)

@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from conformance.device.contents import Holds
 from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
 from conformance.device.effort import LONG_VALUE, SHORT_VALUE, TRIES_OF_REFUSED
 from conformance.device.known_objects import KnownObject
@@ -32,7 +33,7 @@ MOST_SILENCES = 5
 
 @dataclass(slots=True)
 class Restorer:
-    """Puts back what cases wrote. ``unrestored`` lists what is not back yet, with the value due.
+    """Puts back what cases wrote.
 
     Strings and domains may stay as a case has left them: another that writes them need not find
     what they held before the run. They are put back for one that does, and at the end of the run.
@@ -40,21 +41,29 @@ class Restorer:
     ``late`` has what came in the way: answers that belong to none of the requests. What could not
     be put back twice is left alone until the end of the run: else a device that refuses it would be
     written to after each case. A device that is ``gone`` meanwhile is asked no more.
-    ``has_written`` says that anything was written at all.
     """
 
     device: Device
-    unrestored: dict[Multiplexer, str] = field(default_factory=dict)
     late: list[Violation] = field(default_factory=list)
     gone: bool = False
-    has_written: bool = False
+    _not_stored: str = ""
+    _why: dict[Multiplexer, str] = field(default_factory=dict)
     _tries: Counter[Multiplexer] = field(default_factory=Counter)
     _silences: Counter[Multiplexer] = field(default_factory=Counter)
 
-    def expect(self, sdo: Dialogue) -> None:
-        """List all that a case wrote, before anything can go wrong or be interrupted."""
-        self.has_written |= bool(sdo.record.written)
-        self._list(self._due(sdo.record.written))
+    @property
+    def unrestored(self) -> dict[Multiplexer, str]:
+        """What is not back yet: the value due, and why it could not be put back."""
+        contents = self.device.contents
+        pending = {mux: shown(value) for mux, value in contents.outstanding.items()}
+        if not_stored := self._to_store() or self._not_stored:
+            pending[SAVE_ALL] = not_stored
+        return {mux: text + self._why.get(mux, "") for mux, text in pending.items()}
+
+    def _to_store(self) -> str:
+        stored = self.device.contents.to_store
+        values = ", ".join(f"{mux} {shown(value)}" for mux, value in stored.items())
+        return f'"save" behind what was stored there: {values}' if stored else ""
 
     def restore(
         self,
@@ -77,22 +86,19 @@ class Restorer:
         else:
             written -= self._left_still(sdo, written)
         self._put_back(sdo, written)
-        self._take_stock()
         if self.late or (sdo.record.causes.noisy and sdo.record.written):
             take_the_rest(sdo)
 
     def put_back_left(self, sdo: Dialogue) -> None:
         """Write what strings and domains held before the run where cases have left them changed."""
-        self._put_back(sdo, set(self.device.keeping.left))
-        self._take_stock()
+        self._put_back(sdo, self.device.contents.left())
 
     def restore_pending(self, sdo: Dialogue) -> None:
         """Try once more what is listed, as with a device that was lost meanwhile."""
         # Ends what an interrupted case may have left running.
         sdo.channel.abort(DEVICE_TYPE, AbortCode.GENERAL_ERROR)
         sdo.drain()
-        self._put_back(sdo, set(self.unrestored))
-        self._take_stock()
+        self._put_back(sdo, self.device.contents.outstanding)
 
     def audit(self, sdo: Dialogue) -> list[Multiplexer]:
         """Put back what reads otherwise than before the run though it was put back, or not written.
@@ -102,8 +108,9 @@ class Restorer:
         device that cannot be read.
         """
         found: list[Multiplexer] = []
-        for mux, value in self._due(self.device.values).items():
-            if len(value) > LONG_VALUE or mux in self.unrestored or mux in self.device.keeping.left:
+        contents = self.device.contents
+        for mux, value in contents.due(self.device.values).items():
+            if len(value) > LONG_VALUE or mux in contents.outstanding:
                 continue
             if not self.device.may_put_back(mux) or self._reads(sdo, self._known(mux), value):
                 continue
@@ -111,8 +118,8 @@ class Restorer:
                 break
             found.append(mux)
         for mux in found:
-            self.device.will_change(mux)
-        self._put_back(sdo, set(found))
+            contents.will_change(mux)
+        self._put_back(sdo, found)
         return found
 
     def _leave(
@@ -124,22 +131,22 @@ class Restorer:
         which another case may read as it is, unless it was as long before; nor what is
         ``in_doubt``.
         """
-        seen, extents = sdo.wire.seen, self.device.extents
-        staying: set[Multiplexer] = set()
-        for mux, value in self._due(written).items():
-            if not self.device.may_be_left(mux):
+        contents, staying = self.device.contents, set[Multiplexer]()
+        for mux, value in contents.due(written).items():
+            if not contents.may_be_left(mux):
                 continue
-            fits = extents.latest(mux) <= max(LONG_VALUE, len(value))
-            has_bytes = bool(seen[mux]) if mux in seen else not extents.may_be_empty(mux)
+            fits = contents.latest(mux) <= max(LONG_VALUE, len(value))
+            seen = contents.seen.get(mux)
+            has_bytes = not contents.may_be_empty(mux) if seen is None else bool(seen)
             stays = fits and has_bytes and not in_doubt
             if not stays and not self._stands_in(sdo, mux, value):
                 continue
             staying.add(mux)
-            found = seen.get(mux)
+            found = contents.seen.get(mux)
             if found is not None and restored_value(self._known(mux), found, value):
                 self._is_back(mux, value)
             else:
-                self.device.keeping.left.add(mux)
+                contents.leave(mux)
         return staying
 
     def _left_still(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> set[Multiplexer]:
@@ -147,18 +154,18 @@ class Restorer:
 
         What is very long is not read for it: it is in doubt until a case needs it, or the end.
         """
-        keeping, staying = self.device.keeping, set[Multiplexer]()
-        for mux, value in self._due(written).items():
-            unread = mux not in sdo.wire.seen and len(value) > LONG_VALUE
-            if mux in keeping.doubtful:
-                stays = unread and self.device.may_be_left(mux)
-            elif mux in keeping.left and mux in sdo.record.reset:
-                stays = unread or not self._reads(sdo, self._known(mux), value)
-            else:
-                continue
+        contents, staying = self.device.contents, set[Multiplexer]()
+        for mux, value in contents.due(written).items():
+            unread = mux not in contents.seen and len(value) > LONG_VALUE
+            match contents.holds(mux):
+                case Holds.PRESUMED:
+                    stays = unread and contents.may_be_left(mux)
+                case Holds.LEFT if mux in sdo.record.reset:
+                    stays = unread or not self._reads(sdo, self._known(mux), value)
+                case _:
+                    continue
             if stays:
                 staying.add(mux)
-        keeping.left |= staying
         return staying
 
     def _stands_in(self, sdo: Dialogue, mux: Multiplexer, value: bytes) -> bool:
@@ -189,40 +196,21 @@ class Restorer:
         one of their own get that.
         """
         again = set[Multiplexer]()
-        for mux, value in self._due(sdo.record.written & found.keys() - sdo.record.reset).items():
+        written = sdo.record.written & found.keys() - sdo.record.reset
+        for mux, value in self.device.contents.due(written).items():
             held = found[mux] or b""
             is_short = 0 < len(held) <= SHORT_VALUE < len(value)
             if self._takes(sdo, mux, held) if is_short else self._stands_in(sdo, mux, value):
                 again.add(mux)
         return again
 
-    def _take_stock(self) -> None:
-        """Note which objects hold an unknown value."""
-        keeping = self.device.keeping
-        keeping.left &= self.unrestored.keys()
-        keeping.astray = (self.unrestored.keys() & self.device.values.keys()) - keeping.left
-
-    def _due(self, written: Iterable[Multiplexer]) -> dict[Multiplexer, bytes]:
-        """Return the values that have to be back."""
-        due = ((mux, self.device.kept(mux)) for mux in sorted(written))
-        return {mux: value for mux, value in due if value is not None}
-
-    def _list(self, due: Mapping[Multiplexer, bytes]) -> None:
-        for mux, value in due.items():
-            self.unrestored[mux] = shown(value)
-        if self.device.keeping.to_store:
-            values = ", ".join(
-                f"{mux} {shown(value)}" for mux, value in self.device.keeping.to_store.items()
-            )
-            self.unrestored[SAVE_ALL] = f'"save" behind what was stored there: {values}'
-
     def _put_back(self, sdo: Dialogue, written: Iterable[Multiplexer]) -> None:
         self.gone = False
-        due = self._due(written)
-        self._list(due)
-        if self.device.keeping.to_store:
-            left = self.device.keeping.left - self.device.keeping.doubtful
-            self._write(sdo, self._due(left))  # else it would be stored as well
+        contents = self.device.contents
+        due = contents.due(written)
+        if contents.to_store:
+            # What was left would be stored as well.
+            self._write(sdo, contents.due(contents.left(Holds.LEFT)))
             self._store_again(sdo)
         self._write(sdo, due)
 
@@ -231,22 +219,24 @@ class Restorer:
 
         It is tried once: from then on other values are in use, and would be stored as well.
         """
-        self._write(sdo, self.device.keeping.to_store)
+        contents = self.device.contents
+        self._write(sdo, contents.to_store)
         try:
             write_signature(sdo, SAVE_ALL)
         except (Violation, NotTestable) as error:
-            self.unrestored[SAVE_ALL] += f" ({error})"
+            self._not_stored = f"{self._to_store()} ({error})"
             sdo.end_transfer()
+            contents.to_store = {}
         else:
-            del self.unrestored[SAVE_ALL]
-            self.device.keeping.changes.is_stored_again()
-        self.device.keeping.to_store = {}
+            self._not_stored = ""
+            contents.is_stored_again()
 
     def _write(self, sdo: Dialogue, due: Mapping[Multiplexer, bytes]) -> None:
-        pending: dict[Multiplexer, bytes] = {}
+        contents, pending = self.device.contents, dict[Multiplexer, bytes]()
         for mux, value in due.items():
-            self.unrestored[mux] = shown(value)
+            self._why.pop(mux, None)
             if self.gone:
+                contents.lose(mux)
                 continue
             self._tries[mux] += 1
             may_put_back = self.device.may_put_back(mux)
@@ -256,14 +246,16 @@ class Restorer:
             if reads and not too_long:
                 self._is_back(mux, value)
                 if command := sdo.record.reset.get(mux):
-                    self.device.keeping.brought_back[command].add(mux)
-            elif may_put_back:
+                    contents.brought_back[command].add(mux)
+                continue
+            contents.lose(mux)
+            if may_put_back:
                 pending[mux] = value
         for mux in sorted(needed_for(pending) - pending.keys()):
             kept = due.get(mux) or self._present(sdo, mux)
             if kept and self.device.may_put_back(mux):
-                pending[mux], self.unrestored[mux] = kept, shown(kept)
-                self.device.keeping.changes.changes(mux, kept, self._known(mux).data_type)
+                pending[mux] = kept
+                contents.will_change(mux, kept)
         in_use = {mux: sdo.wire.seen.get(mux) for mux in pending if is_cob_id(mux)}
         for mux, found in in_use.items():
             self._disable(sdo, mux, found)  # it may only be moved while it is not in use
@@ -308,7 +300,7 @@ class Restorer:
                 stray = sdo.fence()
                 in_blocks = self._download(sdo, known, due)
             except Violation as again:
-                self.unrestored[known.mux] += f" ({violation.actual})"
+                self._why[known.mux] = f" ({violation.actual})"
                 self._silences[known.mux] += again.rule is ANSWERED
                 self._look_whether_gone(sdo, again)
                 refused = again.rule is not ANSWERED or self._silences[known.mux] > MOST_SILENCES
@@ -336,10 +328,8 @@ class Restorer:
             self.gone = not sdo.silence.recover()
 
     def _is_back(self, mux: Multiplexer, value: bytes) -> None:
-        self.device.keeping.changes.is_back(mux, value)
-        self.unrestored.pop(mux, None)
-        self.device.keeping.left.discard(mux)
-        self.device.keeping.doubtful.discard(mux)
+        self.device.contents.is_back(mux, value)
+        self._why.pop(mux, None)
         self._tries.pop(mux, None)
 
     def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:

@@ -118,7 +118,6 @@ class DeviceSession:
             self.lost = True
             raise
         finally:
-            self.restorer.expect(sdo)
             if not self.lost:
                 with self.channel.link.stop.putting_back():
                     self.restorer.restore(sdo)
@@ -134,13 +133,12 @@ class DeviceSession:
         ``as_before``: it finds all values as they were before the run.
         """
         self.collect_late()
-        keeping = self.device.keeping
-        if as_before and keeping.left:
+        contents = self.device.contents
+        if as_before and contents.left():
             with self.channel.link.stop.putting_back():
                 self.restorer.put_back_left(self._dialogue(_RESTORING))
             self.keep_late(self._last_case)
-        for mux in keeping.seen.keys() - keeping.left:
-            del keeping.seen[mux]  # what only the suite writes reads the same in the next case
+        contents.case_begins()
         sdo = self._dialogue(rule)
         sdo.wire.timing.allowance = Allowance(self.channel.pace)
         sdo.record.in_case = True
@@ -234,7 +232,7 @@ class DeviceSession:
         self.restore_pending()
         found: dict[Multiplexer, None] = {}
         for _ in range(AUDITS):
-            if self.lost or self.channel.link.stop.gives_up or not self.restorer.has_written:
+            if self.lost or self.channel.link.stop.gives_up or not self.device.contents.is_used:
                 break
             beside = self.restorer.audit(self._dialogue(_RESTORING))
             if not beside:

@@ -56,7 +56,7 @@ def test_what_it_takes_for_a_write_is_told() -> None:
         abort = run.sdo.abort_of(run.sdo.client.block_download(DOMAIN.mux, run.sdo.payload(500)))
         assert abort is not None
         result = run.conclude(None)
-        taken = bench.device.keeping.changes.taken
+        taken = bench.device.contents.taken
     written = {
         target
         for frame in server.requests

@@ -185,7 +185,7 @@ def test_what_takes_no_value_is_read_as_it_is() -> None:
     with discovered(build_node("strings-take-nothing", NODE_ID)) as bench:
         with pytest.raises(Violation, match="05040001h"):
             Room(bench.dialogue()).store(TEXT, b"x" * 20)
-        bench.device.keeping.left.add(TEXT.mux)
+        bench.device.contents.leave(TEXT.mux)
         sdo = bench.dialogue()
         write_as_before(sdo, TEXT.mux)
         assert not sdo.record.written

@@ -126,7 +126,7 @@ def test_what_is_very_long_is_read_once_behind_all_resets() -> None:
             reset(session, command)
         assert segments(watched) < len(LONG) / 7
         assert session.restorer.unrestored.keys() == {DOMAIN.mux}, "nobody has looked"
-        assert bench.device.holds(DOMAIN.mux) is None
+        assert bench.device.contents.value(DOMAIN.mux) is None
         session.restore_pending()
         assert segments(watched) >= len(LONG) / 7
         assert session.restorer.unrestored == {}

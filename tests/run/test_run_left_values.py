@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, discovered, recording
 
-from conformance.device.change_journal import BACK, CHANGED, Changes
+from conformance.device.change_journal import BACK, CHANGED
 from conformance.device.device import TWO_SEGMENTS
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.own_values import write_as_before
@@ -38,7 +38,7 @@ def test_a_string_stays_a_number_does_not() -> None:
     before = server.values()
     told: list[dict[str, Any]] = []
     with discovered(server) as bench:
-        bench.device.keeping.changes = Changes(told.append)
+        bench.device.contents.tell = told.append
         session = bench.session()
         run = begin(session)
         for known, value in ((TEXT, b"left"), (NUMBER, b"\1\2\3\4")):
@@ -95,9 +95,9 @@ def test_what_a_case_has_read_last_the_next_one_knows() -> None:
         run.sdo.upload(TEXT)
         run.conclude(None)
         run = begin(session)
-        assert bench.device.holds(TEXT.mux) == b"left"
+        assert bench.device.contents.value(TEXT.mux) == b"left"
         run.sdo.download(NUMBER, bytes(4))
-        assert bench.device.holds(TEXT.mux) is None, "who knows what that changes"
+        assert bench.device.contents.value(TEXT.mux) is None, "who knows what that changes"
         write_as_before(run.sdo, TEXT.mux)
         assert run.sdo.upload(TEXT) == b"text"
         run.conclude(None)
@@ -172,7 +172,7 @@ def test_a_short_value_stands_in_for_a_long_one(
     server = kind(entries)
     with discovered(server) as bench:
         told: list[dict[str, Any]] = []
-        bench.device.keeping.changes = Changes(told.append)
+        bench.device.contents.tell = told.append
         if taken is not None:
             bench.device.learned.lengths[DOMAIN.mux].taken |= {len(LONG), taken}
         session = bench.session()
@@ -258,7 +258,7 @@ def test_a_try_that_is_run_again_finds_no_long_value_where_one_was_away(left: by
         assert run.retreat(1)
         found = server.entries[DOMAIN.mux].value
         assert found == left if left == b"left" else len(found) == TWO_SEGMENTS
-        assert begin(session).sdo.device.holds(DOMAIN.mux) == found, "it was read back"
+        assert begin(session).sdo.device.contents.value(DOMAIN.mux) == found, "it was read back"
         assert len(server.requests) < 20
         session.restore_pending()
     assert server.entries[DOMAIN.mux].value == LONG
@@ -287,4 +287,4 @@ def test_what_is_tried_before_the_first_case_is_put_back_at_once() -> None:
         session.survey()
         assert DOMAIN.mux in dict(server.writes)
         assert server.values() == before
-        assert bench.device.keeping.left == set()
+        assert bench.device.contents.left() == set()

@@ -85,7 +85,7 @@ class DeviceObjects:
 
     def longest(self, mux: Multiplexer) -> int:
         """Return the most bytes that an upload of an object may bring."""
-        return self.device.longest(mux)
+        return self.device.contents.longest(mux)
 
     def knowledge(self) -> Knowledge:
         """Return what the oracle may take for granted before the next conversation."""
@@ -150,7 +150,9 @@ def survey(sdo: Dialogue) -> DeviceObjects:
         device.device_type,
     )
     first = {mux: sdo.payload(ROOMS[-1]) for mux in rooms}
-    held = {mux: value for mux in device.values if (value := device.holds(mux)) is not None}
+    held = {
+        mux: value for mux in device.values if (value := device.contents.value(mux)) is not None
+    }
     return DeviceObjects(device, targets, rooms, first, held)
 
 

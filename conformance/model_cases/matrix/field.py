@@ -50,7 +50,7 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
             if not _has_changed_unasked(sdo, known, breach):
                 raise
             Room(sdo).restore_own(known)
-            sdo.device.keeping.left.discard(known.mux)
+            sdo.device.contents.settle(known.mux)
             lockstep = following.enter_context(_led_into(state, sdo, known, size, targets))
         lockstep.send(stimulus(targets), point=True)
         # What a server keeps of data that are not due it may store when it is aborted.
@@ -90,7 +90,7 @@ def _led_into(
     knowledge = knowledge_of(sdo.device, capacity, targets.there)
     lockstep = Lockstep(sdo, Oracle(knowledge, sdo.device.node_id))
     with lockstep.following():
-        if not _suits(sdo.device.holds(known.mux), known, state, size):
+        if not _suits(sdo.device.contents.value(known.mux), known, state, size):
             wanted = size if state.uploads else min(size, SHORT)
             Room(sdo).store(known, sdo.payload(wanted), segmented=True)
         state.reach(sdo, known, size)
@@ -103,7 +103,7 @@ def _has_changed_unasked(sdo: Dialogue, known: KnownObject, breach: Violation) -
 
     What a case has sent that is no download may have changed it when that was over.
     """
-    believed = sdo.device.holds(known.mux)
+    believed = sdo.device.contents.value(known.mux)
     if believed is None or known.mux in sdo.record.written or sdo.record.early.met is not None:
         return False
     if not sdo.silence.recover():
@@ -111,6 +111,7 @@ def _has_changed_unasked(sdo: Dialogue, known: KnownObject, breach: Violation) -
     found = sdo.upload(known)
     if same_value(known, found, believed):
         return False
+    sdo.device.contents.will_change(known.mux)
     sdo.record.written.add(known.mux)
     changed = Violation(
         IDLE_AFTERWARDS,
