@@ -1,7 +1,7 @@
 """The beginning of a run: who is there, what it is, and what the named objects hold."""
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     BASELINE,
     HASTY,
     NODE_ID,

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
-from run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
+from support.run_bench import NODE_ID, NUMBER, TEXT, Recording, Workbench, undiscovered
 
 from conformance.beginning.discovery import discover
 from conformance.beginning.first_reading import FirstReading, in_order

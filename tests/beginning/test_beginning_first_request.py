@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 import pytest
-from run_bench import BASELINE, HASTY, READ, Scripted, undiscovered
+from support.run_bench import BASELINE, HASTY, READ, Scripted, undiscovered
 
 from conformance.beginning.first_request import ask_first
 from conformance.sdo.rules import FIRST_REQUEST

@@ -1,6 +1,6 @@
 """A device that loses what comes right behind an abort: it gets its time, and is no silent node."""
 
-from run_bench import BASELINE, NODE_ID, READ
+from support.run_bench import BASELINE, NODE_ID, READ
 
 from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel

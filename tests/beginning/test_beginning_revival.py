@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from run_bench import BASELINE, NODE_ID, Scripted, Workbench, undiscovered
+from support.run_bench import BASELINE, NODE_ID, Scripted, Workbench, undiscovered
 
 from conformance.beginning.revival import Revival
 from conformance.bus.errors import ProcessFailed

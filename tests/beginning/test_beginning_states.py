@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from run_bench import NODE_ID, NUMBER, PROBES, TEXT, Workbench, begin, discovered
+from support.run_bench import NODE_ID, NUMBER, PROBES, TEXT, Workbench, begin, discovered
 
 from conformance.beginning.revival import Revival
 from conformance.device.not_testable import NotTestable

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     BASELINE,
     DOMAIN,
     HASTY,

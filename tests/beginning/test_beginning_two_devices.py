@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from run_bench import NODE_ID, Workbench
+from support.run_bench import NODE_ID, Workbench
 
 from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from run_bench import NODE_ID, PATIENT, Workbench
+from support.run_bench import NODE_ID, PATIENT, Workbench
 
 from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from run_bench import BASELINE, DOMAIN, NODE_ID, READ, Scripted
+from support.run_bench import BASELINE, DOMAIN, NODE_ID, READ, Scripted
 
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link

@@ -1,7 +1,7 @@
 """A block upload takes the segments that have arrived; what ends it early is taken by itself."""
 
 import pytest
-from run_bench import Scripted, undiscovered
+from support.run_bench import Scripted, undiscovered
 
 from conformance.dialogue.blocks import Blocks
 from conformance.sdo.abort_codes import AbortCode

@@ -1,7 +1,7 @@
 """What a server writes that ends a block download, and takes what is on its way for requests."""
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, TEXT, Recording, begin, discovered
+from support.run_bench import DOMAIN, NODE_ID, TEXT, Recording, begin, discovered
 
 from conformance.device.not_testable import NotTestable
 from conformance.device.safety import written_by

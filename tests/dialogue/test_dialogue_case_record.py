@@ -1,6 +1,6 @@
 """What one case has found: each breach with what was asked, and of very many the first ones."""
 
-from run_bench import RULE
+from support.run_bench import RULE
 
 from conformance.dialogue.case_record import MOST_NOTED, CaseRecord
 from conformance.dialogue.causes import NOTHING_SENT

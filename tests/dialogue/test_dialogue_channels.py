@@ -4,7 +4,7 @@ from collections.abc import Generator
 from dataclasses import replace
 
 import pytest
-from run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
+from support.run_bench import NODE_ID, NUMBER, TEXT, Workbench, discovered
 
 from conformance.device.device import DEVICE_TYPE
 from conformance.device.not_testable import NotTestable, Unimplemented

@@ -1,7 +1,7 @@
 """A transfer that begins in the middle of another: what may come before its first answer."""
 
 import pytest
-from run_bench import NODE_ID, TEXT, discovered
+from support.run_bench import NODE_ID, TEXT, discovered
 
 from conformance.dialogue.exchange import InitiateRefused
 from conformance.faults.catalogue import build_node

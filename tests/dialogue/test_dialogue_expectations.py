@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     HASTY,
     NODE_ID,
     NUMBER,

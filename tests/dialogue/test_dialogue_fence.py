@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     BASELINE,
     HASTY,
     NODE_ID,

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, Workbench, discovered
+from support.run_bench import DOMAIN, NODE_ID, Workbench, discovered
 
 from conformance.bus.link import Direction
 from conformance.device.known_objects import KnownObject

@@ -1,7 +1,7 @@
 """A very long value is written in segments once in a run, by whatever object shows that it goes."""
 
 import pytest
-from run_bench import DOMAIN, TEXT, discovered, recording
+from support.run_bench import DOMAIN, TEXT, discovered, recording
 
 from conformance.dialogue.object_expectations import is_known_to_go
 

@@ -1,7 +1,7 @@
 """As many bytes as an object takes: found out once, and remembered for the run."""
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, TEXT, discovered
+from support.run_bench import DOMAIN, NODE_ID, TEXT, discovered
 
 from conformance.device.learned import Lengths
 from conformance.device.not_testable import NotTestable

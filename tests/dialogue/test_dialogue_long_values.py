@@ -1,7 +1,7 @@
 """Very long values are read in blocks where these bring what segments begin with."""
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, Recording, discovered
+from support.run_bench import DOMAIN, NODE_ID, Recording, discovered
 
 from conformance.device.effort import SEGMENTS_COMPARED
 from conformance.device.known_objects import KnownObject

@@ -4,7 +4,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
-from run_bench import NODE_ID, Recording, discovered
+from support.run_bench import NODE_ID, Recording, discovered
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject, by_multiplexer

@@ -5,7 +5,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from run_bench import BASELINE, HASTY, READ, TEXT, Scripted, discovered, recording, undiscovered
+from support.run_bench import (
+    BASELINE,
+    HASTY,
+    READ,
+    TEXT,
+    Scripted,
+    discovered,
+    recording,
+    undiscovered,
+)
 
 from conformance.bus.channel import Channel
 from conformance.dialogue.dialogue import Dialogue

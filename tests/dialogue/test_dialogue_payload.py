@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from run_bench import HASTY, NODE_ID, TEXT, Scripted, discovered, recording, undiscovered
+from support.run_bench import HASTY, NODE_ID, TEXT, Scripted, discovered, recording, undiscovered
 
 from conformance.device.not_testable import NotTestable
 from conformance.device.safety import written_by

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, RULE, TEXT, Recording, discovered
 from storage_bench import Watched, configured
+from support.run_bench import DOMAIN, NODE_ID, RULE, TEXT, Recording, discovered
 
 from conformance.device.effort import LONG_VALUE
 from conformance.dialogue.own_values import write_all_as_before, write_as_before

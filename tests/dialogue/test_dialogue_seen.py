@@ -4,7 +4,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from run_bench import NODE_ID, NUMBER, RULE, TEXT, Recording, Workbench, discovered, recording
+from support.run_bench import (
+    NODE_ID,
+    NUMBER,
+    RULE,
+    TEXT,
+    Recording,
+    Workbench,
+    discovered,
+    recording,
+)
 
 from conformance.device.effort import MUCH_ROOM
 from conformance.device.not_testable import NotTestable

@@ -1,7 +1,7 @@
 """How long the answers of a case may take."""
 
 import pytest
-from run_bench import NUMBER, RULE, discovered, recording
+from support.run_bench import NUMBER, RULE, discovered, recording
 
 from conformance.bus.pace import Pace
 from conformance.device.not_testable import NotTestable

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
 from storage_bench import IN_USE, NUMBER, Kept, Watched, configured
+from support.run_bench import HASTY, NODE_ID, PATIENT, RULE, Workbench
 
 from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import NotTestable, Unimplemented

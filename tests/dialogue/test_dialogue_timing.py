@@ -3,7 +3,7 @@
 import time
 
 import pytest
-from run_bench import NODE_ID, READ, RULE, recording
+from support.run_bench import NODE_ID, READ, RULE, recording
 
 from conformance.bus.channel import Channel
 from conformance.bus.link import Link

@@ -1,7 +1,7 @@
 """What a case expects of values: those that are read, and those that a case must not change."""
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, discovered, recording
+from support.run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, discovered, recording
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue

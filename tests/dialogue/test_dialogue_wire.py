@@ -1,7 +1,7 @@
 """One request out, one response in: what counts as one, and what must not be sent."""
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     BASELINE,
     HASTY,
     NUMBER,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from run_bench import NODE_ID
+from support.run_bench import NODE_ID
 
 from conformance.beginning.discovery import discover
 from conformance.bus.channel import Channel

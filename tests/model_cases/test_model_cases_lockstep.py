@@ -1,7 +1,7 @@
 """A conversation in lockstep with the oracle ends, and says what a server goes on with."""
 
 import pytest
-from run_bench import BASELINE, NODE_ID, NUMBER, READ, TEXT, Scripted, undiscovered
+from support.run_bench import BASELINE, NODE_ID, NUMBER, READ, TEXT, Scripted, undiscovered
 
 from conformance.faults.catalogue import build_node
 from conformance.model_cases.lockstep import Lockstep

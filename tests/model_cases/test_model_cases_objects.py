@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from run_bench import NODE_ID, Recording, discovered
+from support.run_bench import NODE_ID, Recording, discovered
 
 from conformance.device.effort import TEXTS_PER_CONVERSATION
 from conformance.device.known_objects import KnownObject

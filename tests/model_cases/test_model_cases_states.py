@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from run_bench import NODE_ID, discovered
+from support.run_bench import NODE_ID, discovered
 
 from conformance.bus.link import Captured, Direction
 from conformance.device.not_testable import NotTestable

@@ -11,9 +11,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
-from selected_files import other_files
 from socketcand_bus import settings_of
-from spared_tests import spare_tests
+from support.selected_files import other_files
+from support.spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node

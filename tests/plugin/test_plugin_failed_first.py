@@ -2,7 +2,7 @@
 
 import pytest
 from plugin_runs import NO_HYPOTHESIS, reports
-from selected_files import other_files
+from support.selected_files import other_files
 
 pytest_plugins = ["pytester"]
 

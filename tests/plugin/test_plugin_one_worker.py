@@ -15,8 +15,8 @@ from typing import Any
 
 import pytest
 from plugin_runs import QUICK, hosted_on, reports, self_test, the_report
-from selected_files import other_files
 from socketcand_bus import socketcand
+from support.selected_files import other_files
 
 from conformance.plugin.exit_code import ExitCode
 from conformance.reference.dictionary import reference_device

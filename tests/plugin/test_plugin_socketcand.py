@@ -2,8 +2,8 @@
 
 import pytest
 from plugin_runs import NO_HYPOTHESIS, NODE_ID, hosted_on, run
-from selected_files import other_files
 from socketcand_bus import socketcand
+from support.selected_files import other_files
 
 from conformance.bus.opening import SOCKETCAND_OPENINGS
 from conformance.faults.catalogue import build_node

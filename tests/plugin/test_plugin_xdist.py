@@ -5,7 +5,7 @@ from collections import defaultdict
 
 import pytest
 from plugin_runs import QUICK, parsed, reports, self_test, the_report
-from selected_files import other_files
+from support.selected_files import other_files
 
 from conformance.plugin.exit_code import ExitCode
 from conformance.plugin.workers import shares_of

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from run_bench import (
+from support.run_bench import (
     BASELINE,
     NODE_ID,
     READ,

@@ -6,9 +6,9 @@ What the suite believes to have done is not asked.
 from collections.abc import Sequence
 
 import pytest
-from run_bench import NODE_ID, Recording
-from selected_files import other_files
-from spared_tests import spare_tests
+from support.run_bench import NODE_ID, Recording
+from support.selected_files import other_files
+from support.spared_tests import spare_tests
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.device import LAST_DATA_TYPE

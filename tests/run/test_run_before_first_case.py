@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from run_bench import NODE_ID
+from support.run_bench import NODE_ID
 
 from conformance.bus.errors import DeviceLost
 from conformance.bus.opening import BusSettings

@@ -3,7 +3,16 @@
 from collections.abc import Iterator
 
 import pytest
-from run_bench import RULE, TEXT, Recording, Workbench, begin, discovered, recording, violation
+from support.run_bench import (
+    RULE,
+    TEXT,
+    Recording,
+    Workbench,
+    begin,
+    discovered,
+    recording,
+    violation,
+)
 
 from conformance.run.case_run import begin_case
 from conformance.run.verdict import Verdict

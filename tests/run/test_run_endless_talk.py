@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from run_bench import BASELINE, NODE_ID, READ, RULE
+from support.run_bench import BASELINE, NODE_ID, READ, RULE
 
 from conformance.beginning.discovery import discover
 from conformance.beginning.first_request import ask_first

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from run_bench import NODE_ID, TEXT, Workbench, begin, discovered
+from support.run_bench import NODE_ID, TEXT, Workbench, begin, discovered
 
 from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import can
 import pytest
-from run_bench import PATIENT, RULE, VENDOR_ID
+from support.run_bench import PATIENT, RULE, VENDOR_ID
 
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.faults.catalogue import build_node

@@ -1,7 +1,7 @@
 """How a case left the server: idle, in need of an abort, answering wrongly, or lost."""
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     BASELINE,
     HASTY,
     NODE_ID,

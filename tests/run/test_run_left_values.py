@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 import pytest
-from run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, discovered, recording
+from support.run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, discovered, recording
 
 from conformance.device.change_journal import BACK, CHANGED
 from conformance.device.device import TWO_SEGMENTS

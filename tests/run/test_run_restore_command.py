@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from run_bench import HASTY, NODE_ID, TEXT, Recording, recording, undiscovered
+from support.run_bench import HASTY, NODE_ID, TEXT, Recording, recording, undiscovered
 
 from conformance.bus.errors import OtherDevice
 from conformance.device.change_journal import LeftBehind

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from run_bench import (
+from support.run_bench import (
     DOMAIN,
     NODE_ID,
     NUMBER,

@@ -1,7 +1,16 @@
 """Devices that leave the suite waiting: each comes to its end, and is told as what it is."""
 
 import pytest
-from run_bench import BASELINE, HASTY, NODE_ID, READ, RULE, Scripted, discovered, undiscovered
+from support.run_bench import (
+    BASELINE,
+    HASTY,
+    NODE_ID,
+    READ,
+    RULE,
+    Scripted,
+    discovered,
+    undiscovered,
+)
 
 from conformance.beginning.discovery import discover
 from conformance.bus.errors import DeviceLost

@@ -2,7 +2,7 @@
 
 import pytest
 from run_audit import ALSO_WRITABLE, WRITABLE, asked_to_write, node_like, run, server_like
-from run_bench import NODE_ID, Recording
+from support.run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
 from conformance.model_cases.server_states import STATES

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from run_audit import WRITABLE, asked_to_write, run
-from run_bench import NODE_ID, Recording
+from support.run_bench import NODE_ID, Recording
 
 from conformance.device.safety import IDENTITY
 from conformance.plugin.exit_code import ExitCode

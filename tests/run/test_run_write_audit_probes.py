@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from run_audit import ALSO_WRITABLE, run
-from run_bench import NODE_ID, Recording
+from support.run_bench import NODE_ID, Recording
 
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node

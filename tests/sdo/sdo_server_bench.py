@@ -1,6 +1,6 @@
 """A reference server with one object of each sort, spoken to in hexadecimal."""
 
-from sdo_vectors import mux
+from support.sdo_vectors import mux
 
 from conformance.reference.server import Server
 from conformance.sdo.layout import Multiplexer

@@ -1,6 +1,6 @@
 """The object dictionary that each worked exchange needs in the reference server."""
 
-from sdo_vectors import mux
+from support.sdo_vectors import mux
 
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry

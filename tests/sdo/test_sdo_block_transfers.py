@@ -7,8 +7,8 @@ from random import Random
 from typing import Any
 
 import pytest
-from sdo_vectors import Step as Frame
-from sdo_vectors import Vector, load, mux
+from support.sdo_vectors import Step as Frame
+from support.sdo_vectors import Vector, load, mux
 from test_sdo_vectors import BLOCK_TRANSFERS, answered
 
 from conformance.reference.server import Server

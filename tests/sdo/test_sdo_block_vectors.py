@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 import pytest
-from sdo_vectors import Vector, load
+from support.sdo_vectors import Vector, load
 
 from conformance.sdo.crc import crc16
 from conformance.sdo.describe import Decoder

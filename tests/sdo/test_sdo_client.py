@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sdo_conversation import Ended, drive, frames, served
-from sdo_strategies import UNHURRIED
-from sdo_vectors import mux
+from support.sdo_strategies import UNHURRIED
+from support.sdo_vectors import mux
 
 from conformance.reference.server import Server
 from conformance.sdo.checks import ResponseChecks, ServerAborted

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sdo_strategies import UNHURRIED
+from support.sdo_strategies import UNHURRIED
 
 from conformance.sdo.crc import crc16
 

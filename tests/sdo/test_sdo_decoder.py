@@ -3,8 +3,8 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sdo_strategies import REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
-from sdo_vectors import load
+from support.sdo_strategies import REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
+from support.sdo_vectors import load
 
 from conformance.sdo.describe import Decoder, describe
 from conformance.sdo.frames import (

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sdo_strategies import FRAMES, REQUESTS, RESPONSES, UNHURRIED
+from support.sdo_strategies import FRAMES, REQUESTS, RESPONSES, UNHURRIED
 
 from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.describe import Decoder, describe, hex_bytes, in_words

@@ -5,7 +5,7 @@ from typing import get_args
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sdo_strategies import FRAMES, OTHER_LENGTHS, REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
+from support.sdo_strategies import FRAMES, OTHER_LENGTHS, REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 
 from conformance.sdo.decoding import (
     as_answer,

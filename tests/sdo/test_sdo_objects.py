@@ -1,7 +1,7 @@
 """Data types, access and lengths of the reference server's object dictionary."""
 
 import pytest
-from sdo_vectors import mux
+from support.sdo_vectors import mux
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.objects import Access, DataType, Entry, ObjectDictionary, Refusal

@@ -2,7 +2,7 @@
 
 import pytest
 from hypothesis import given
-from sdo_strategies import FRAMES, UNHURRIED
+from support.sdo_strategies import FRAMES, UNHURRIED
 
 from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.frames import (

@@ -3,8 +3,8 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from sdo_server_bench import ANSWER_1000, READ_1000, Bench
-from sdo_strategies import FRAMES, MUX, REQUESTS, UNHURRIED
-from sdo_vectors import mux
+from support.sdo_strategies import FRAMES, MUX, REQUESTS, UNHURRIED
+from support.sdo_vectors import mux
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.decoding import decode_response

@@ -3,7 +3,7 @@
 from collections.abc import Generator
 
 import pytest
-from sdo_vectors import mux
+from support.sdo_vectors import mux
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step

@@ -6,7 +6,7 @@ from itertools import pairwise
 import pytest
 from sdo_conversation import Transfer, drive
 from sdo_vector_objects import OBJECTS, WRITTEN, entries
-from sdo_vectors import Step, Vector, load
+from support.sdo_vectors import Step, Vector, load
 
 from conformance.reference.server import Server
 from conformance.sdo.checks import ResponseChecks, ServerAborted

@@ -5,7 +5,7 @@
 
 from dataclasses import replace
 
-from sdo_vectors import mux
+from support.sdo_vectors import mux
 
 from conformance.sdo.objects import Access, DataType
 from conformance.sdo.oracle import Facts, Knowledge, Oracle, Presence

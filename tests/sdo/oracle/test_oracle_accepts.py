@@ -7,7 +7,7 @@ from oracle_objects import NODE_ID
 from oracle_rejections import all_scripts
 from oracle_sequences import Script
 from oracle_strategies import SCRIPTS
-from sdo_strategies import UNHURRIED
+from support.sdo_strategies import UNHURRIED
 
 from conformance.faults.catalogue import build_node, find_deviation, unusual
 from conformance.faults.own_clock import AnswersLater

@@ -1,7 +1,7 @@
 """What the oracle knows in the course of a conversation: what is due, values, choices."""
 
 from oracle_notation import BLOCK_DOWNLOAD, DOWNLOAD, KNOWN, READ, judged
-from sdo_vectors import mux
+from support.sdo_vectors import mux
 
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle import Awaited, Oracle

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from oracle_lockstep import known_entries, reference_node
 from oracle_notation import judged
 from oracle_objects import NODE_ID, TARGETS, TEXT, VENDOR_ID
-from sdo_strategies import UNHURRIED
+from support.sdo_strategies import UNHURRIED
 
 from conformance.model_cases.matrix.stimuli import STIMULI
 from conformance.sdo.abort_codes import AbortCode

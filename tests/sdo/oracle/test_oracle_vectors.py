@@ -1,7 +1,7 @@
 """The worked exchanges are accepted; those that are irregular are flagged for just that."""
 
 import pytest
-from sdo_vectors import Vector, load
+from support.sdo_vectors import Vector, load
 
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
