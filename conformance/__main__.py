@@ -1,4 +1,4 @@
-"""The command line beside pytest: serve a server, list faults and rules, logs, reports."""
+"""The command line beside pytest: a server, lists of faults and rules, EDS, logs, reports."""
 
 import argparse
 import io
@@ -45,6 +45,7 @@ COMMANDS = (
     "serve",
     "faults",
     "rules",
+    "eds",
     "decode",
     "replay",
     "report",
@@ -62,9 +63,9 @@ def command_of(name: str) -> Command:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status.
 
-    That is 0, 1 for a broken bench, 2 for wrong use, 3 when a log shows what is not allowed or when
-    a run is worse than an earlier one, 4 where what is to be restored is not there, or not on this
-    device, 10 for a device that does not answer.
+    That is 0, 1 for a broken bench or an EDS with errors, 2 for wrong use, 3 when a log shows what
+    is not allowed, when a run is worse than an earlier one or an EDS has warnings, 4 where what is
+    to be restored is not there, or not on this device, 10 for a device that does not answer.
     """
     given = sys.argv[1:] if arguments is None else arguments
     _open_streams()

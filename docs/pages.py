@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from conformance.eds.rules import RULES as EDS_RULES
 from conformance.faults.catalogue import faults, unusual
 from conformance.faults.registry import Defect, Deviation
 from conformance.reporting.rule_listing import answers, official_steps, scripted_cases, untested
@@ -27,7 +28,7 @@ FILES = {
     "CHANGELOG.md": "changelog.md",
 }
 SECTIONS = {
-    "Use": "first-run device options result reports deviations endings ci lab own-tests server",
+    "Use": "first-run device eds options result reports deviations endings ci lab own-tests server",
     "What is tested": "cases rules/index faults official-test limits",
     "Develop": "architecture contributing changelog",
 }
@@ -96,6 +97,9 @@ def _all_rules() -> Iterator[str]:
         for rule in chapter.rules:
             link = f"[`{rule.id}`](#{_label(rule)})"
             yield f"- {link}, {rule.level}, {rule.clause}: {_text(rule.sentence)}"
+    yield from ["", "## Descriptions of devices", "", "[`conformance eds`](../eds.md) checks:", ""]
+    for of_file in EDS_RULES:
+        yield f"- `{of_file.id}`, {of_file.severity}, {of_file.clause}: {_text(of_file.sentence)}"
     yield from ["", "```{toctree}", ":hidden:", "", *map(_file, CHAPTERS), "```"]
 
 

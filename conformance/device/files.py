@@ -11,6 +11,7 @@ class FileError(ValueError):
         where = f"{path}, line {line}" if line else str(path)
         super().__init__(f"{where}: {sentence}")
         self.line = line
+        self.sentence = sentence
 
 
 def read_bytes(path: Path, *, limit: int) -> bytes:

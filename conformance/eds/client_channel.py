@@ -13,9 +13,8 @@ from conformance.device.option_kinds import CLIENT_RECORDS
 from conformance.eds.reading import commissioned_node_id, read_file
 from conformance.eds.text import COMMISSIONING, NODE_ID_KEY, Section
 from conformance.sdo.cob_id import ChannelError, ChannelIds, ClientParameter
-from conformance.sdo.objects import DataType
 
-TYPES = {1: DataType.UNSIGNED32, 2: DataType.UNSIGNED32, 3: DataType.UNSIGNED8}
+SUB_INDICES = (1, 2, 3)
 
 
 def read_client_channel(path: Path, index: int, node_id: int) -> ChannelIds:
@@ -44,7 +43,7 @@ def read_client_channel(path: Path, index: int, node_id: int) -> ChannelIds:
         )
     head = file.sections.get(f"{index:04X}", Section(f"{index:04X}", 0))
     values = {}
-    for sub_index, data_type in TYPES.items():
+    for sub_index in SUB_INDICES:
         known = listed.entries.get(sub_index)
         if known is None:
             raise _error(
@@ -54,7 +53,7 @@ def read_client_channel(path: Path, index: int, node_id: int) -> ChannelIds:
                 "COB-IDs of requests (1) and responses (2) and the node-ID of the server (3).",
             )
         section = file.sections.get(f"{index:04X}sub{sub_index:X}", head)
-        values[sub_index] = _value(path, section, known, data_type, client)
+        values[sub_index] = _value(path, section, known, client)
     try:
         return ClientParameter.from_values(values).channel_to(node_id)
     except ChannelError as error:
@@ -67,12 +66,8 @@ def _error(path: Path, section: Section, sentence: str, key: str = "") -> FileEr
     return FileError(path, section.at(key).line, sentence)
 
 
-def _value(
-    path: Path, section: Section, known: KnownObject, data_type: DataType, client: int | None
-) -> bytes:
+def _value(path: Path, section: Section, known: KnownObject, client: int | None) -> bytes:
     """Return the value of an entry; a formula is none as long as the client is any node."""
-    if known.data_type is not data_type:
-        raise _error(path, section, f"[{section.name}] is no {data_type.name}.", "DataType")
     key = "DefaultValue" if known.configured is None else "ParameterValue"
     if known.stated is None:
         raise _error(

@@ -65,7 +65,10 @@ class Finding:
         return f"{self.sentence}. {self.made}." if self.made else f"{self.sentence}."
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.severity}: {self.text} [{self.rule.id}, {self.rule.clause}]"
+        named = f"[{self.place.section}]"
+        where = f"{named} " if self.place.section and named not in self.sentence else ""
+        told = f"{where}{self.text} [{self.rule.id}, {self.rule.clause}]"
+        return f"{self.where}: {self.severity}: {told}"
 
 
 @dataclass(slots=True)

@@ -12,6 +12,7 @@ def _rule(id_: str, clause: str, severity: Severity, sentence: str) -> EdsRule:
 
 # The text
 
+READABLE = _rule("readable", "6", ERROR, "A file is an EDS, DCF, XDD or XDC, and not too large.")
 ENCODING = _rule(
     "encoding", "6.2", REMARK, "A file is plain text of the characters of ISO/IEC 646 (ASCII)."
 )
@@ -137,7 +138,129 @@ IDENTITY = _rule(
 )
 PDO_MAPPING = _rule("pdo-mapping", "6.6.3.2", WARNING, "PDOMapping is 0 or 1.")
 
-READING_RULES = (
+# What CiA 301 fixes
+
+STANDARD_TYPE = _rule(
+    "standard-type",
+    "CiA 301 clause 7.5.2",
+    ERROR,
+    "An object that CiA 301 defines has the type that stands there.",
+)
+STANDARD_ACCESS = _rule(
+    "standard-access",
+    "CiA 301 clause 7.5.2",
+    ERROR,
+    "An object that CiA 301 calls ro or const cannot be written.",
+)
+STANDARD_SUB_INDEX = _rule(
+    "standard-sub-index",
+    "CiA 301 clause 7.5.2",
+    ERROR,
+    "An object that CiA 301 defines has no further sub-indices.",
+)
+STANDARD_NAME = _rule(
+    "standard-name",
+    "CiA 301 clause 7.5.2",
+    REMARK,
+    "An object that CiA 301 defines is called as it is there.",
+)
+VENDOR_ID = _rule(
+    "vendor-id", "CiA 301 clause 7.5.2.21", ERROR, "1018h:01 is the vendor-ID; 0 is none."
+)
+TRANSMISSION_TYPE = _rule(
+    "transmission-type",
+    "CiA 301 clauses 7.5.2.35 and 7.5.2.37",
+    ERROR,
+    "No transmission type is reserved (F1h to FBh).",
+)
+COB_ID = _rule(
+    "cob-id",
+    "CiA 301 clauses 7.3.3 and 7.3.5",
+    ERROR,
+    "The COB-IDs of SYNC, EMCY and 1200h are the predefined ones; no PDO has a restricted one.",
+)
+COB_ID_TWICE = _rule(
+    "cob-id-twice", "CiA 301 clause 7.3.3", WARNING, "No two services have one COB-ID by default."
+)
+ERROR_CONTROL = _rule(
+    "error-control",
+    "CiA 301 clause 7.2.8.2.2",
+    WARNING,
+    "A device has heartbeats (1017h) or node guarding (100Ch and 100Dh).",
+)
+
+# PDOs
+
+PDO_PAIR = _rule(
+    "pdo-pair",
+    "CiA 301 clauses 7.5.2.35 to 7.5.2.38",
+    ERROR,
+    "Each PDO has communication parameters and a mapping.",
+)
+PDO_COUNT = _rule(
+    "pdo-count", "6.5", WARNING, "NrOfRXPDO and NrOfTXPDO are how many PDOs are described."
+)
+MAPPED_OBJECT = _rule(
+    "mapped-object",
+    "CiA 301 clauses 7.5.2.36 and 7.5.2.38",
+    ERROR,
+    "A PDO maps objects that are described, with the bits of their types.",
+)
+MAPPED_ACCESS = _rule(
+    "mapped-access",
+    "CiA 301 clauses 7.5.2.36 and 7.5.2.38",
+    ERROR,
+    "What a PDO maps has PDOMapping=1, and is writable for an RPDO, readable for a TPDO.",
+)
+MAPPED_LENGTH = _rule(
+    "mapped-length", "CiA 301 clauses 7.5.2.36 and 7.5.2.38", ERROR, "A PDO maps 64 bits at most."
+)
+PROCESS_DATA = _rule(
+    "process-data",
+    "6.6.3.2",
+    WARNING,
+    "An entry that is rwr or rww has PDOMapping=1, and what no PDO can hold has 0.",
+)
+DUMMY = _rule("dummy", "6.6.1", WARNING, "A dummy that an RPDO maps is allowed by [DummyUsage].")
+DUMMY_USAGE = _rule(
+    "dummy-usage", "6.6.1", WARNING, "[DummyUsage] has lines Dummy0001 to Dummy0007, 0 or 1."
+)
+
+# The file, and the device as a whole
+
+FILE_INFO = _rule(
+    "file-info",
+    "6.4",
+    WARNING,
+    "[FileInfo] has FileName, FileVersion, FileRevision and EDSVersion.",
+)
+DATES = _rule("dates", "6.4", WARNING, "A date is written as 03-14-2019, a time as 09:30AM.")
+DEVICE_INFO = _rule(
+    "device-info",
+    "6.5",
+    WARNING,
+    "[DeviceInfo] has the name and the number of vendor and product, and the revision.",
+)
+BIT_RATE = _rule(
+    "bit-rate",
+    "6.5",
+    WARNING,
+    "BaudRate_10, _20, _50, _125, _250, _500, _800 and _1000 are 0 or 1, and at least one is 1.",
+)
+SWITCH = _rule(
+    "switch",
+    "6.5",
+    WARNING,
+    "SimpleBootUpMaster, SimpleBootUpSlave, GroupMessaging and LSS_Supported are 0 or 1, and "
+    "Granularity is 0 to 64.",
+)
+COMMENTS = _rule("comments", "6.2", REMARK, "[Comments] has as many lines as Lines says.")
+COMMISSIONED = _rule(
+    "commissioned", "7", ERROR, "[DeviceComissioning] has a NodeID from 1 to 127, and a Baudrate."
+)
+
+RULES = (
+    READABLE,
     ENCODING,
     LINE_LENGTH,
     LINE,
@@ -175,4 +298,28 @@ READING_RULES = (
     OBJ_FLAGS,
     PDO_MAPPING,
     IDENTITY,
+    STANDARD_TYPE,
+    STANDARD_ACCESS,
+    STANDARD_SUB_INDEX,
+    STANDARD_NAME,
+    VENDOR_ID,
+    TRANSMISSION_TYPE,
+    COB_ID,
+    COB_ID_TWICE,
+    ERROR_CONTROL,
+    PDO_PAIR,
+    PDO_COUNT,
+    MAPPED_OBJECT,
+    MAPPED_ACCESS,
+    MAPPED_LENGTH,
+    PROCESS_DATA,
+    DUMMY,
+    DUMMY_USAGE,
+    FILE_INFO,
+    DATES,
+    DEVICE_INFO,
+    BIT_RATE,
+    SWITCH,
+    COMMENTS,
+    COMMISSIONED,
 )

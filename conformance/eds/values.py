@@ -61,6 +61,8 @@ def _parse(text: str, node_id: int) -> Written | None:
     if _FRACTION.fullmatch(compact):
         value = float(compact.replace(",", "."))
         return Written(int(value), odd="a fraction") if value.is_integer() else None
+    inner_sign = "0X-" in compact  # as canopen's exporter writes negative numbers
+    compact = compact.replace("0X-", "-0X")
     terms: list[re.Match[str]] = []
     end = 0
     while end < len(compact):
@@ -71,7 +73,7 @@ def _parse(text: str, node_id: int) -> Written | None:
         end = term.end()
     if not terms:
         return None
-    total, odd = 0, ""
+    total, odd = 0, "a sign behind 0x" if inner_sign else ""
     for term in terms:
         number, why = _term(term, node_id)
         total += -number if term["sign"] == "-" else number

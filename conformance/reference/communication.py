@@ -18,6 +18,7 @@ from conformance.sdo.pdos import (
     MAPPING_OF,
     MOST_BITS,
     RECEIVED_MAPPINGS,
+    RESERVED_TYPES,
     SYNC_START,
     Mapped,
 )
@@ -27,8 +28,6 @@ RECEIVED, SENT = 0x1400, 0x1800
 SYNC_ID, TIME_ID = 0x080, 0x100
 RECEIVED_BASE, SENT_BASE = 0x200, 0x180
 PRODUCES, CONSUMES = DYNAMIC, NOT_VALID
-# Transmission types between the last cyclic one and the event-driven ones.
-RESERVED_TYPES = range(0xF1, 0xFC)
 EVENT_DRIVEN = b"\xff"
 ENTRIES = 3
 FIRST_MAPPABLE = 0x2000

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from conformance.eds.rules import RULES as EDS_RULES
 from conformance.reporting.official_steps import OFFICIAL_STEPS, OfficialStep
 from conformance.run.case import CaseInfo
 from conformance.run.case_files import case_files, cases_in
@@ -34,13 +35,22 @@ def rule_lines(names: Sequence[str] = ()) -> Iterator[str]:
     """
     cases = scripted_cases()
     tested = cases_of_rules(cases)
-    chosen = [rule for name in names for rule in _named(name, cases)] or list(RULES)
+    of_files = [rule for rule in EDS_RULES if rule.id in names or not names]
+    named = [name for name in names if not any(name == rule.id for rule in of_files)]
+    chosen = [rule for name in named for rule in _named(name, cases)]
+    chosen = chosen if names else list(RULES)
     for chapter in CHAPTERS:
         rules = [rule for rule in chapter.rules if rule in chosen]
         if rules:
             yield f"{chapter.title}:"
         for rule in rules:
             yield from _lines(rule, tested[rule.id])
+    if of_files:
+        yield "descriptions of devices:"
+    for of_file in of_files:
+        yield f"  {of_file.id}  {of_file.severity}  {of_file.clause}"
+        yield f"      {of_file.sentence}"
+        yield "      checked by: conformance eds"
     if not names:
         yield _totals(tested)
 
@@ -124,5 +134,6 @@ def _totals(tested: Mapping[str, Sequence[str]]) -> str:
     reasons = sum(bool(rule.untestable) for rule in RULES)
     return (
         f"{len(RULES)} rules: {with_cases} tested by {cases} cases, "
-        f"{reasons} not testable, {len(RULES) - with_cases - reasons} without a case"
+        f"{reasons} not testable, {len(RULES) - with_cases - reasons} without a case; "
+        f"{len(EDS_RULES)} rules for descriptions of devices"
     )

@@ -11,6 +11,8 @@ RECEIVED_MAPPINGS, SENT_MAPPINGS = range(0x1600, 0x1800), range(0x1A00, 0x1C00)
 # COB-IDs, and all of PDOs: what is in use does not change, so they are written in an order.
 IN_ORDER = frozenset((0x1005, 0x1012, 0x1014, *range(0x1400, 0x1C00)))
 COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, SYNC_START = 1, 2, 3, 6
+# Transmission types between the last cyclic one and the event-driven ones.
+RESERVED_TYPES = range(0xF1, 0xFC)
 MOST_MAPPED = 0x40
 MOST_BITS = 64
 # Sub-index 0 of the mapping of a multiplexed PDO (MPDO): by a list of sources, or by address.

@@ -57,11 +57,12 @@ def of(program: str, pages: Sequence[Path] = PAGES) -> list[list[str]]:
 
 SELF_TESTS = [words for words in of("pytest") if "--self-test" in words]
 SERVED = [words for words in of("conformance") if "udp_multicast" in words]
-# Those that read or list something: what they need is a report folder.
+# Those that read or list something: what they need is a report folder. Of a right EDS there is
+# nothing to say; tests/commands has others.
 READING = [
     words
     for words in of("conformance")
-    if words[0] not in ("serve", "replay", "restore")
+    if words[0] not in ("serve", "replay", "restore", "eds")
     and not (words[0] == "init" and "--node-id" in words)
     and not any(word == "-" or word.startswith("--can-channel") for word in words)
 ]

@@ -10,6 +10,7 @@ import pytest
 import conformance
 from conformance.__main__ import main
 from conformance.commands.status import DONE, WRONG_USE
+from conformance.eds.rules import RULES as EDS_RULES
 from conformance.reporting.official_steps import OFFICIAL_STEPS
 from conformance.reporting.rule_listing import cases_of_rules, rule_lines, scripted_cases
 from conformance.run.case_files import case_files
@@ -114,7 +115,7 @@ def test_it_prints_all_and_counts_them(capsys: pytest.CaptureFixture[str]) -> No
     assert main(["rules"]) == DONE
     *lines, totals = capsys.readouterr().out.splitlines()
     printed = [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "]
-    assert printed == [rule.id for rule in RULES]
+    assert printed == [*(rule.id for rule in RULES), *(rule.id for rule in EDS_RULES)]
     assert totals.startswith(f"{len(RULES)} rules: ")
 
 

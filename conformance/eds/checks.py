@@ -1,0 +1,15 @@
+"""What is held against each other when a whole description was read."""
+
+from conformance.device.eds_listing import Listing
+from conformance.eds.findings import Findings
+from conformance.eds.info_checks import check_info
+from conformance.eds.object_checks import check_objects
+from conformance.eds.pdo_checks import check_pdos
+from conformance.eds.text import Sections
+
+
+def check(sections: Sections, listing: Listing, findings: Findings) -> None:
+    """Add what contradicts itself in the file, or a specification."""
+    check_info(sections, findings)
+    check_objects(sections, listing, findings)
+    check_pdos(sections, listing, findings)
