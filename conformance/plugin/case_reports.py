@@ -17,6 +17,7 @@ from conformance.plugin.suite_errors import (
     traceback_of,
 )
 from conformance.reporting.bus_log import Place
+from conformance.run.evidence import trace_texts
 from conformance.run.verdict import Verdict
 
 
@@ -73,7 +74,7 @@ class CaseReports:
             if isinstance(error, SuiteError):
                 report.sections.append(("traceback", traceback_of(error)))
         elif report.failed:
-            report.sections.append(("frames on the bus", "\n".join(result.trace)))
+            report.sections.append(("frames on the bus", "\n".join(trace_texts(result))))
         return report
 
     def _place(self) -> Place | None:

@@ -6,6 +6,7 @@ import pytest
 
 from conformance.bus.errors import BenchError
 from conformance.plugin.failure import CaseFailed
+from conformance.run.evidence import trace_texts
 from conformance.run.verdict import CaseResult, Verdict
 
 
@@ -26,7 +27,7 @@ def attach(item: pytest.Item, result: CaseResult) -> None:
         ("latency-ms", f"{result.latency * 1000:.3f}"),
         *([("examples", result.progress)] if result.progress else []),
         *(("note", note) for note in result.notes),
-        ("trace", "\n".join(result.trace)),
+        ("trace", "\n".join(trace_texts(result))),
     ]
 
 

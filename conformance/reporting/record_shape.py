@@ -14,6 +14,7 @@ from typing import Any, NotRequired, TypedDict, get_args, get_origin, get_type_h
 
 from conformance.dialogue.causes import Cause
 from conformance.reporting.bus_log import Place
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
 
@@ -129,6 +130,9 @@ def result_of(values: Mapping[str, Any], node_ids: list[int]) -> CaseResult:
         result = CaseResult.from_dict(found)
     except TypeError as error:
         raise WrongShape(f"the result of a case is incomplete: {error}") from error
+    marked = result.decisive
+    if marked is not None and not (0 <= marked < len(result.trace) and result.trace[marked].frame):
+        raise WrongShape("decisive is no frame of the trace")
     _check_node(result.node_id, node_ids)
     return result
 
@@ -163,10 +167,10 @@ def places_of(values: Mapping[str, Any]) -> list[Place | None]:
 
 _HINTS: dict[type, dict[str, Any]] = {
     kind: get_type_hints(kind)
-    for kind in (CaseResult, Cause, Place, About, Discovered, Ended, NamedFile)
+    for kind in (CaseResult, Cause, TraceLine, Place, About, Discovered, Ended, NamedFile)
 }
 # Values of a result that are objects in JSON, with exactly their fields.
-_VALUES = (Cause,)
+_VALUES = (Cause, TraceLine)
 
 
 def _check(what: str, values: Mapping[str, Any], kind: type) -> None:

@@ -17,9 +17,9 @@ from conformance.reporting.cause_counts import CauseCount, causes_of
 from conformance.reporting.earlier_values import values_of_before
 from conformance.reporting.logged import SENT, Logged, frames_by_case, log_in
 from conformance.reporting.recorded import RecordedRun
-from conformance.reporting.trace import Traced, traced
 from conformance.run.evidence import CANSEND_KNOWS
 from conformance.run.recording import ChannelDecoder
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds, CobId
@@ -149,29 +149,20 @@ def _lines(result: CaseResult, lines: Sequence[Logged], others: set[int]) -> lis
     Beside the case the log may have frames of what went before, of its first try, and of
     ``others``: devices that were tested at the same time.
     """
-    shown = [each for each in traced(result.trace) if each.own]
-    end = next((each.number for each in reversed(shown) if each.decisive), -1)
-    if end < 0 and shown:
-        end = shown[-1].number
-    if not any(each.sent and each.number <= end for each in shown) or end >= MOST_FRAMES:
+    end = None if result.decisive is None else result.decisive + 1
+    shown = [line for line in result.trace[:end] if line.frame and line.own]
+    places = {(each.stamp, each.frame, each.sent): number for number, each in enumerate(lines)}
+    found = [places[key] for key in map(_in_the_log, shown) if key in places]
+    if not found or len(found) < len(shown):
         return []
-    for candidates in (lines, [logged for logged in lines if logged.identifier not in others]):
-        begin = _begin(shown, candidates)
-        if begin is not None:
-            return list(candidates[begin : begin + end + 1])
-    return []
+    between = lines[found[0] : found[-1] + 1]
+    kept = [each for each in between if each.identifier not in others]
+    return kept if any(each.sent for each in kept) and len(kept) <= MOST_FRAMES else []
 
 
-def _begin(shown: Sequence[Traced], lines: Sequence[Logged]) -> int | None:
-    """Return where the lines have all frames of a trace, in its order and at its distances."""
-    for begin in range(len(lines) - shown[-1].number):
-        if all(
-            (lines[begin + each.number].frame, lines[begin + each.number].sent)
-            == (each.frame, each.sent)
-            for each in shown
-        ):
-            return begin
-    return None
+def _in_the_log(line: TraceLine) -> tuple[str, str, bool]:
+    """Return the time, the frame and the direction of a line as bus.log has them."""
+    return f"({line.time:f})", line.frame, line.sent
 
 
 def _steps(parts: Sequence[Sequence[Logged]], ids: ChannelIds) -> list[Step]:

@@ -8,7 +8,8 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
 from conformance.dialogue.causes import Causes, cause_of
-from conformance.run.evidence import trace_lines
+from conformance.run.evidence import line_text
+from conformance.run.trace import trace_of
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe
 from conformance.sdo.layout import whole_frame
@@ -73,7 +74,7 @@ class Watch:
 
     def lost(self, error: DeviceLost) -> DeviceLost:
         """Return the loss of the device with the frames that went before."""
-        lines = trace_lines(
+        trace = trace_of(
             list(self._last),
             [self._channel.ids],
             own=len(self._last),
@@ -81,5 +82,6 @@ class Watch:
             aside=False,
             decisive=False,
         )
-        shown = ["  the last frames (> sent, < received):", *(f"  {line}" for line in lines)]
-        return DeviceLost("\n".join([str(error), *shown]))
+        shown = [f"  {line_text(line)}" for line in trace.lines]
+        title = "  the last frames (> sent, < received):"
+        return DeviceLost("\n".join([str(error), title, *shown]))

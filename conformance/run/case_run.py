@@ -149,7 +149,7 @@ class CaseRun:
         if result.verdict is Verdict.FAIL and self._session.device.learned.answers_twice:
             result.notes.append(either(self._session.device.node_id))
         if result.verdict is not Verdict.PASS:
-            result.trace = self._session.trace(
+            result.trace, result.decisive = self._session.trace(
                 own_frames,
                 self.sdo.record.channels,
                 aside=left_wrong,
@@ -222,7 +222,8 @@ class CaseRun:
         result.verdict, result.actual = Verdict.BENCH_ERROR, str(error)
         frames = self._session.frames_so_far()
         channels = self.sdo.record.channels
-        result.trace = self._session.trace(frames, channels, aside=True, decisive=False)
+        trace = self._session.trace(frames, channels, aside=True, decisive=False)
+        result.trace, result.decisive = trace
         self._session.end()
         return result
 

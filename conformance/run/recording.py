@@ -28,26 +28,36 @@ class Gap:
 
 
 class ChannelDecoder:
-    """Puts the frames of one SDO channel into words."""
+    """Reads the frames of one SDO channel."""
 
     def __init__(self, ids: ChannelIds) -> None:
         """Start outside any transfer."""
         self._ids = ids
         self._decoder = Decoder()
 
-    def words(self, frame: CanFrame) -> str:
-        """Say what a frame means on this channel; empty for one that is none of its own."""
+    def read(self, frame: CanFrame) -> tuple[str, str] | None:
+        """Return the name of the message in a frame, empty for a malformed one, and its words.
+
+        None for a frame of another channel.
+        """
         ids = self._ids
         for cob_id, decode in (
             (ids.request, self._decoder.request),
             (ids.response, self._decoder.response),
         ):
             if cob_id.matches(frame) and frame.dlc == FRAME_LENGTH:
-                return describe(decode(frame.data))
+                message = decode(frame.data)
+                return type(message).__name__, describe(message)
             if cob_id.can_id == frame.can_id:
                 bits = "a 29" if cob_id.extended else "an 11"
-                return f"DLC {frame.dlc}, not a data frame of 8 bytes with {bits}-bit identifier"
-        return ""
+                shape = f"not a data frame of 8 bytes with {bits}-bit identifier"
+                return "", f"DLC {frame.dlc}, {shape}"
+        return None
+
+    def words(self, frame: CanFrame) -> str:
+        """Return the words of a frame; empty for a frame of another channel."""
+        _, words = self.read(frame) or ("", "")
+        return words
 
     def follow(self, frame: CanFrame) -> None:
         """Take a frame that is not shown."""

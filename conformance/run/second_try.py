@@ -6,6 +6,7 @@ What stays of a try that does not count is its trace.
 from conformance.device.effort import TRIES_OF_CASE
 from conformance.run.case_run import CaseRun
 from conformance.run.frame_loss import Stumble
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import BREACHES, CaseResult, Verdict
 from conformance.sdo.rules import NO_REBOOT
 
@@ -66,4 +67,10 @@ def doubt(run: CaseRun, failed: CaseResult, stumbled: Stumble) -> None:
     if result.verdict is Verdict.PASS:
         result.verdict = Verdict.INFO
     again = session.trace(run.own_frames, run.sdo.record.channels, aside=False, decisive=False)
-    result.trace = ["the try that failed:", *failed.trace, "the try that counts:", *again]
+    result.trace = [
+        TraceLine("the try that failed:"),
+        *failed.trace,
+        TraceLine("the try that counts:"),
+        *again.lines,
+    ]
+    result.decisive = None if failed.decisive is None else failed.decisive + 1

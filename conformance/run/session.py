@@ -15,10 +15,11 @@ from conformance.dialogue.causes import Causes
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
 from conformance.dialogue.slow_device import Allowance
-from conformance.run.evidence import cansend_lines, trace_lines
+from conformance.run.evidence import cansend_lines
 from conformance.run.frame_loss import Doubts
 from conformance.run.recording import Recording
 from conformance.run.restorer import Restorer
+from conformance.run.trace import Trace, trace_of
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.layout import Multiplexer
@@ -272,12 +273,12 @@ class DeviceSession:
         aside: bool,
         decisive: bool,
         actual: str = "",
-    ) -> list[str]:
+    ) -> Trace:
         """Return the decoded frames of the case: its ``own`` ones, and those ``aside`` behind them.
 
-        ``decisive``: one of them is what the verdict is about, see ``trace_lines``.
+        ``decisive``: one of them is what the verdict is about, see ``trace_of``.
         """
-        return trace_lines(
+        return trace_of(
             self._frames.kept(),
             channels,
             own=own,

@@ -5,6 +5,7 @@ from enum import StrEnum
 from typing import Any, Self
 
 from conformance.dialogue.causes import Cause
+from conformance.run.trace import TraceLine
 
 
 class Verdict(StrEnum):
@@ -48,12 +49,13 @@ class CaseResult:
     tests. ``broken_rule`` is an id as well, and ``broken_sentence`` what that rule asks for; both
     are empty for an own test that failed by itself. Times are in seconds: ``duration`` of the case,
     the longest ``latency`` of an answer, what was ``waited`` for answers that did not come, and the
-    time ``answering`` of all ``answers`` that did. ``trace`` holds the decoded frames, a line each,
-    ``reproduce`` the commands that send the requests again, if the bus has any. ``reason`` is why a
-    known deviation may be one, ``output`` what a device that was lost has written last;
-    ``progress`` says how many of its examples a random case has tried. ``cause`` is what is wrong
-    with the device, the same for all cases that it fails, or keeps from their point; ``met`` are
-    causes that the case has stepped round.
+    time ``answering`` of all ``answers`` that did. ``trace`` holds the decoded frames, ``decisive``
+    is the index of the frame that made the verdict, and ``reproduce`` has the commands that send
+    the requests again, if the bus has any. ``reason`` is why a known deviation may be one,
+    ``output`` what a device that was lost has written last; ``progress`` says how many of its
+    examples a random case has tried. ``cause`` is what is wrong with the device, the same for all
+    cases that it fails, or keeps from their point; ``met`` are causes that the case has stepped
+    round.
     """
 
     case_id: str
@@ -70,7 +72,8 @@ class CaseResult:
     afterwards: Afterwards = Afterwards.UNKNOWN
     rules: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    trace: list[str] = field(default_factory=list)
+    trace: list[TraceLine] = field(default_factory=list)
+    decisive: int | None = None
     reproduce: list[str] = field(default_factory=list)
     duration: float = 0.0
     latency: float = 0.0
@@ -117,6 +120,7 @@ class CaseResult:
         values["afterwards"] = self.afterwards.value
         values["cause"] = None if self.cause is None else asdict(self.cause)
         values["met"] = [asdict(cause) for cause in self.met]
+        values["trace"] = [line._asdict() for line in self.trace]
         return values
 
     @classmethod
@@ -127,6 +131,7 @@ class CaseResult:
         result.afterwards = Afterwards(result.afterwards)
         result.cause = Cause(**values["cause"]) if values.get("cause") else None
         result.met = [Cause(**cause) for cause in values.get("met", ())]
+        result.trace = [TraceLine(**line) for line in values.get("trace", ())]
         return result
 
 

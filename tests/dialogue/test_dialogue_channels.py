@@ -16,6 +16,7 @@ from conformance.dialogue.network import Network
 from conformance.faults.catalogue import build_node
 from conformance.reference.node import Node
 from conformance.run.case_run import CaseRun, begin_case
+from conformance.run.evidence import trace_texts
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.abort_codes import AbortCode
@@ -209,7 +210,7 @@ def test_frames_of_all_channels_are_shown_in_words(node: Node) -> None:
             other.upload(Multiplexer(0x1018, 1))
         run.tools.network.send(NmtCommand.START)
         run.sdo.info("shown")
-        trace = "\n".join(run.conclude(None).trace)
+        trace = "\n".join(trace_texts(run.conclude(None)))
     assert "681#4018100100000000 upload initiate 1018h:01" in trace
     assert "6A1#4318100100000C5D upload initiate response 1018h:01" in trace
     assert "000#0105             NMT: start, node 5" in trace

@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, settings
 
 from conformance.dialogue.causes import Cause
 from conformance.reporting.junit.cases import write_junit
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult, Verdict
 
 # A busy machine is no failure.
@@ -23,7 +24,7 @@ PASSED = CaseResult(
     level="MUST",
     clause="7.5.2.1",
     requirement="The device type (1000h), which every device has, reads as 4 bytes.",
-    trace=["      0.0 ms > 605#4000100000000000     upload initiate 1000h:00"],
+    trace=[TraceLine("upload initiate 1000h:00", "605#4000100000000000", sent=True)],
     reproduce=["cansend can0 605#4000100000000000"],
     duration=0.25,
 )

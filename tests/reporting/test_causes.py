@@ -5,6 +5,7 @@ from dataclasses import replace
 from reporting_results import cause_of, result
 
 from conformance.reporting.cause_counts import cause_lines, counted_causes
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import Verdict
 
 ECHO = "abort.not-answered: an answer"
@@ -65,7 +66,7 @@ def test_the_plainest_failure_shows_a_cause() -> None:
     other = result(Verdict.FAIL, case_id="a.b", cause=TOGGLE, broken_rule="response.filler")
     beside = result(Verdict.FAIL, case_id="c.d", cause=TOGGLE, broken_rule=rule)
     met = replace(beside, case_id="e.f", rules=[rule], met=list(filter(None, [cause_of(FILLER)])))
-    long = replace(beside, case_id="g.h", rules=[rule], trace=["a", "b", "c"])
-    plain = replace(beside, case_id="i.j", rules=[rule], trace=["a", "b"])
+    long = replace(beside, case_id="g.h", rules=[rule], trace=[TraceLine("")] * 3)
+    plain = replace(beside, case_id="i.j", rules=[rule], trace=[TraceLine("")] * 2)
     (count,) = counted_causes([other, beside, met, long, plain], strict=False)
     assert [case.case_id for case in count.cases] == ["i.j", "g.h", "e.f", "c.d", "a.b"]

@@ -312,8 +312,7 @@ def test_a_folder_that_is_none(tmp_path: Path, capsys: pytest.CaptureFixture[str
 def test_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """All of it, and inert: what a device says is text."""
     said = "<script>x()</script>\x1b[31m"
-    trace = ["*     0.0 ms > 605#4000100000000000 upload initiate 1000h:00"]
-    new = [failed(cause=f"{NO_ANSWER}{said}", trace=trace), *map(failed, "bcdefghijklmno")]
+    new = [failed(cause=f"{NO_ANSWER}{said}", decisive=0), *map(failed, "bcdefghijklmno")]
     old = record(tmp_path / "old", [case()])
     folder = record(tmp_path / "new", new, device={"texts": {"1008h:00": said}})
     page = tmp_path / "page.html"

@@ -8,6 +8,7 @@ from junit_schema import breaches
 from reporting_results import found, result, written
 
 from conformance.reporting.junit.fitting import LEFT_OUT, MOST_CASES, rows_that_fit, shortened
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult, Verdict
 
 BUILDKITE_RESULTS = 5_000
@@ -95,7 +96,7 @@ def test_the_worst_run_fits(tmp_path: Path, line: str) -> None:
             case_id=f"od.read[{number}]",
             service=f"service-{number % 20}",
             actual=line,
-            trace=[line] * 200,
+            trace=[TraceLine(line)] * 200,
             reproduce=[line] * 100,
             cause="dictionary.structure: other data",
         )

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from reporting_results import UNHURRIED, found, original, result, written
 
 from conformance.reporting.text import xml_text
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import Verdict
 
 # A backslash is left out: it could not be told from those that escapes begin with.
@@ -52,7 +53,7 @@ def test_every_character_stands_in_a_failure(
         expected=f"expected {text}.",
         actual=f"actual {text}.",
         notes=[f"note {text}."],
-        trace=[f"trace {text}."],
+        trace=[TraceLine(f"trace {text}.")],
         reproduce=[f"cansend {text}."],
         requirement=f"requirement {text}.",
     )
@@ -106,7 +107,9 @@ def test_every_character_stands_in_errors_and_skips(
 def test_a_strict_parser_reads_it_too(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
     etree = importlib.import_module("lxml.etree")
     path = tmp_path_factory.getbasetemp() / "strict.xml"
-    written(path, [result(Verdict.FAIL, actual=f"<{text}>", trace=[text])], {"text": text})
+    written(
+        path, [result(Verdict.FAIL, actual=f"<{text}>", trace=[TraceLine(text)])], {"text": text}
+    )
     failure = etree.parse(str(path)).getroot().find("testsuite/testcase/failure")
     assert original(failure.get("message")) == f"<{text}>"
     assert f"actual: <{text}>" in original(failure.text)

@@ -19,6 +19,7 @@ from conformance.reporting.page.writing import MOST_WITH_FRAMES, PAGE, write_pag
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import FOLDER
 from conformance.reporting.results import RESULTS, ResultsFile
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult, Verdict
 
 LOG = """\
@@ -41,9 +42,20 @@ FAILED = result(
     expected="60h",
     actual="an abort",
     trace=[
-        "      0.0 ms > 605#2B01200034120000 download initiate 2001h:00, expedited, 2 bytes: 34 12",
-        "*     2.0 ms < 585#8001200002000106 abort 2001h:00, 06010002h (read only)",
+        TraceLine(
+            "download initiate 2001h:00, expedited, 2 bytes: 34 12",
+            "605#2B01200034120000",
+            sent=True,
+            kind="DownloadInitiate",
+        ),
+        TraceLine(
+            "abort 2001h:00, 06010002h (read only)",
+            "585#8001200002000106",
+            elapsed=0.002,
+            kind="Abort",
+        ),
     ],
+    decisive=1,
 )
 
 
@@ -293,10 +305,11 @@ def test_what_a_device_says_is_inert(
             **dict.fromkeys(("case_id", "service", "requirement", "expected", "reason"), text),
             actual=text,
             notes=[text],
-            trace=[f"{before}{text}"],
+            trace=[TraceLine(text, frame)],
+            decisive=0,
             cause=text,
         )
-        for before, text in (("*     0.0 ms < 1#00 ", "x"), (f"*     0.0 ms < {frame} ", said))
+        for frame, text in (("1#00", "x"), (frame, said))
     )
     plain = page_of(folder, [harmless])
     device = {**DEVICE, "texts": {"1008h:00": said}, "identity": {name: said}}

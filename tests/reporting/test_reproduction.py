@@ -18,6 +18,7 @@ from conformance.reporting import reproduction
 from conformance.reporting.bus_log import Place
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.reproduction import FOLDER, write_reproductions
+from conformance.run.trace import ASIDE, TraceLine
 from conformance.run.verdict import CaseResult, Verdict
 
 # A read of before, another device, and the case: its second request is answered wrongly.
@@ -31,13 +32,19 @@ LOG = """\
 (101.034000) can0 585#8001200002000106 R
 (101.040000) can0 605#8000100000000008 T
 """
+
+
+def line(time: float, frame: str, *, sent: bool = False, own: bool = True) -> TraceLine:
+    return TraceLine("words", frame, sent, time, own=own)
+
+
 TRACE = [
-    "      0.0 ms > 605#2B01200034120000 download initiate 2001h:00, expedited, 2 bytes: 34 12",
-    "      2.0 ms < 585#6001200000000000 download initiate response 2001h:00",
-    "     32.0 ms > 605#4001200000000000 upload initiate 2001h:00",
-    "*    34.0 ms < 585#8001200002000106 abort 2001h:00, 06010002h (read only)",
-    "          -- the case ends here; is the server idle, are the values as before? --",
-    "     40.0 ms > 605#8000100000000008 abort 1000h:00, 08000000h (general error)",
+    line(101.0, "605#2B01200034120000", sent=True),
+    line(101.002, "585#6001200000000000"),
+    line(101.032, "605#4001200000000000", sent=True),
+    line(101.034, "585#8001200002000106"),
+    TraceLine(ASIDE),
+    line(101.04, "605#8000100000000008", sent=True, own=False),
 ]
 CAUSE = "response.specifier: abort to upload initiate"
 FAILED = result(
@@ -48,6 +55,7 @@ FAILED = result(
     expected="43h",
     actual="an abort",
     trace=TRACE,
+    decisive=3,
 )
 PLACE = Place("bus.log", 1, 8)
 NAME = "01-response.specifier"
@@ -119,8 +127,7 @@ def test_a_packed_log_will_do_and_without_any_the_files_stay(tmp_path: Path) -> 
 
 
 def test_a_silence_is_looked_for_behind_the_last_request(tmp_path: Path) -> None:
-    silent = [*TRACE[:2], "*" + TRACE[2][1:]]
-    failed = result(Verdict.FAIL, cause=CAUSE, actual="no answer", trace=silent)
+    failed = result(Verdict.FAIL, cause=CAUSE, actual="no answer", trace=TRACE, decisive=2)
     script = reproduced(tmp_path, [failed])[f"{NAME}.sh"]
     assert script.endswith("# Now look for 585h with candump; in the run: no answer\n")
 
@@ -169,8 +176,8 @@ def test_the_middle_of_a_long_case_comes_from_the_log(tmp_path: Path) -> None:
     """A trace shows the first 40 frames and the last 60."""
     frames = [f"605#40{number:04X}0000000000" for number in range(150)]
     log = "".join(f"(100.{number:06}) can0 {frame} T\n" for number, frame in enumerate(frames))
-    trace = [f"  {number:8.1f} ms > {frame} words" for number, frame in enumerate(frames)]
-    trace[40:90] = ["… 50 frames left out; bus.log has them all"]
+    trace = [line(100 + number / 1e6, frame, sent=True) for number, frame in enumerate(frames)]
+    trace[40:90] = [TraceLine("… 50 frames left out; bus.log has them all")]
     failed = result(Verdict.FAIL, cause=CAUSE, trace=trace)
     folder = Place("bus.log", 1, 150)
     (tmp_path / "bus.log").write_text(log)
@@ -200,10 +207,10 @@ ABORTED = """\
 (150.001000) can0 585#8010200000000008 R
 """
 OF_READING = [
-    "      0.0 ms > 605#4010200000000000 words",
-    "      1.0 ms < 585#4110200008000000 words",
-    "      2.0 ms > 605#7000000000000000 words",
-    "*     3.0 ms < 585#0041424344454647 words",
+    line(200.0, "605#4010200000000000", sent=True),
+    line(200.001, "585#4110200008000000"),
+    line(200.002, "605#7000000000000000", sent=True),
+    line(200.003, "585#0041424344454647"),
 ]
 
 
@@ -259,7 +266,8 @@ def test_whatever_a_device_sent_is_a_comment(cause: str, expected: str, actual: 
         cause=f"response.specifier: {cause}",
         expected=expected,
         actual=actual,
-        trace=[*TRACE[:2], "*" + TRACE[2][1:]],
+        trace=TRACE,
+        decisive=2,
     )
     with tempfile.TemporaryDirectory() as folder:
         script = reproduced(Path(folder), [failed])[f"{NAME}.sh"]

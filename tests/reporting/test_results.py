@@ -14,10 +14,14 @@ from conformance.reporting.bus_log import Place
 from conformance.reporting.recorded import NotRecorded, read_run
 from conformance.reporting.report import write_reports
 from conformance.reporting.results import RESULTS, ResultsFile
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import Verdict
 
 PLACE = Place("bus.log", 3, 7)
-CASES = [result(node_id=9), result(Verdict.FAIL, actual="\ud800 \x00 ü", trace=["a", "b"])]
+CASES = [
+    result(node_id=9),
+    result(Verdict.FAIL, actual="\ud800 \x00 ü", trace=[TraceLine("a"), TraceLine("b")]),
+]
 
 
 def recorded(folder: Path, *, end: bool = True) -> ResultsFile:

@@ -14,6 +14,7 @@ from conformance.__main__ import main
 from conformance.commands.status import DONE, NOT_ALLOWED, WRONG_USE
 from conformance.reporting.bus_log import Place
 from conformance.reporting.results import RESULTS, ResultsFile
+from conformance.run.trace import TraceLine
 from conformance.run.verdict import Verdict
 
 # Values that stand in the place of others.
@@ -37,7 +38,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     failed = result(
         Verdict.FAIL,
         cause="response.specifier: abort to upload initiate",
-        trace=["*  0.0 ms > 605#4000100000000000 upload initiate 1000h:00"],
+        trace=[TraceLine("upload initiate 1000h:00", "605#4000100000000000", sent=True, time=1.0)],
+        decisive=0,
     )
     for each in (result(), failed, result(Verdict.NOT_TESTABLE, actual="needs a thing")):
         file.case(each, Place("bus.log", 1, 2))

@@ -9,13 +9,11 @@ import pytest
 from conformance.bus.link import Captured, Direction
 from conformance.dialogue.causes import Cause
 from conformance.run.evidence import (
-    ASIDE,
-    FIRST_LINES,
-    LAST_LINES,
     cansend_lines,
     evidence_text,
-    trace_lines,
+    line_text,
 )
+from conformance.run.trace import ASIDE, FIRST_LINES, LAST_LINES, TraceLine, trace_of
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
@@ -36,7 +34,8 @@ def reads(number: int) -> list[Captured]:
 
 
 def lines(frames: list[Captured], own: int | None = None) -> list[str]:
-    return trace_lines(frames, [ChannelIds.default(5)], own=own)
+    shown = trace_of(frames, [ChannelIds.default(5)], own=own)
+    return [line_text(line) for line in shown.lines]
 
 
 def test_frames_in_words() -> None:
@@ -72,13 +71,11 @@ def test_the_frame_that_was_wrong_is_marked_though_others_follow() -> None:
     ]
     ids = [ChannelIds.default(5)]
     for actual, marked in (("abort [80 10 20 00 10 00 07 06]", 1), ("nothing", 3)):
-        shown = trace_lines(frames, ids, decisive=True, actual=actual)
-        assert [line.startswith("*") for line in shown] == [n == marked for n in range(4)]
+        assert trace_of(frames, ids, decisive=True, actual=actual).decisive == marked
 
 
-def marked(frames: Sequence[Captured]) -> list[int]:
-    shown = trace_lines(frames, [ChannelIds.default(5)], decisive=True, actual="no answer")
-    return [number for number, line in enumerate(shown) if line.startswith("*")]
+def marked(frames: Sequence[Captured]) -> int | None:
+    return trace_of(frames, [ChannelIds.default(5)], decisive=True, actual="no answer").decisive
 
 
 def test_of_a_silence_the_first_request_without_an_answer_is_marked() -> None:
@@ -88,10 +85,10 @@ def test_of_a_silence_the_first_request_without_an_answer_is_marked() -> None:
         captured(frame(0x585, "4300100091010F00"), 0.001, sent=False),
     ]
     lost = [captured(frame(0x605, data), 0.002) for data in ("E000", "8000", "4000100000000000")]
-    assert marked([*answered, *lost]) == [2]
-    assert marked([*answered, lost[0], *answered]) == [4], "the read behind it is answered"
+    assert marked([*answered, *lost]) == 2
+    assert marked([*answered, lost[0], *answered]) == 4, "the read behind it is answered"
     burst = [captured(frame(0x605, f"{number:02X}" + "00" * 7)) for number in range(1, 10)]
-    assert marked([*answered, *burst]) == [10], "of a burst the last is to be answered"
+    assert marked([*answered, *burst]) == 10, "of a burst the last is to be answered"
 
 
 def test_no_frames() -> None:
@@ -171,7 +168,7 @@ RESULT = CaseResult(
     actual="t=1",
     afterwards=Afterwards.NEEDED_ABORT,
     notes=["also this", "and that"],
-    trace=["      0.0 ms > 605#4000100000000000 upload initiate 1000h:00"],
+    trace=[TraceLine("upload initiate 1000h:00", "605#4000100000000000", sent=True)],
     reproduce=["cansend can0 605#4000100000000000"],
 )
 

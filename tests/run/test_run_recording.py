@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import pytest
 
 from conformance.bus.link import Captured, Direction
-from conformance.run.evidence import FIRST_LINES, LAST_LINES, cansend_lines, trace_lines
+from conformance.run.evidence import cansend_lines
 from conformance.run.recording import FIRST_KEPT, LAST_KEPT, Recording
+from conformance.run.trace import FIRST_LINES, LAST_LINES, trace_of
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import (
@@ -83,10 +84,12 @@ def test_a_new_case_begins_empty() -> None:
 def test_a_trace_with_a_gap_reads_like_one_without() -> None:
     recording, frames = recorded(MOST + 500), list(block_upload(MOST + 500))
     for own in (None, 20, FIRST_KEPT + 100, MOST + 480):
-        shown = trace_lines(recording.kept(), [IDS], own=own, gap=recording.gap())
-        whole = trace_lines(frames, [IDS], own=own)
+        shown = trace_of(recording.kept(), [IDS], own=own, gap=recording.gap())
+        whole = trace_of(frames, [IDS], own=own)
         assert shown == whole
-    assert f"{MOST + 500 - FIRST_LINES - LAST_LINES} frames left out" in "\n".join(shown)
+    assert f"{MOST + 500 - FIRST_LINES - LAST_LINES} frames left out" in "\n".join(
+        line.words for line in shown.lines
+    )
 
 
 def test_commands_with_a_gap_are_counted_like_those_without() -> None:

@@ -23,8 +23,9 @@ from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.dialogue import Dialogue
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.node import Node
-from conformance.run.evidence import ASIDE, DECISIVE
+from conformance.run.evidence import trace_texts
 from conformance.run.session import MOST_INCIDENTS
+from conformance.run.trace import ASIDE
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -187,7 +188,7 @@ def test_a_late_answer_is_charged_to_the_case_before(bench: Workbench) -> None:
     (late,) = session.whole_run.late
     assert late.case_id == "first"
     assert "585#8018100100000008" in late.violation.actual
-    assert not any("1018h:01" in line for line in result.trace), "the next case begins anew"
+    assert not any("1018h:01" in line.words for line in result.trace), "the next case begins anew"
 
 
 def test_an_answer_that_comes_while_the_device_is_looked_at(bench: Workbench) -> None:
@@ -330,11 +331,11 @@ def test_evidence(bench: Workbench) -> None:
     run.sdo.upload(Multiplexer(0x1018, 1))
     run.sdo.info("what merely passes is not shown")
     result = run.conclude(None)
-    assert [line[13:] for line in result.trace] == [
+    assert [text[13:] for text in trace_texts(result)] == [
         "> 605#4018100100000000 upload initiate 1018h:01",
         "< 585#4318100100000C5D upload initiate response 1018h:01, expedited, 4 bytes: 00 00 0C 5D",
     ]
-    assert not any(line.startswith(DECISIVE) for line in result.trace)
+    assert result.decisive is None
     assert result.reproduce == ["cansend can0 605#4018100100000000"]
     again = begin(session)
     again.sdo.send(UploadInitiate(NUMBER.mux))
@@ -348,12 +349,11 @@ def test_what_came_behind_a_case_is_shown_where_it_makes_the_verdict(bench: Work
     run = begin(session)
     run.sdo.upload(NUMBER)
     bench.send_from_elsewhere(CanFrame(0x585, ABORT))
-    assert run.conclude(None).trace[2] == ASIDE
+    assert run.conclude(None).trace[2].words == ASIDE
 
 
 def test_the_frame_that_decides_is_marked(bench: Workbench) -> None:
     run = begin(bench.session())
     run.sdo.send(UploadInitiate(NUMBER.mux))
     run.sdo.receive()
-    trace = run.conclude(violation()).trace
-    assert [line.startswith(DECISIVE) for line in trace] == [False, True]
+    assert run.conclude(violation()).decisive == 1

@@ -9,6 +9,7 @@ from functools import lru_cache
 from html import escape
 
 from conformance.reporting.page.cases import Case
+from conformance.run.evidence import trace_texts
 from conformance.run.verdict import CaseResult
 from conformance.sdo.printable_text import inert
 
@@ -28,7 +29,7 @@ def _listed(case: Case, *, alone: bool) -> str:
     node = "" if alone else f" (node {result.node_id})"
     about = f"{level}, {_often(result.clause)}; {verdict}; {result.duration * 1000:.1f} ms"
     notes = "".join([f'<p class="note">{_text(note)}</p>' for note in result.notes])
-    frames = "\n".join(result.trace) or case.frames
+    frames = "\n".join(trace_texts(result)) or case.frames
     return (
         f'<details class="case" id="{case.anchor}" data-verdict="{verdict}" data-level="{level}"'
         f' data-service="{_often(result.service)}"{state}><summary>'

@@ -90,5 +90,5 @@ def cause_shown(
 ) -> CauseShown:
     """Return a cause with these cases, the first of which shows it, and files beside the page."""
     rule = RULES_BY_ID.get(count.cause.rule_id)
-    drawn = diagram(cases[0].result.trace)
+    drawn = diagram(cases[0].result.trace, cases[0].result.decisive)
     return CauseShown(count, rule, cases[0], drawn, cases, list(files), replay)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from conformance.reporting.page.explained import Part, parts_of
-from conformance.reporting.trace import Traced, traced
+from conformance.run.trace import TraceLine
 
 _DATA = re.compile(r"[0-9A-F]+#((?:[0-9A-F]{2})*)")
 # A picture is looked at: what led to the decisive frame, and a glance at what followed.
@@ -62,24 +62,25 @@ class Diagram:
         )
 
 
-def diagram(trace: Sequence[str]) -> Diagram | None:
-    """Draw the frames of a trace around the decisive one, or the last; None for no frame."""
-    found = list(traced(trace))
-    if not found:
+def diagram(trace: Sequence[TraceLine], decisive: int | None) -> Diagram | None:
+    """Draw the frames of a trace around the ``decisive`` one, or the last; None for no frame."""
+    frames = [index for index, line in enumerate(trace) if line.frame]
+    if not frames:
         return None
-    marked = [number for number, each in enumerate(found) if each.decisive]
-    end = marked[-1] if marked else len(found) - 1
+    end = len(frames) - 1 if decisive is None else frames.index(decisive)
     first = max(0, end - MOST_BEFORE)
-    chosen = found[first : end + 1 + MOST_AFTER]
-    rows = (_row(each, FIRST_ROW + ROW * number) for number, each in enumerate(chosen))
+    rows = (
+        _row(trace[index], FIRST_ROW + ROW * number, decisive=index == decisive)
+        for number, index in enumerate(frames[first : end + 1 + MOST_AFTER])
+    )
     return Diagram(tuple(rows), first)
 
 
-def _row(each: Traced, y: int) -> Row:
-    data = _DATA.fullmatch(each.frame)
-    parts = parts_of(each.words, bytes.fromhex(data[1])) if data else [Part(each.frame, "")]
-    boxes = tuple(_placed(parts))
-    return Row(y, f"{each.time} ms", each.sent, each.words, boxes, each.decisive)
+def _row(line: TraceLine, y: int, *, decisive: bool) -> Row:
+    data = _DATA.fullmatch(line.frame)
+    parts = parts_of(line.kind, bytes.fromhex(data[1])) if data else [Part(line.frame, "")]
+    time = f"{line.elapsed * 1000:.1f} ms"
+    return Row(y, time, line.sent, line.words, tuple(_placed(parts)), decisive)
 
 
 def _placed(parts: Sequence[Part]) -> Iterator[Box]:

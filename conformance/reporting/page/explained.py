@@ -26,26 +26,29 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import FRAME_LENGTH, Message
 
-# How ``describe`` begins for each message; a name that begins like another stands before it.
+# By the names that the lines of a trace have.
 KINDS: dict[str, type[Message]] = {
-    "abort": Abort,
-    "block acknowledgement": BlockAck,
-    "block download initiate response": BlockDownloadInitiateResponse,
-    "block download initiate": BlockDownloadInitiate,
-    "block end response": BlockEndResponse,
-    "block end": BlockEnd,
-    "block segment": BlockSegment,
-    "block upload initiate response": BlockUploadInitiateResponse,
-    "block upload initiate": BlockUploadInitiate,
-    "block upload start": BlockUploadStart,
-    "download initiate response": DownloadInitiateResponse,
-    "download initiate": DownloadInitiate,
-    "download segment response": DownloadSegmentResponse,
-    "download segment": DownloadSegment,
-    "upload initiate response": UploadInitiateResponse,
-    "upload initiate": UploadInitiate,
-    "upload segment request": UploadSegment,
-    "upload segment response": UploadSegmentResponse,
+    kind.__name__: kind
+    for kind in (
+        Abort,
+        BlockAck,
+        BlockDownloadInitiate,
+        BlockDownloadInitiateResponse,
+        BlockEnd,
+        BlockEndResponse,
+        BlockSegment,
+        BlockUploadInitiate,
+        BlockUploadInitiateResponse,
+        BlockUploadStart,
+        DownloadInitiate,
+        DownloadInitiateResponse,
+        DownloadSegment,
+        DownloadSegmentResponse,
+        UploadInitiate,
+        UploadInitiateResponse,
+        UploadSegment,
+        UploadSegmentResponse,
+    )
 }
 # The letters of CiA 301 for the fields of byte 0.
 _LETTERS = {
@@ -69,12 +72,11 @@ class Part:
     meaning: str
 
 
-def parts_of(words: str, data: bytes) -> list[Part]:
-    """Take a frame apart that ``describe`` has put into words."""
-    name = next((name for name in KINDS if words.startswith(name)), None)
-    if name is None or len(data) != FRAME_LENGTH:
+def parts_of(kind: str, data: bytes) -> list[Part]:
+    """Take a frame apart that is an SDO message of a kind."""
+    if kind not in KINDS or len(data) != FRAME_LENGTH:
         return [Part(hex_bytes(data), "")]
-    message = KINDS[name].decode(data)
+    message = KINDS[kind].decode(data)
     fields = sorted(message.LAYOUT.body.items(), key=lambda field: field[1])
     return [
         Part(hex_bytes(data[:1]), ", ".join(_command(message, data[0]))),

@@ -6,6 +6,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 from conformance.reporting.page.diagram import LIFELINES, MIDDLE, WIDTH
 from conformance.reporting.recorded import TEXT_NAMES
+from conformance.run.evidence import trace_texts
 from conformance.sdo.printable_text import inert
 from conformance.sdo.rules import cited
 
@@ -31,6 +32,7 @@ def _environment() -> Environment:
         "middle": MIDDLE,
         "texts": TEXT_NAMES,
         "cited": cited,
+        "trace_texts": trace_texts,
     }
     return environment
 
