@@ -17,7 +17,7 @@ from conformance.device.device import (
     TEXTS,
     Device,
 )
-from conformance.device.effort import LOSSES, TRIES_OF_TRANSFER
+from conformance.device.effort import LOSSES
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason, Unread
 from conformance.device.not_testable import Unimplemented
@@ -287,27 +287,26 @@ def _note_first_twice(reading: Reading, again: CanFrame) -> None:
 def _learn(reading: Reading, known: KnownObject) -> bool:
     device = reading.device
     unread = device.learned.unread
-    for rest in reversed(range(TRIES_OF_TRANSFER)):
-        try:
-            value = read_whole(reading.sdo, known)
-            break
-        except TooLong as size:
-            unread[known.mux] = Unread(Reason.TOO_LONG, str(size))
-            return True
-        except (Violation, ServerAborted) as error:
-            # A device that answers badly here is tested all the same.
-            breach = isinstance(error, Violation)
-            unread[known.mux] = Unread(Reason.BREACH if breach else Reason.REFUSED, str(error))
-            learn_refusal(reading.sdo, known.mux)
-            early = reading.sdo.record.early.met is not None
-            if isinstance(error, Violation):
-                error.request = error.request or reading.sdo.wire.last_sent
-                wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
-                losses = reading.losses
-                if reading.recover() and wrong and reading.losses == losses:
-                    reading.sdo.note(error)  # no case may ever write or read what cannot be read
-            if not early or not rest:
-                return False
+    try:
+        value = reading.sdo.again_if_aborted(lambda: read_whole(reading.sdo, known))
+    except TooLong as size:
+        unread[known.mux] = Unread(Reason.TOO_LONG, str(size))
+        return True
+    except ServerAborted as refused:
+        unread[known.mux] = Unread(Reason.REFUSED, str(refused))
+        learn_refusal(reading.sdo, known.mux)
+        return False
+    except Violation as error:
+        # A device that answers badly here is tested all the same.
+        unread[known.mux] = Unread(Reason.BREACH, str(error))
+        learn_refusal(reading.sdo, known.mux)
+        early = reading.sdo.record.early.met is not None
+        error.request = error.request or reading.sdo.wire.last_sent
+        wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
+        losses = reading.losses
+        if reading.recover() and wrong and reading.losses == losses:
+            reading.sdo.note(error)  # no case may ever write or read what cannot be read
+        return False
     unread.pop(known.mux, None)
     device.learned.serving.learn(Service.UPLOAD, known.mux, None)
     if known.length is not None and len(value) < known.length:

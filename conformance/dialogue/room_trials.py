@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from conformance.device.effort import TRIES_OF_LENGTH, TRIES_OF_TRANSFER
+from conformance.device.effort import TRIES_OF_LENGTH
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Way
 from conformance.dialogue.storing import WAYS
@@ -31,17 +31,9 @@ class Trials:
 
         Returns the abort if it ends each of some tries.
         """
-        for rest in reversed(range(TRIES_OF_TRANSFER)):
-            try:
-                abort = self._sdo.try_download(known, data, segmented=segmented, sized=sized)
-            except Violation:
-                if self._sdo.record.early.met is None or not rest:
-                    raise
-            else:
-                if self._sdo.record.early.met is None:
-                    break
-            self._sdo.silence.recover(crossed=True)
-        return abort
+        return self._sdo.again_if_aborted(
+            lambda: self._sdo.try_download(known, data, segmented=segmented, sized=sized)
+        )
 
     def learn_that_nothing_is_taken(
         self, known: KnownObject, data: bytes, refused: Violation

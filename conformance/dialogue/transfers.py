@@ -4,9 +4,10 @@ A step that is not the point of a case fails as what it is: a breach of the gene
 answer broke, not of the rule that the case is about.
 """
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 
+from conformance.device.effort import TRIES_OF_TRANSFER
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.dialogue.ended_transfers import has_left
@@ -123,6 +124,23 @@ class Transfers(Exchange):
         return response
 
     # Whole transfers
+
+    def again_if_aborted(self, attempt: Callable[[], Result]) -> Result:
+        """Return the result of an attempt that the server did not abort early.
+
+        It may abort a running transfer at any time. After some tries the last one counts.
+        """
+        for rest in reversed(range(TRIES_OF_TRANSFER)):
+            try:
+                found = attempt()
+            except (Violation, ServerAborted):
+                if self.record.early.met is None or not rest:
+                    raise
+            else:
+                if self.record.early.met is None:
+                    break
+            self.silence.recover(crossed=True)
+        return found
 
     def upload(self, target: Target) -> bytes:
         """Read an object; its length is that of the type where the device does not say it."""

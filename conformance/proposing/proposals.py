@@ -11,7 +11,7 @@ from conformance.sdo.objects import TEXT_TYPES, Access, DataType
 
 FIRST_OF_DEVICE = 0x2000
 # Fewer bytes do not show whether the counters of a server overflow.
-LONG_VALUE = 4100
+OVERFLOWING = 4100
 MOST_SHOWN = 24
 _BIT_RATES = frozenset(1000 * rate for rate in (10, 20, 50, 100, 125, 250, 500, 800, 1000))
 _BY_LENGTH = {

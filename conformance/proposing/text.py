@@ -11,7 +11,7 @@ from conformance import __version__
 from conformance.bus.opening import BusSettings
 from conformance.device.known_objects import name_of
 from conformance.proposing.additions import ALL_CASES, BY_OBJECT, PERMISSIONS, Permission
-from conformance.proposing.proposals import LONG_VALUE, Proposal, Proposals
+from conformance.proposing.proposals import OVERFLOWING, Proposal, Proposals
 from conformance.sdo.printable_text import inert
 
 # Where the comment behind a proposal begins.
@@ -151,13 +151,13 @@ def _proposed(proposals: Iterable[Proposal]) -> Iterator[str]:
 
 
 def _large_lines(proposals: Proposals) -> Iterator[str]:
-    why = f"Transfers of {LONG_VALUE} bytes and more show whether counters overflow."
+    why = f"Transfers of {OVERFLOWING} bytes and more show whether counters overflow."
     long_ones = proposals.long_ones
     if not long_ones:
         yield from _comment(f'{why} No string or domain was found for them: large = "2020=domain".')
         return
     first = long_ones[0]
-    if (first.length or 0) >= LONG_VALUE:
+    if (first.length or 0) >= OVERFLOWING:
         yield from _comment(f"{why} Their first choice, if it may be written:")
     else:
         yield from _comment(f"{why} Nothing was seen to be so long; name what may hold so much:")
