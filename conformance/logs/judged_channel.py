@@ -10,7 +10,7 @@ from conformance.logs.exchanges import ASKING, Exchanges, is_one_of
 from conformance.logs.findings import Finding, Found, NotFollowed, Remark
 from conformance.logs.patience import INITIATES, Patience
 from conformance.logs.reading import Seen
-from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, DownloadInitiate
@@ -292,7 +292,8 @@ class Channel:
             self.not_judged.append(seen.number)
         ended = oracle.ended
         timed_out = pause and ended is not None and ended.abort.code == AbortCode.TIMED_OUT
-        if ended is not None and (unasked or timed_out or not ended.refusal):
+        by_itself = ended is not None and ended.abort.code in APPLICATION_STATE
+        if ended is not None and (unasked or timed_out or by_itself or not ended.refusal):
             # It may do so at any time; whether it does so every time no log can tell.
             findings = [found for found in findings if found is not ended.violation]
         behind = self._behind.found(blamed=bool(findings))

@@ -45,6 +45,14 @@ def test_a_right_server_is_right_in_the_log_too(
     assert _failures(pytester) == []
 
 
+@pytest.mark.parametrize("name", ["seventh-transfer-aborted", "seventh-transfer-aborted-crosswise"])
+def test_an_abort_for_the_state_of_a_device_may_meet_a_wrong_request(
+    pytester: pytest.Pytester, name: str
+) -> None:
+    assert self_test(pytester, "--sdo-simulated", "--sdo-quick", f"--sdo-fault={name}").ret == 0
+    assert _failures(pytester) == []
+
+
 def test_a_server_that_is_one_request_behind_is_named_alike(pytester: pytest.Pytester) -> None:
     self_test(pytester, "--sdo-simulated", "--sdo-fault=one-request-behind", "-k", "abort.frame")
     (failure,) = _failures(pytester)
