@@ -112,7 +112,7 @@ def test_short(sdo: Dialogue, dlc: int) -> None:
     sdo.send(READ_VENDOR_ID[:dlc])
     whole = dlc >= 4
     if whole:
-        sdo.tracker.open = VENDOR_ID.mux  # the server may have begun a transfer
+        sdo.line.open = VENDOR_ID.mux  # the server may have begun a transfer
     answer = sdo.reaction()
     if answer is None:
         return
@@ -216,7 +216,7 @@ def test_short_abort(sdo: Dialogue, room: Room) -> None:
     known, _ = room.long_object()
     sdo.start_segmented_upload(known)
     sdo.send(Abort(known.mux, AbortCode.GENERAL_ERROR).encode()[:4])
-    sdo.tracker.open = known.mux  # the server may have ignored it
+    sdo.line.open = known.mux  # the server may have ignored it
     sdo.expect_silence_or_abort()
 
 

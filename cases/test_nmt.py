@@ -125,7 +125,7 @@ def test_stopped_in_transfer(
     network.linger()
     network.send(NmtCommand.ENTER_PRE_OPERATIONAL)
     network.settle()
-    sdo.tracker.open = None
+    sdo.line.open = None
     sdo.expect_nothing()
     room.store(text, data, segmented=True)
     sdo.expect_value(text, data)
@@ -175,7 +175,7 @@ def test_reset_ends_transfer(
     start_transfer(sdo, room, kind, text)
     network.reset(NmtCommand.RESET_COMMUNICATION)
     sdo.drain()  # an abort on the way down is allowed
-    sdo.tracker.open = None
+    sdo.line.open = None
     sdo.expect_dead(next_segment(sdo, kind))
     room.store(text, data, segmented=True)
     sdo.expect_value(text, data)

@@ -361,7 +361,7 @@ def test_foreign_abort(sdo: Dialogue, room: Room, text: KnownObject, mux: Multip
     with sdo.unchanged(text):
         SEGMENTED_DOWNLOAD_MIDDLE.reach(sdo, text, size)
         sdo.send(Abort(mux, AbortCode.GENERAL_ERROR))
-        sdo.tracker.open = text.mux  # the server may have ignored it
+        sdo.line.open = text.mux  # the server may have ignored it
         sdo.expect_silence_or_abort(*FOREIGN_MULTIPLEXER.codes)
 
 
@@ -372,7 +372,7 @@ def test_abort_reserved_bits(sdo: Dialogue, room: Room, text: KnownObject, bits:
     with sdo.unchanged(text):
         SEGMENTED_DOWNLOAD_MIDDLE.reach(sdo, text, size)
         sdo.send(Abort(text.mux, AbortCode.GENERAL_ERROR, bits))
-        sdo.tracker.open = text.mux  # the server may have ignored it
+        sdo.line.open = text.mux  # the server may have ignored it
         sdo.expect_silence_or_abort(*ABORT_RESERVED_BITS.codes)
 
 

@@ -71,7 +71,7 @@ def test_sub_command(sdo: Dialogue, variable: KnownObject, command: int) -> None
     """
     ordinary = BlockUploadInitiate(variable.mux, 127).encode()
     sdo.send(bytes([command]) + ordinary[1:])
-    sdo.tracker.open = variable.mux  # the server may have begun a transfer
+    sdo.line.open = variable.mux  # the server may have begun a transfer
     sdo.expect_silence_or_abort()
 
 

@@ -11,13 +11,13 @@ from conformance.bus.patience import Patience
 from conformance.bus.strangers import Strangers
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.emergency import tells_of_error
 from conformance.sdo.frames import Abort, Unknown
 from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.nmt import EMERGENCY_BASE, NmtMessage, NmtState, error_control
 
 MOST_OVERHEARD = 1000
-ABORTS = b"\x80"
 # Frames with the times at which they arrived.
 Waiting = deque[tuple[CanFrame, float]]
 # Seconds for which a device may go on to talk before it is no longer waited for that it ends.
@@ -120,7 +120,7 @@ class Channel:
         self.sent_at = self.link.now()
         self._served_at = self.sent_at + self.pace.room(self.response_timeout)
         self.link.send(frame)
-        if self.rest_behind_abort and frame.data[:1] == ABORTS:
+        if self.rest_behind_abort and is_abort(frame.data):
             self._rests_until = self.link.deadline(self.rest_behind_abort)
 
     def _rest(self) -> None:
@@ -259,7 +259,7 @@ class Channel:
                 raise second_client(self.ids.request)
             return self._from_device()
         found, self.arrived = queue.popleft()
-        self.at_rest = queue is self._responses and found.data[:1] != ABORTS
+        self.at_rest = queue is self._responses and not is_abort(found.data)
         return found
 
     def _from_device(self) -> CanFrame:

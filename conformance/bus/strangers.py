@@ -11,10 +11,9 @@ from collections.abc import Iterable, Sequence
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
-from conformance.sdo.decoding import decode_request, decode_response, has_object
+from conformance.sdo.decoding import decode_request, decode_response, has_object, is_answer
 from conformance.sdo.frames import Abort, Request
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
-from conformance.sdo.pairing import is_answer, names_object
 
 _CODES = frozenset(AbortCode)
 _NO_OBJECT = Multiplexer(0)
@@ -50,11 +49,13 @@ class Strangers:
         if frame.remote or not frame.data or not self._asked:
             return False
         response = decode_response(whole_frame(frame.data))
-        request, oddly = _request(self._asked[-1]), not self._ids.request.matches(self._asked[-1])
+        asked = self._asked[-1]
         if isinstance(response, Abort):
             return response.code in _CODES
         # What names no object could be anything, unless the request had the other format too.
-        return is_answer(response, request) and (oddly or names_object(request))
+        return is_answer(response, _request(asked)) and (
+            has_object(asked.data) or not self._ids.request.matches(asked)
+        )
 
     def is_abort(self, frame: CanFrame) -> bool:
         """Say whether a frame on the identifier of the requests may be the device's."""

@@ -115,7 +115,7 @@ class Learned:
     Of answers: ``answers_twice``: every read is answered twice, and alike, so that it may be two
     devices with one node-ID. ``is_behind``: it answers each request when the next one comes.
     ``streams``: it sends segments by itself behind what asks for them out of place; ``says_all``
-    has such requests, as the tracker has them, behind which it was seen to send nothing.
+    has such requests, as a line has them, behind which it was seen to send nothing.
     """
 
     unread: dict[Multiplexer, Unread] = field(default_factory=dict)

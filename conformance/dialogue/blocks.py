@@ -139,7 +139,7 @@ class Blocks:
         for request in requests:
             self._sdo.send(request)
             response = as_answer(self._sdo.receive())
-            if self._sdo.tracker.open is not None:
+            if self._sdo.line.open is not None:
                 self._recover()  # the first abort of the run, as often as not: it may be answered
             if not isinstance(response, Abort):
                 return ""

@@ -314,7 +314,7 @@ class Dialogue(Transfers):
     def unchanged(self, known: KnownObject) -> Iterator[bytes]:
         """Expect an object to keep its value; see ``expect_kept``."""
         before = held_values.held(self, known)
-        self.wire.delivered.forget(known.mux)
+        self.wire.parts.pop(known.mux, None)
         yield before
         self.end_transfer()
         self.expect_kept(known, before)

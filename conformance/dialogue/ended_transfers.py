@@ -5,7 +5,8 @@ for nothing.
 """
 
 from conformance.dialogue.server_aborts import is_early
-from conformance.dialogue.wire import ABORTS, Wire
+from conformance.dialogue.wire import Wire
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.frames import BlockAck
 from conformance.sdo.rules import NOT_REFUSED, Violation
 from conformance.sdo.seen import Received
@@ -17,7 +18,7 @@ _ACKNOWLEDGES = BlockAck(0, 0).encode()[:1]
 def look_for_abort(wire: Wire, data: bytes) -> None:
     """Raise Violation where the server has ended the transfer before the next request, ``data``."""
     # An abort of the client is behind all segments: no look of ``has_left`` comes any more.
-    if leaves_unasked(wire, within_burst=data[:1] != ABORTS):
+    if leaves_unasked(wire, within_burst=not is_abort(data)):
         seen = Received(wire.receive())
         found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=seen)
         found.request = wire.last_sent
@@ -31,12 +32,12 @@ def leaves_unasked(wire: Wire, *, within_burst: bool = False) -> bool:
     """
     if not wire.looks_for_aborts:
         return False
-    running = wire.tracker.open
-    owed = wire.owed and (within_burst or not wire.segments)
+    running = wire.line.open
+    owed = wire.line.owed and (within_burst or not wire.line.unacknowledged)
     if running is None or owed or wire.fencing:
         return False
     waiting = wire.channel.waiting()
-    return bool(waiting) and is_early(wire.tracker.read(waiting[0].data), running)
+    return bool(waiting) and is_early(wire.line.peek(waiting[0].data), running)
 
 
 def has_left(wire: Wire) -> bool:
@@ -45,6 +46,6 @@ def has_left(wire: Wire) -> bool:
     What follows an abort within a sub-block would be requests to an idle server. This looks only
     now and then: before an answer to a segment could be here, some more are on their way.
     """
-    if wire.segments % SEGMENTS_PER_LOOK:
+    if wire.line.unacknowledged % SEGMENTS_PER_LOOK:
         return False
     return any(frame.data[:1] != _ACKNOWLEDGES for frame in wire.channel.waiting())

@@ -51,7 +51,7 @@ class Exchange:
         self.record = record
         self.wire = Wire(channel, device, record)
         self.silence = Silence(self.wire)
-        self.tracker = self.wire.tracker
+        self.line = self.wire.line
         self.checks = ResponseChecks(self.wire.note)
         self.client = BlockClient(self.checks, device.contents.longest)
         self._superseded: Multiplexer | None = None
@@ -99,7 +99,7 @@ class Exchange:
 
         Raises InitiateRefused where there is only an abort.
         """
-        self._superseded = self.tracker.open
+        self._superseded = self.line.open
         try:
             yield
         finally:

@@ -3,9 +3,9 @@
 from conformance.device.effort import LONG_VALUE, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.changing import changes_by_itself
-from conformance.dialogue.download_parts import is_written_through
 from conformance.dialogue.transfers import Transfers
 from conformance.dialogue.values import (
+    is_written_through,
     not_as_written,
     not_stored,
     same_value,
@@ -71,7 +71,7 @@ def expect_value(sdo: Transfers, known: KnownObject, due: bytes) -> None:
 def expect_read(sdo: Transfers, known: KnownObject, due: bytes) -> None:
     """Expect an ordinary upload to bring ``due``; a string may end in 00h."""
     found = sdo.upload_while(known, due) if len(due) > LONG_VALUE else sdo.upload(known)
-    if sdo.tracker.open is not None and not sdo.record.causes.nothing_is_stored:
+    if sdo.line.open is not None and not sdo.record.causes.nothing_is_stored:
         begins = Data(found, known, remark=", and was read no further")
         raise sdo.breach(f"{known} reads {shown(due)}", begins)
     _expect_found(sdo, known, due, found)
@@ -127,7 +127,7 @@ def expect_kept(sdo: Transfers, known: KnownObject, before: bytes) -> None:
     if same_value(known, found, before):
         return
     due, actual = f"{known} reads {shown(before)}", Data(found, known)
-    parts = sdo.wire.delivered.of(known.mux)
+    parts = sdo.wire.parts[known.mux]
     if known.data_type is DataType.DOMAIN or is_written_through(found, before, parts):
         sdo.note(Violation(PART_WRITTEN, expected=due, actual=actual))
     else:

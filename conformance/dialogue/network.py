@@ -93,7 +93,7 @@ class Network:
             self._told = None
             self._expect_reset(command)
         if not state.serves_sdo:
-            self._sdo.tracker.open = None
+            self._sdo.line.open = None
         self._sdo.silence.calms_down = state.serves_sdo
         self._take(state)
         self._sdo.wire.seen.clear()

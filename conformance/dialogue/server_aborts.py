@@ -14,19 +14,15 @@ from conformance.sdo.abort_codes import ACCUSATIONS, APPLICATION_STATE, AbortCod
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
+    INITIATES,
     Abort,
-    BlockDownloadInitiate,
     BlockSegment,
-    BlockUploadInitiate,
-    DownloadInitiate,
     Request,
     Response,
-    UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
-INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 _CODES = frozenset(AbortCode)
 
 

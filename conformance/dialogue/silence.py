@@ -7,15 +7,16 @@ the run began with is sent behind it, and only its answer may come.
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.causes import blocked
 from conformance.dialogue.ended_transfers import leaves_unasked, look_for_abort
-from conformance.dialogue.server_aborts import INITIATES, leaves
+from conformance.dialogue.server_aborts import leaves
 from conformance.dialogue.shape_breaches import unasked, unsolicited
-from conformance.dialogue.wire import ABORTS, Wire
+from conformance.dialogue.wire import Wire
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import decode_request, is_abort
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.emergency import ERROR_REGISTER
 from conformance.sdo.frames import (
+    INITIATES,
     Abort,
     BlockEndResponse,
     BlockSegment,
@@ -56,13 +57,13 @@ class Silence:
         Raises Violation where it has ended the transfer.
         """
         wire = self._wire
-        if wire.owed and wire.segments and data[:1] != ABORTS:
+        if wire.line.owed and wire.line.unacknowledged and not is_abort(data):
             return  # nothing has come behind the segment before
         if wire.crossed:
             self._let_pass()
         wire.misshapen = None
         look_for_abort(wire, data)
-        if wire.tracker.open is None and not wire.owed and self._causes.noisy:
+        if wire.line.open is None and not wire.line.owed and self._causes.noisy:
             self._calm_before(data)
 
     def _let_pass(self) -> None:
@@ -77,8 +78,8 @@ class Silence:
     def _calm_before(self, data: bytes) -> None:
         begins = len(data) == FRAME_LENGTH and isinstance(decode_request(data), INITIATES)
         # What comes right behind an abort would be answered second. (81h to 9Fh may be a segment.)
-        aborted = self._wire.data[:1] == ABORTS and self._wire.has_aborted
-        behind_abort = aborted and data[:1] != ABORTS and self._causes.aborts_are_answered
+        aborted = is_abort(self._wire.data) and self._wire.has_aborted
+        behind_abort = aborted and not is_abort(data) and self._causes.aborts_are_answered
         behind_end = isinstance(self._wire.last_sent, BlockEndResponse)
         channel = self._wire.channel
         is_calm = channel.is_calm and not channel.waiting()
@@ -99,7 +100,7 @@ class Silence:
         wire = self._wire
         stray: list[Response] = []
         crossed, wire.crossed = wire.crossed, 0
-        at_rest = wire.channel.at_rest and wire.tracker.open is None
+        at_rest = wire.channel.at_rest and wire.line.open is None
         self._send_baseline()
         asked, deadline = wire.channel.link.now(), wire.waits.deadline(most)
         retried = False
@@ -162,7 +163,7 @@ class Silence:
             return False
         if response.mux != DEVICE_TYPE:
             return False
-        if self._wire.tracker.open is not None:
+        if self._wire.line.open is not None:
             self._wire.abort_open()
         due = f"{DEVICE_TYPE} reads {hex_bytes(changed[DEVICE_TYPE])}, as at the beginning"
         self._wire.note(Violation(CONSTANT, expected=due, actual=Received(response)))
@@ -221,7 +222,7 @@ class Silence:
         Ends the open transfer, if any, by an abort, so that the fence finds the server idle.
         Raises Violation when more than one answer came.
         """
-        own = None if self._wire.tracker.open is None else self._wire.abort_open()
+        own = None if self._wire.line.open is None else self._wire.abort_open()
         stray = self.fence()
         if own is not None:
             self._take_answer_to_abort(own, stray)
@@ -248,11 +249,11 @@ class Silence:
         wire = self._wire
         if leaves_unasked(wire):
             wire.receive()  # it has ended the transfer itself
-        if wire.tracker.open is None:
+        if wire.line.open is None:
             return
         # What answers a request before the abort is no noise: the case will look at it.
         segment = isinstance(wire.last_sent, BlockSegment) and not wire.last_sent.last
-        owed = wire.owed and not segment
+        owed = wire.line.owed and not segment
         wire.sent_before, wire.last_sent = wire.last_sent, wire.abort_open()
         if self._causes.noisy and self.calms_down and not owed:
             self._calm_afterwards()
@@ -273,7 +274,7 @@ class Silence:
         Not what was on its way when the client ended the transfer: the segments of a sub-block, or
         an abort for a reason of the server's own.
         """
-        aborted, latest = self._wire.has_aborted, self._wire.tracker.latest
+        aborted, latest = self._wire.has_aborted, self._wire.line.latest
         for response in self.fence():
             crossed = isinstance(response, BlockSegment) or leaves(response, latest)
             if not (aborted and crossed):
@@ -299,7 +300,7 @@ class Silence:
     def _is_gone(self) -> bool:
         """Say whether not even a read of 1000h is answered behind an abort of what may run."""
         wire = self._wire
-        wire.channel.abort(wire.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+        wire.channel.abort(wire.line.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
         try:
             self.fence()
         except Violation as breach:
@@ -318,7 +319,7 @@ class Silence:
         while len(found) < MOST_STRAY and (frame := channel.receive(look)) is not None:
             if deadline.has_passed:
                 break
-            found.append(wire.tracker.response(frame.data))
+            found.append(wire.line.response(frame.data))
         return found
 
     def drain(self) -> list[CanFrame]:

@@ -101,10 +101,10 @@ class Transfers(Exchange):
 
     def upload_segment(self, *, toggle: int) -> UploadSegmentResponse:
         """Ask for the next segment of an upload; raises Violation where the last one has come."""
-        if self.tracker.open is None and self.tracker.latest is not None:
+        if self.line.open is None and self.line.latest is not None:
             raise Violation(
                 SIZE,
-                expected=f"a further segment of {self.tracker.latest}",
+                expected=f"a further segment of {self.line.latest}",
                 actual="the last one came before all that was announced",
             )
         mux = self._open_transfer()
@@ -301,9 +301,9 @@ class Transfers(Exchange):
         return step.awaited
 
     def _open_transfer(self) -> Multiplexer:
-        if self.tracker.open is None:
+        if self.line.open is None:
             raise RuntimeError("a segment needs a transfer; send() sends one without")
-        return self.tracker.open
+        return self.line.open
 
 
 class _OtherData(Exception):

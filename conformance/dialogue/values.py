@@ -1,6 +1,8 @@
 """Values of objects: how they are compared, shown, and cut into segments."""
 
+from collections.abc import Iterable
 from dataclasses import replace
+from itertools import chain
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
@@ -162,3 +164,19 @@ def longer_than_taken(known: KnownObject, found: bytes) -> Violation:
 def segments_of(data: bytes) -> list[bytes]:
     """Return the data in pieces of 7 bytes; of no data one empty piece."""
     return [data[start : start + 7] for start in range(0, max(len(data), 1), 7)]
+
+
+def is_written_through(found: bytes, before: bytes, parts: Iterable[bytes | bytearray]) -> bool:
+    """Say whether a value is one of which some bytes have been written, each at its place.
+
+    The others are what they were, or 0. A download that is aborted may have written its ``parts``
+    through, where an object is a string or a domain.
+
+    >>> is_written_through(b"newold", b"oldold", [b"newest"])
+    True
+    """
+    sources = [before, *parts]
+    return all(
+        byte in chain((0,), (source[place] for source in sources if place < len(source)))
+        for place, byte in enumerate(found)
+    )

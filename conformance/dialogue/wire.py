@@ -4,6 +4,7 @@ Every response is held to the shape that any response must have, and every frame
 follows the conversation. What is sent has to pass the write policy first.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -16,15 +17,12 @@ from conformance.device.protected_objects import OTHER_NODES
 from conformance.device.safety import may_ask
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
-from conformance.dialogue.download_parts import Delivered
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.refusals import of_other_service, step_aside
 from conformance.dialogue.rule_families import NO_ANSWER
-from conformance.dialogue.server_aborts import INITIATES, leaves
+from conformance.dialogue.server_aborts import leaves
 from conformance.dialogue.shape_breaches import check_shape
-from conformance.dialogue.sub_blocks import LAST, SubBlocks
 from conformance.dialogue.timing import Timing
-from conformance.dialogue.tracker import ENDING, TransferTracker
 from conformance.dialogue.waits import MOST_SURPLUS, Waits
 from conformance.dialogue.write_guard import READING, Effects
 from conformance.sdo.abort_codes import AbortCode
@@ -32,24 +30,26 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request, decode_segment
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
+    INITIATES,
     Abort,
-    BlockAck,
-    BlockEndResponse,
+    BlockDownloadInitiate,
     BlockSegment,
     BlockUploadInitiate,
+    DownloadInitiate,
     RemoteFrame,
     Request,
     Response,
     UploadInitiate,
     UploadSegment,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Message, whole_frame
+from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer, whole_frame
+from conformance.sdo.line import Line
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
 from conformance.sdo.seen import NoAnswer
 
-ABORTS = b"\x80"
 UPLOADS = UploadInitiate, BlockUploadInitiate
+OUT_OF_PLACE = "what is out of place"
 PLAIN_READING = UploadInitiate, UploadSegment
 
 
@@ -57,15 +57,16 @@ class Wire:
     """The frames of one channel within one case.
 
     ``last_sent`` and ``sent_before`` are what the case has sent, and not what a fence has; ``data``
-    are the bytes of the former. ``owed``: that has not been answered. ``segments`` counts those of
-    a block that were sent and not acknowledged, ``crossed`` those that an abort of the server may
-    have crossed, and ``let_pass`` are refusals of these. ``misshapen`` is the breach by the shape
-    of an answer to what was sent last, and ``server_aborted`` says that the last response was an
-    abort; it is the ``refusal`` where it was that of an initiate. By ``own_abort`` the suite has
-    ended a transfer since the case sent anything. While it is ``fencing``, what comes may have been
-    asked for by what went before; ``after_fence`` is called then. It ``looks_for_aborts`` before it
-    sends, unless an oracle is shown whatever comes. ``seen`` is that of ``Contents``.
-    ``is_proven``: a fence has proven the server idle, and nothing but ordinary uploads followed.
+    are the bytes of the former. The ``line`` follows the conversation; ``parts`` are what downloads
+    of each object have brought since one was completed. ``crossed`` counts the requests that an
+    abort of the server may have crossed, and ``let_pass`` are refusals of these. ``misshapen`` is
+    the breach by the shape of an answer to what was sent last, and ``server_aborted`` says that the
+    last response was an abort; it is the ``refusal`` where it was that of an initiate. By
+    ``own_abort`` the suite has ended a transfer since the case sent anything. While it is
+    ``fencing``, what comes may have been asked for by what went before; ``after_fence`` is called
+    then. It ``looks_for_aborts`` before it sends, unless an oracle is shown whatever comes.
+    ``seen`` is that of ``Contents``. ``is_proven``: a fence has proven the server idle, and nothing
+    but ordinary uploads followed.
     """
 
     def __init__(self, channel: Channel, device: Device, record: CaseRecord) -> None:
@@ -73,8 +74,8 @@ class Wire:
         self.channel = channel
         self.device = device
         self.record = record
-        self.tracker = TransferTracker()
-        self.delivered = Delivered()
+        self.line = Line()
+        self.parts: defaultdict[Multiplexer, list[bytearray]] = defaultdict(list)
         self.effects = Effects(device, record)
         self.pauses = Pauses(device.server_timeout, channel.link.now)
         record.pauses.append(self.pauses)
@@ -85,8 +86,7 @@ class Wire:
         self.last_sent: Request = NOTHING_SENT
         self.sent_before: Request = NOTHING_SENT
         self.data = b""
-        self.owed = False
-        self.segments = self.crossed = 0
+        self.crossed = 0
         self.let_pass: list[bytes] = []
         self.misshapen: Violation | None = None
         self.server_aborted = False
@@ -95,7 +95,6 @@ class Wire:
         self.fencing = False
         self.after_fence: Callable[[], None] = lambda: None
         self.looks_for_aborts = True
-        self._sub_blocks = SubBlocks()
         self._read = b""
         channel.overheard.clear()
         record.channels.append(channel.ids)
@@ -107,26 +106,18 @@ class Wire:
 
         Raises WriteNotPermitted for one that would write where the user has not allowed it.
         """
-        running = self.tracker.open
         self.transmit(data, built)
         self.data = data
-        if isinstance(self.last_sent, ENDING):
-            confirmed = running is not None and self.tracker.open is None
-            self.owed = isinstance(self.last_sent, BlockEndResponse) and not confirmed
-        else:
-            self.owed = True
 
     def transmit(self, data: bytes, built: Message | None = None) -> None:
         """Send a request of the case or of a fence."""
-        running = self.tracker.open
+        running = self.line.open
         within = running is not None
-        decoded = self.tracker.request(data, built)
-        self.delivered.request(decoded)
-        in_burst = self.segments > 0 and isinstance(decoded, BlockSegment)
+        decoded = self._follow(data, built)
+        in_burst = self.line.unacknowledged > 1
         if in_burst and isinstance(decoded, BlockSegment):
             self._about_to_send_another(decoded)
         else:
-            self._sub_blocks.request(data)
             if isinstance(decoded, Abort):
                 self.record.early.aborted(running)
             if len(data) < FRAME_LENGTH:
@@ -148,19 +139,20 @@ class Wire:
                 f"that another client has open there: add --sdo-allow={OTHER_NODES}"
             )
         like = decode_request(whole_frame(frame.data))
+        self.line.unacknowledged = 0
         self._about_to_send(RemoteFrame(frame.data, frame.dlc) if frame.remote else like, like)
         self.channel.send_frame(frame)
         self.timing.left(self.channel.sent_at)
-        self.pauses.sent(within=self.tracker.open is not None)
+        self.pauses.sent(within=self.line.open is not None)
 
     def abort_open(self) -> Abort:
         """Abort the open transfer from the client's side; return the abort."""
-        mux = self.tracker.open
+        mux = self.line.open
         if mux is None:
             raise RuntimeError("no transfer is open")
         self.own_abort = abort = Abort(mux, AbortCode.GENERAL_ERROR)
         self.is_proven = False
-        self.delivered.request(self.tracker.request(abort.encode()))
+        self.line.request(abort.encode())
         self.channel.send(abort)
         self.pauses.sent(within=True)
         self.timing.ended()
@@ -178,8 +170,7 @@ class Wire:
         if not self.fencing:
             self.own_abort = None
             self.record.early.sent(request)
-        self.segments = int(isinstance(request, BlockSegment))
-        self.timing.sent(task_of(request, self.tracker.open))
+        self.timing.sent(task_of(request, self.line.open))
         self._read = b""
         self.is_proven = self.is_proven and isinstance(request, PLAIN_READING)
         if not reads:
@@ -188,9 +179,21 @@ class Wire:
     def _about_to_send_another(self, segment: BlockSegment) -> None:
         """Take note of a segment behind another one: nothing is new but what it brings."""
         self.sent_before, self.last_sent = self.last_sent, segment
-        self.segments += 1
         self.timing.sent(task_of(segment, None))
         self.effects.note_segment(segment)
+
+    def _follow(self, data: bytes, built: Message | None) -> Request:
+        """Take a request that goes out next; return which it is."""
+        request = self.line.request(data, built)
+        match request:
+            case DownloadInitiate(mux=mux, expedited=False) | BlockDownloadInitiate(mux=mux):
+                self.parts[mux].append(self.line.in_flight)
+        return request
+
+    @property
+    def out_of_place(self) -> str:
+        """Words for a request that continues no transfer and begins none; empty for any other."""
+        return OUT_OF_PLACE if self.line.is_out_of_place else ""
 
     @property
     def has_aborted(self) -> bool:
@@ -214,7 +217,7 @@ class Wire:
             self.waits.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
             found = Violation(ANSWERED, expected=expected, actual=actual)
-            found.request, found.asked = self.last_sent, self.tracker.asked
+            found.request, found.asked = self.last_sent, self.out_of_place
             raise found
         return self.take(frame)
 
@@ -223,7 +226,7 @@ class Wire:
 
         Nothing is asked between them, so they need no more than to be counted.
         """
-        if not isinstance(behind, BlockSegment) or not self._sub_blocks.is_due(behind.sequence + 1):
+        if not isinstance(behind, BlockSegment) or not self.line.is_due(behind.sequence + 1):
             return []
         frames = self.channel.take_arrived(most, self._is_due_segment)
         if not frames:
@@ -231,13 +234,10 @@ class Wire:
         self.timing.received(self.channel.arrived)
         self.pauses.received(frames[0].data, self.channel.waited_since, within=True)
         self.pauses.received(frames[-1].data, self.channel.arrived, within=True)
-        segments: list[Response] = [decode_segment(frame.data) for frame in frames[:-1]]
-        return [*segments, self.tracker.response(frames[-1].data)]
+        return [decode_segment(frame.data) for frame in frames]
 
     def _is_due_segment(self, frame: CanFrame) -> bool:
-        data = frame.data
-        plain = len(data) == FRAME_LENGTH and self.channel.ids.response.matches(frame)
-        return plain and data[0] < LAST and self._sub_blocks.takes(data)
+        return self.channel.ids.response.matches(frame) and self.line.take_due(frame.data)
 
     def heard_elsewhere(self) -> str:
         """Say what was heard since the case began, and not as a response on this channel."""
@@ -289,7 +289,7 @@ class Wire:
         if frame is None:
             self.timing.waited_since(begin)
             self._note_missed()
-            owed = self.owed or self.fencing
+            owed = self.line.owed or self.fencing
             if has_to_come and owed and not self.channel.in_doubt:
                 self.record.waited()
         else:
@@ -299,16 +299,14 @@ class Wire:
 
     def _is_surplus(self, frame: CanFrame) -> bool:
         """Say whether this is a segment beyond its sub-block, and note that: no answer is."""
-        if self._sub_blocks.takes(frame.data):
-            return False
         exceeded = self.record.causes.sub_blocks_are_exceeded
-        found = self._sub_blocks.surplus(frame.data, expected=exceeded)
+        found = self.line.surplus(frame.data, expected=exceeded)
         if found is not None:
             self.note(found)
         return found is not None
 
     def _note_received(self, frame: CanFrame) -> None:
-        within = self.tracker.open is not None
+        within = self.line.open is not None
         self.pauses.received(frame.data, self.channel.arrived, within=within)
 
     def _note_missed(self) -> None:
@@ -326,21 +324,17 @@ class Wire:
             self.note(odd)
             self.misshapen = odd
             data = whole_frame(data)
-        running = self.tracker.open
+        running, owed, segments = self.line.open, self.line.owed, self.line.unacknowledged
         response = self.read(data)
         aborted = isinstance(response, Abort)
-        refused = aborted and self.owed and isinstance(self.last_sent, INITIATES)
+        refused = aborted and owed and isinstance(self.last_sent, INITIATES)
         self.record.early.received(response, None if refused or self.fencing else running)
-        self.delivered.response(response)
         # What the server was asked when it left on its own is on the way to an idle one.
-        left = self.owed and not refused and not self.fencing and leaves(response, running)
-        self.owed = False
+        left = owed and not refused and not self.fencing and leaves(response, running)
         if not self.fencing:
             self.server_aborted = aborted
         if aborted:
-            self.crossed = max(self.segments - 1, 0) + int(left)
-        elif isinstance(response, BlockAck) and response.sequence == self.segments:
-            self.segments = 0
+            self.crossed = max(segments - 1, 0) + int(left)
         self.refusal = response if refused and isinstance(response, Abort) else None
         if self.refusal is not None and running is None and not self.fencing:
             foreign = of_other_service(self.refusal, self.last_sent)
@@ -353,9 +347,11 @@ class Wire:
 
     def read(self, data: bytes) -> Response:
         """Follow a response, and what it confirms; return which it is."""
-        running = self.tracker.open
-        response = self.tracker.response(data)
-        self.effects.answered(response, running if self.tracker.open is None else None)
+        running = self.line.open
+        response = self.line.response(data)
+        if self.line.completed is not None:
+            self.parts.pop(self.line.completed, None)
+        self.effects.answered(response, running if self.line.open is None else None)
         return response
 
     # What is found
@@ -373,7 +369,7 @@ class Wire:
 
         ``lost``: the device was told to end whatever it thinks is running.
         """
-        abandoned = self.tracker.abandoned or (lost and self.tracker.asks_for_segments)
+        abandoned = self.line.is_abandoned or (lost and self.line.waits_for_segments)
         if abandoned and kind_of_answer(violation.actual) == NO_ANSWER:
             violation.habit = DEAF
 

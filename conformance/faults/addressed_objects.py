@@ -2,16 +2,10 @@
 
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.frames import (
-    BlockDownloadInitiate,
-    BlockUploadInitiate,
-    DownloadInitiate,
-    UploadInitiate,
-)
+from conformance.sdo.frames import INITIATES, BlockDownloadInitiate, DownloadInitiate
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
 
 DOWNLOADS = (DownloadInitiate, BlockDownloadInitiate)
-INITIATES = (*DOWNLOADS, UploadInitiate, BlockUploadInitiate)
 
 
 def initiated(frame: CanFrame, kinds: tuple[type, ...] = INITIATES) -> Multiplexer | None:

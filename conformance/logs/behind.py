@@ -7,9 +7,8 @@ next frame, whether the client waits for a moment or a second with that, wait fo
 from collections.abc import Sequence
 
 from conformance.logs.reading import Seen
-from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.decoding import decode_request, decode_response, is_answer
 from conformance.sdo.frames import Abort, Request, Response
-from conformance.sdo.pairing import is_answer
 from conformance.sdo.rules import ANSWERED, Violation
 
 # Seconds within which such an answer follows the frame that it waited for.

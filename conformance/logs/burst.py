@@ -1,11 +1,10 @@
 """Segments of a block download that a server takes for requests, behind its own abort."""
 
-from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.decoding import decode_request, decode_response, is_abort
 from conformance.sdo.frames import Abort, BlockAck, DownloadInitiate, DownloadInitiateResponse
 from conformance.sdo.layout import FRAME_LENGTH
 
 NUMBER = 0x7F
-ABORT = 0x80
 
 
 class Burst:
@@ -29,7 +28,7 @@ class Burst:
     def sent(self, frame: bytes, *, in_sub_block: bool) -> None:
         """Take a request."""
         segments = self._segments
-        whole = len(frame) == FRAME_LENGTH and frame[0] != ABORT
+        whole = len(frame) == FRAME_LENGTH and not is_abort(frame)
         goes_on = self._aborted and whole and bool(segments)
         goes_on = goes_on and frame[0] & NUMBER == (segments[-1][0] & NUMBER) + 1
         if whole and (in_sub_block or goes_on):

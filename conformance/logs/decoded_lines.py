@@ -10,9 +10,10 @@ from conformance.logs.other_frames import describe_other
 from conformance.logs.reading import Log, Seen
 from conformance.logs.transfers import Transfers
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
-from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.line import Line
 from conformance.sdo.nmt import ALL_NODES, NMT_ID, describe_nmt
 
 MOST_NUMBERS = 10
@@ -35,10 +36,10 @@ def decoded(log: Log, only: int | None) -> Iterator[str]:
 class _Channel:
     """One SDO channel: what its frames are, and the transfers that they make."""
 
-    __slots__ = ("decoder", "transfers")
+    __slots__ = ("line", "transfers")
 
     def __init__(self) -> None:
-        self.decoder = Decoder()
+        self.line = Line()
         self.transfers = Transfers()
 
 
@@ -74,10 +75,10 @@ class Words:
             channel = self._channels[seen.bus, node_id] = _Channel()
         message: Request | Response
         if function == REQUEST_BASE:
-            message = channel.decoder.request(frame.data)
+            message = channel.line.request(frame.data)
             ended = channel.transfers.request(message, seen.time)
         else:
-            message = channel.decoder.response(frame.data)
+            message = channel.line.response(frame.data)
             ended = channel.transfers.response(message, seen.time)
         yield _line(seen, f"{frame!s:<20}", f"node {node_id}: {describe(message)}")
         if ended:

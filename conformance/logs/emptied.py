@@ -1,6 +1,6 @@
 """Strings that a server empties when a download begins that the client aborts at once."""
 
-from conformance.sdo.decoding import decode_request, decode_response
+from conformance.sdo.decoding import decode_request, decode_response, is_abort
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
@@ -14,7 +14,6 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 
-ABORT = b"\x80"
 # An empty string may read as the 00h that ends it.
 MOST_OF_AN_EMPTY_ONE = 1
 
@@ -49,7 +48,7 @@ class Emptied:
 
     def asked(self, frame: bytes, *, in_sub_block: bool) -> None:
         """Take a request."""
-        if in_sub_block and frame[:1] != ABORT:
+        if in_sub_block and not is_abort(frame):
             return
         match decode_request(frame):
             case UploadInitiate(mux=mux):

@@ -8,12 +8,12 @@ from conformance.logs.burst import Burst
 from conformance.logs.emptied import Emptied
 from conformance.logs.exchanges import ASKING, Exchanges, is_one_of
 from conformance.logs.findings import Finding, Found, NotFollowed, Remark
-from conformance.logs.patience import INITIATES, Patience
+from conformance.logs.patience import Patience
 from conformance.logs.reading import Seen
 from conformance.sdo.abort_codes import APPLICATION_STATE, AbortCode
 from conformance.sdo.decoding import decode_request
 from conformance.sdo.describe import describe
-from conformance.sdo.frames import Abort, DownloadInitiate
+from conformance.sdo.frames import INITIATES, Abort, DownloadInitiate
 from conformance.sdo.oracle import Awaited, Oracle
 from conformance.sdo.oracle.fixed_knowledge import FixedKnowledge
 from conformance.sdo.rules import ANSWERED, NO_REBOOT, UNSOLICITED, Violation

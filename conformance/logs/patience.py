@@ -5,12 +5,7 @@ the client: this is about those that never come, where the client has given up b
 """
 
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.frames import (
-    BlockDownloadInitiate,
-    BlockUploadInitiate,
-    DownloadInitiate,
-    UploadInitiate,
-)
+from conformance.sdo.frames import INITIATES, UploadInitiate
 from conformance.sdo.storage_commands import COMMANDS
 
 # In seconds. The wait of a run, less what clocks differ; memories that are written take longer.
@@ -20,7 +15,6 @@ STORE = 10.0
 SEGMENT = 0.02
 # Parameters that are stored, and programs (CiA 302-3): these areas are erased first.
 STORING = (*COMMANDS, *range(0x1F50, 0x1F58))
-INITIATES = (UploadInitiate, DownloadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 
 
 class Patience:

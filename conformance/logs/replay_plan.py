@@ -1,6 +1,6 @@
 """What ``conformance replay`` takes from a log: requests, their answers, and what they write."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -10,9 +10,10 @@ from conformance.logs.reading import RecordedLog, Seen
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, REQUEST_BASE, RESPONSE_BASE
 from conformance.sdo.decoding import decode_request
-from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import Request
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer, whole_frame
+from conformance.sdo.line import Line
 from conformance.sdo.nmt import (
     ALL_NODES,
     ERROR_CONTROL_BASE,
@@ -125,13 +126,13 @@ def is_boot_up(frame: CanFrame) -> bool:
     return frame.can_id == ERROR_CONTROL_BASE + node_id and frame == booted
 
 
-def read_request(frame: CanFrame, decoder: Decoder) -> Request | None:
+def read_request(frame: CanFrame, line: Line) -> Request | None:
     """Read a request as a server might take it that does not mind its length or its format."""
     if frame.remote or not frame.data:
         return None
     if frame.extended or len(frame.data) != FRAME_LENGTH:
         return decode_request(whole_frame(frame.data))
-    return decoder.request(frame.data)
+    return line.request(frame.data)
 
 
 def read_plan(log: RecordedLog, only: int | None) -> Plan:
@@ -159,7 +160,7 @@ class _Reader:
         self.plan = Plan()
         self._only = only
         self._bus = ""
-        self._decoders: dict[int, Decoder] = {}
+        self._lines: defaultdict[int, Line] = defaultdict(Line)
 
     def take(self, seen: Seen) -> None:
         """Take the next frame."""
@@ -183,7 +184,7 @@ class _Reader:
             self._send(seen)
 
     def _request(self, node_id: int, seen: Seen) -> None:
-        request = read_request(seen.frame, self._decoder(node_id))
+        request = read_request(seen.frame, self._lines[node_id])
         target = None if request is None else written_by(request)
         if target is not None:
             self.plan.writes.add((node_id, target))
@@ -206,8 +207,5 @@ class _Reader:
         frame = seen.frame
         words = describe_nmt(frame)
         if not words and not frame.remote and not frame.extended and frame.dlc == FRAME_LENGTH:
-            words = describe(self._decoder(node_id).response(frame.data))
+            words = describe(self._lines[node_id].response(frame.data))
         self.plan.steps[-1].answers.append(Answer(frame, words))
-
-    def _decoder(self, node_id: int) -> Decoder:
-        return self._decoders.setdefault(node_id, Decoder())

@@ -1,6 +1,6 @@
 """Sends the requests of a log to a device again, each once the one before is answered."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from conformance.logs.replay_plan import Plan, Step, is_answer, is_boot_up, node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
-from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.line import Line
 
 # Seconds that a device may take to start again after an NMT command that resets it.
 BOOT_TIME = 10.0
@@ -60,7 +60,7 @@ class Replay:
         self._bus = bus
         self._plan = plan
         self.response_timeout = response_timeout
-        self._decoders: dict[int, Decoder] = {}
+        self._lines: defaultdict[int, Line] = defaultdict(Line)
         self._number = 0
         self._begin = self._link.now()
         self.stopped = ""
@@ -119,7 +119,7 @@ class Replay:
         A segment of a block download does, for example, if the device has refused the download.
         """
         node_id = step.node_id
-        request = read_request(step.seen.frame, self._decoder(node_id)) if node_id else None
+        request = read_request(step.seen.frame, self._lines[node_id]) if node_id else None
         target = None if request is None else written_by(request)
         if target is None or (node_id, target) in self._plan.writes:
             return False
@@ -159,15 +159,12 @@ class Replay:
     def _received(self, frame: CanFrame) -> Seen:
         ids = ChannelIds.default(node_of(frame))
         if ids.response.matches(frame) and frame.dlc == FRAME_LENGTH:
-            self._decoder(node_of(frame)).response(frame.data)
+            self._lines[node_of(frame)].response(frame.data)
         return self._seen(self._link.arrived - self._begin, frame)
 
     def _seen(self, when: float, frame: CanFrame) -> Seen:
         self._number += 1
         return Seen(self._number, when, self._bus, frame)
-
-    def _decoder(self, node_id: int) -> Decoder:
-        return self._decoders.setdefault(node_id, Decoder())
 
     def _end_transfers(self) -> None:
         for node_id in self._plan.node_ids:

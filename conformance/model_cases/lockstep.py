@@ -12,9 +12,7 @@ from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
 from conformance.dialogue.dialogue import GOES_ON, Dialogue
 from conformance.dialogue.ended_transfers import has_left
 from conformance.dialogue.rule_families import INCIDENTAL
-from conformance.dialogue.server_aborts import INITIATES
 from conformance.dialogue.silence import MOST_STRAY
-from conformance.dialogue.sub_blocks import SubBlocks
 from conformance.dialogue.values import LENGTH_OF_ANOTHER
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -24,9 +22,9 @@ from conformance.sdo.cob_id import (
     REQUEST_BASE,
     ChannelIds,
 )
-from conformance.sdo.decoding import decode_request
-from conformance.sdo.frames import Abort, Request, Response
+from conformance.sdo.frames import INITIATES, Abort, Request, Response
 from conformance.sdo.layout import Multiplexer, whole_frame
+from conformance.sdo.line import Line
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.rules import RESTART, UNSOLICITED, Level, Violation, idle
@@ -90,7 +88,7 @@ class Lockstep:
         self._default_ids = ChannelIds.default(sdo.device.node_id)
         self._is_default = self._ids == self._default_ids
         self._findings: list[Violation] = []
-        self._sub_blocks = SubBlocks()
+        self._line = Line()
         self._held: list[Captured] = []
         self._point: Request | None = None
         # The server has aborted, and no transfer was asked for since.
@@ -158,19 +156,19 @@ class Lockstep:
 
     def _show(self, captured: Captured) -> None:
         if captured.direction is Direction.SENT:
-            self._sub_blocks.request(captured.frame.data)
+            request = self._line.request(captured.frame.data)
             self.oracle.observe(self._as_default(captured.frame))
-            if isinstance(decode_request(captured.frame.data), INITIATES):
+            if isinstance(request, INITIATES):
                 self._aborted = False
         elif self._is_response(captured):
-            surplus = self._sub_blocks.surplus(captured.frame.data, expected=True)
+            surplus = self._line.surplus(captured.frame.data, expected=True)
             if surplus is not None and self._sdo.record.causes.sub_blocks_are_exceeded:
                 return  # it was noted, and is no answer
             findings = self.oracle.response(self._as_default(captured.frame))
             if surplus is not None:
                 findings = [surplus if each.rule is UNSOLICITED else each for each in findings]
             self._find(findings)
-            self._aborted |= isinstance(self._sdo.tracker.read(captured.frame.data), Abort)
+            self._aborted |= isinstance(self._line.response(captured.frame.data), Abort)
             if self.oracle.ended is not None:
                 self._sdo.record.early.note(self.oracle.ended.abort)
 
@@ -257,7 +255,7 @@ class Lockstep:
             self._sdo.wire.waits.unanswered()
             findings = self.oracle.settled()
             for silent in findings:
-                silent.asked = silent.asked or self._sdo.tracker.asked
+                silent.asked = silent.asked or self._sdo.wire.out_of_place
             self._find(findings)
         return self._taken(answer)
 
@@ -326,7 +324,7 @@ class Lockstep:
         """
         asked = self._sdo.wire.last_sent
         begun = asked.mux if isinstance(asked, INITIATES) else None
-        running = (*self.oracle.running, self._sdo.tracker.open, begun)
+        running = (*self.oracle.running, self._sdo.line.open, begun)
         return dict.fromkeys(each for each in (*running, mux) if each is not None)
 
     def check(self) -> None:

@@ -16,7 +16,6 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.exchange import InitiateRefused
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.server_aborts import INITIATES
 from conformance.dialogue.values import segments_of
 from conformance.model_cases.lockstep import Lockstep, knowledge_of
 from conformance.model_cases.server_states import (
@@ -29,7 +28,7 @@ from conformance.model_cases.server_states import (
 )
 from conformance.run.risks import Risk
 from conformance.sdo.abort_codes import AbortCode
-from conformance.sdo.frames import Abort, Request
+from conformance.sdo.frames import INITIATES, Abort, Request
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import Violation
 

@@ -9,21 +9,17 @@ from pathlib import Path
 from conformance.device.safety import written_by
 from conformance.reporting.logged import Logged, log_lines
 from conformance.sdo.cob_id import ChannelIds
-from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
     Abort,
     BlockDownloadInitiate,
-    BlockEndResponse,
     BlockUploadInitiate,
     DownloadInitiate,
-    DownloadInitiateResponse,
-    DownloadSegment,
-    DownloadSegmentResponse,
     Request,
     Response,
     UploadInitiate,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.line import Line
 
 MOST_FRAMES = 20_000
 # The number of the line with which a case begins, and its channel.
@@ -56,7 +52,7 @@ def _read_before_written(lines: Sequence[Logged], ids: ChannelIds) -> list[Multi
     read: dict[Multiplexer, bool] = {}
     for logged in lines:
         channel.take(logged)
-        request = channel.asked
+        request = channel.line.asked
         if isinstance(request, DownloadInitiate | BlockDownloadInitiate):
             written.add(request.mux)
         elif isinstance(request, UploadInitiate | BlockUploadInitiate):
@@ -89,15 +85,13 @@ def _sent(frames: Sequence[Logged]) -> list[str]:
 
 
 class _Followed:
-    """A channel: what was ``asked`` last, and the last download of each object that succeeded."""
+    """A channel: its ``line``, and the last download of each object that succeeded."""
 
     def __init__(self, ids: ChannelIds) -> None:
         self.completed: Downloads = {}
         self._request_id, self._response_id = ids.request.identifier, ids.response.identifier
-        self._decoder = Decoder()
-        self._mux = Multiplexer(0, 0)
+        self.line = Line()
         self._open: list[Logged] | None = None
-        self.asked: Request | None = None
 
     def take(self, logged: Logged) -> None:
         """Take the next frame of the bus."""
@@ -107,15 +101,13 @@ class _Followed:
         if data is None or len(data) != FRAME_LENGTH:
             return
         if logged.identifier == self._request_id:
-            self._request(logged, self._decoder.request(data))
+            self._request(logged, self.line.request(data))
         else:
-            self._response(logged, self._decoder.response(data))
+            self._response(logged, self.line.response(data))
 
     def _request(self, logged: Logged, request: Request) -> None:
-        self.asked = request
-        target = written_by(request)
-        if target is not None:
-            self._mux, self._open = target, []
+        if written_by(request) is not None:
+            self._open = []
         elif isinstance(request, Abort | UploadInitiate | BlockUploadInitiate):
             self._open = None
         if self._open is not None:
@@ -127,13 +119,5 @@ class _Followed:
         self._open.append(logged)
         if isinstance(response, Abort) or len(self._open) > MOST_FRAMES:
             self._open = None
-        elif self._completes(response):
-            self.completed[self._mux], self._open = self._open, None
-
-    def _completes(self, response: Response) -> bool:
-        asked = self.asked
-        if isinstance(response, DownloadInitiateResponse):
-            return isinstance(asked, DownloadInitiate) and asked.expedited
-        if isinstance(response, DownloadSegmentResponse):
-            return isinstance(asked, DownloadSegment) and asked.last
-        return isinstance(response, BlockEndResponse)
+        elif self.line.completed is not None:
+            self.completed[self.line.completed], self._open = self._open, None

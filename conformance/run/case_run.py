@@ -197,7 +197,7 @@ class CaseRun:
         self._minor = list(sdo.record.minor)
         self.tools.network.end()
         if sdo.record.early.crossed:
-            sdo.channel.abort(sdo.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+            sdo.channel.abort(sdo.line.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
             sdo.drain()
         leaving = leave(sdo, failed=True)
         # What crossed with the abort has met an idle server, which may refuse it.
@@ -228,7 +228,7 @@ class CaseRun:
         return result
 
     def _leave(self, error: BaseException | None) -> Leaving:
-        self._tidies = self.sdo.tracker.open is not None
+        self._tidies = self.sdo.line.open is not None
         self._minor = list(self.sdo.record.minor)
         failed = error is not None or any(found.level is Level.MUST for found in self._minor)
         self.tools.network.end()
@@ -273,7 +273,7 @@ class CaseRun:
                 result.notes.append(f"also {leaving.violation}")
             elif self._tidies and leaving.violation.rule is ABORT_NOT_ANSWERED:
                 # One for a reason of the server's own has crossed with that of the suite.
-                if not all(leaves(stray, sdo.tracker.latest) for stray in leaving.stray):
+                if not all(leaves(stray, sdo.line.latest) for stray in leaving.stray):
                     self._judgement.aside(leaving.violation, asked)
             else:
                 found.append(leaving.violation)

@@ -13,10 +13,9 @@ from conformance.dialogue.causes import Cause, Causes, Standing, kind_of_answer
 from conformance.run.leaving import Leaving
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.decoding import as_answer
+from conformance.sdo.decoding import as_answer, is_answer
 from conformance.sdo.describe import describe, in_words
 from conformance.sdo.frames import Abort, DownloadSegment, Request, Response
-from conformance.sdo.pairing import is_answer
 from conformance.sdo.rules import (
     MULTIPLEXER,
     NOT_REFUSED,

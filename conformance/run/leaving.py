@@ -7,13 +7,13 @@ from enum import Enum, auto
 from conformance.device.device import DEVICE_TYPE
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.shape_breaches import unasked, unsolicited
-from conformance.dialogue.tracker import ASKS_FOR_SEGMENTS
 from conformance.dialogue.wire import PLAIN_READING
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode, meaning_of
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.frames import Abort, Response
 from conformance.sdo.limits import EXPEDITED_LENGTH
+from conformance.sdo.line import ASKS_FOR_SEGMENTS
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, OUT_OF_BLOCK
 from conformance.sdo.seen import Said, Seen
@@ -67,10 +67,10 @@ def leave(sdo: Dialogue, *, failed: bool, proof: Proof = Proof.ANEW) -> Leaving:
     elif _is_idle(sdo, proof):
         return Leaving(Afterwards.IDLE)
     leaving = _look(sdo)
-    if failed and leaving.afterwards is Afterwards.IDLE and sdo.tracker.latest is not None:
-        sdo.channel.abort(sdo.tracker.latest, AbortCode.GENERAL_ERROR)
+    if failed and leaving.afterwards is Afterwards.IDLE and sdo.line.latest is not None:
+        sdo.channel.abort(sdo.line.latest, AbortCode.GENERAL_ERROR)
         take_the_rest(sdo)
-    if failed and (isinstance(asked, ASKS_FOR_SEGMENTS) or sdo.tracker.misplaced):
+    if failed and (isinstance(asked, ASKS_FOR_SEGMENTS) or sdo.line.misplaced):
         sdo.silence.outlast()
     return leaving
 
@@ -80,7 +80,7 @@ def _stream(sdo: Dialogue) -> list[Response]:
 
     One that was seen to send nothing there is not waited for again.
     """
-    misplaced, learned = sdo.tracker.misplaced, sdo.device.learned
+    misplaced, learned = sdo.line.misplaced, sdo.device.learned
     if misplaced <= learned.says_all and not (misplaced and learned.streams):
         return []
     found = sdo.silence.outlast()
@@ -106,7 +106,7 @@ def _is_idle(sdo: Dialogue, proof: Proof) -> bool:
     uploaded = proof is Proof.UPLOAD and isinstance(wire.last_sent, PLAIN_READING)
     if not uploaded and (proof is Proof.ANEW or not wire.is_proven):
         return False
-    return not (wire.owed or wire.server_aborted or wire.channel.waiting())
+    return not (wire.line.owed or wire.server_aborted or wire.channel.waiting())
 
 
 def take_the_rest(sdo: Dialogue) -> None:
@@ -151,7 +151,7 @@ def _look(sdo: Dialogue) -> Leaving:
 def _recover(sdo: Dialogue, cause: Violation | ServerAborted) -> Leaving:
     sdo.drain()
     # Some servers mind only an abort that names the transfer that they think is running.
-    sdo.channel.abort(sdo.tracker.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
+    sdo.channel.abort(sdo.line.latest or DEVICE_TYPE, AbortCode.GENERAL_ERROR)
     try:
         sdo.fence()
     except (Violation, ServerAborted) as error:

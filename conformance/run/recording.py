@@ -1,14 +1,15 @@
 """The frames of a case: all of them, or the first and the last of very many."""
 
 from collections import deque
-from copy import copy
+from copy import copy, deepcopy
 from dataclasses import dataclass
 
 from conformance.bus.link import Captured, Direction
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
-from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.describe import describe
 from conformance.sdo.layout import FRAME_LENGTH
+from conformance.sdo.line import Line
 
 FIRST_KEPT = 1_000
 LAST_KEPT = 10_000
@@ -33,7 +34,7 @@ class ChannelDecoder:
     def __init__(self, ids: ChannelIds) -> None:
         """Start outside any transfer."""
         self._ids = ids
-        self._decoder = Decoder()
+        self._line = Line()
 
     def read(self, frame: CanFrame) -> tuple[str, str] | None:
         """Return the name of the message in a frame, empty for a malformed one, and its words.
@@ -42,8 +43,8 @@ class ChannelDecoder:
         """
         ids = self._ids
         for cob_id, decode in (
-            (ids.request, self._decoder.request),
-            (ids.response, self._decoder.response),
+            (ids.request, self._line.request),
+            (ids.response, self._line.response),
         ):
             if cob_id.matches(frame) and frame.dlc == FRAME_LENGTH:
                 message = decode(frame.data)
@@ -62,8 +63,8 @@ class ChannelDecoder:
     def follow(self, frame: CanFrame) -> None:
         """Take a frame that is not shown."""
         for cob_id, decode in (
-            (self._ids.request, self._decoder.request),
-            (self._ids.response, self._decoder.response),
+            (self._ids.request, self._line.request),
+            (self._ids.response, self._line.response),
         ):
             if cob_id.matches(frame) and frame.dlc == FRAME_LENGTH:
                 decode(frame.data)
@@ -71,7 +72,7 @@ class ChannelDecoder:
     def fork(self) -> "ChannelDecoder":
         """Return another one that goes on from here."""
         other = copy(self)
-        other._decoder = copy(self._decoder)
+        other._line = deepcopy(self._line)
         return other
 
 

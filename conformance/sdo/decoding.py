@@ -93,7 +93,19 @@ _REQUEST_BY_COMMAND = _by_command(REQUESTS)
 _RESPONSE_BY_COMMAND = _by_command(RESPONSES)
 _PLAIN_REQUESTS = frozenset(REQUESTS)
 _REQUEST_WITH_OBJECT = _with_object(REQUESTS)
-_ABORT_COMMAND = 0x80
+_ABORT = b"\x80"
+# The positive answers to each request.
+ANSWERS: dict[type, tuple[type, ...]] = {
+    UploadInitiate: (UploadInitiateResponse,),
+    UploadSegment: (UploadSegmentResponse,),
+    DownloadInitiate: (DownloadInitiateResponse,),
+    DownloadSegment: (DownloadSegmentResponse,),
+    BlockUploadInitiate: (BlockUploadInitiateResponse, UploadInitiateResponse),
+    BlockDownloadInitiate: (BlockDownloadInitiateResponse,),
+    BlockSegment: (BlockAck,),
+    BlockAck: (BlockEnd,),
+    BlockEnd: (BlockEndResponse,),
+}
 
 
 def decode_request(frame: bytes) -> Request:
@@ -118,6 +130,18 @@ def has_object(frame: bytes) -> bool:
     return frame[:1] in _REQUEST_WITH_OBJECT
 
 
+def is_abort(frame: bytes) -> bool:
+    """Say whether a frame is an abort by its byte 0, in either direction and in any state."""
+    return frame[:1] == _ABORT
+
+
+def is_answer(response: Response, request: Request) -> bool:
+    """Say whether a response is a positive answer to a request, by specifier and multiplexer."""
+    if not isinstance(response, ANSWERS.get(type(request), ())):
+        return False
+    return getattr(response, "mux", None) == getattr(request, "mux", None)
+
+
 def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
     """Read what the sender of a block transfer sent where segments are due.
 
@@ -125,7 +149,7 @@ def decode_segment(frame: bytes) -> BlockSegment | Abort | Unknown:
     """
     if len(frame) != FRAME_LENGTH:
         return Unknown(bytes(frame))
-    return Abort.decode(frame) if frame[0] == _ABORT_COMMAND else BlockSegment.decode(frame)
+    return Abort.decode(frame) if is_abort(frame) else BlockSegment.decode(frame)
 
 
 def as_answer(response: Response) -> Response:

@@ -1,16 +1,9 @@
-"""SDO messages in words, for failures and traces; and what each frame of a conversation is."""
+"""SDO messages in words, for failures and traces."""
 
 from collections.abc import Callable
 from functools import cache, singledispatch
 
 from conformance.sdo.abort_codes import describe_code
-from conformance.sdo.decoding import (
-    decode_request,
-    decode_response,
-    decode_segment,
-    is_plain,
-    is_refusal,
-)
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -27,28 +20,13 @@ from conformance.sdo.frames import (
     DownloadSegment,
     DownloadSegmentResponse,
     RemoteFrame,
-    Request,
-    Response,
     Unknown,
     UploadInitiate,
     UploadInitiateResponse,
     UploadSegment,
     UploadSegmentResponse,
 )
-from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer
-
-# What a positive answer to a request is.
-ANSWERS: dict[type, tuple[type, ...]] = {
-    UploadInitiate: (UploadInitiateResponse,),
-    UploadSegment: (UploadSegmentResponse,),
-    DownloadInitiate: (DownloadInitiateResponse,),
-    DownloadSegment: (DownloadSegmentResponse,),
-    BlockUploadInitiate: (BlockUploadInitiateResponse, UploadInitiateResponse),
-    BlockDownloadInitiate: (BlockDownloadInitiateResponse,),
-    BlockSegment: (BlockAck,),
-    BlockAck: (BlockEnd,),
-    BlockEnd: (BlockEndResponse,),
-}
+from conformance.sdo.layout import FRAME_LENGTH, Message
 
 
 def hex_bytes(data: bytes) -> str:
@@ -215,137 +193,3 @@ def _(message: RemoteFrame) -> str:
 
 # A look into this cache takes a third of what singledispatch takes to find a kind.
 _describing: Callable[[type], Callable[[Message | Unknown], str]] = cache(_words.dispatch)
-
-INITIATES = (UploadInitiate, DownloadInitiate, BlockUploadInitiate, BlockDownloadInitiate)
-# The multiplexer of an abort that knows of no transfer.
-NONE = Multiplexer(0)
-
-
-class Decoder:
-    """Follows a conversation on one channel, so that it can tell the segments of a block.
-
-    They come unasked as well: before the client has started a block upload, after it has ended the
-    upload on its side, or more of them than it wanted.
-    """
-
-    def __init__(self) -> None:
-        """Start outside any block transfer."""
-        self._client_sends_segments = False
-        self._server_sends_segments = False
-        self._may_send_segments = False
-        self._acknowledges_last = False
-        self._last_sequence = 0
-        self._last_marked = False
-        # Whether the very last segment was sent, by either side; and that of the client itself.
-        self._ended = False
-        self._last_segment = b""
-        self._asked: Request | None = None
-        self._latest: Multiplexer | None = None
-        self._uploaded: Multiplexer | None = None
-
-    def request(self, frame: bytes, built: Message | None = None) -> Request:
-        """Read a frame of the client and follow where it leads.
-
-        ``built`` is the message that the frame was made of: it need not be read again where these
-        bytes stand for it.
-        """
-        message: Request
-        if not self._client_sends_segments:
-            message = built if built is not None and is_plain(built) else decode_request(frame)
-            if self._last_segment and frame == self._last_segment:
-                self._asked = again = BlockSegment.decode(frame)
-                return again
-        elif self._is_end(frame):
-            self._asked = end = BlockEnd.decode(frame)
-            return end
-        elif isinstance(built, BlockSegment) and built.sequence:
-            message = built
-        else:
-            message = decode_segment(frame)
-        self._asked = message
-        self._follow(message)
-        if isinstance(message, BlockSegment):
-            self._last_segment = frame if message.last else self._last_segment
-            return message
-        self._last_segment = b""
-        if isinstance(message, INITIATES):
-            self._latest = message.mux
-            if isinstance(message, BlockUploadInitiate):
-                self._uploaded = message.mux
-        elif isinstance(message, BlockUploadStart):
-            self._server_sends_segments = True
-        elif isinstance(message, BlockAck):
-            self._server_sends_segments &= not self._acknowledges_last
-        return message
-
-    def response(self, frame: bytes) -> Response:
-        """Read a frame of the server and follow where it leads."""
-        message: Response
-        if self._server_sends_segments and self._is_end(frame):
-            return BlockEnd.decode(frame)
-        if self._server_sends_segments:
-            message = decode_segment(frame)
-            if isinstance(message, BlockSegment) and message.last:  # as an abort has this bit set
-                refusal = decode_response(frame)
-                message = refusal if self.is_refusal(refusal) else message
-        else:
-            message = decode_response(frame)
-            if self._may_send_segments:
-                segment = decode_segment(frame)
-                if isinstance(segment, BlockSegment) and self._is_stray(segment, message):
-                    self._last_sequence = segment.sequence
-                    return segment
-        self._follow(message)
-        if not isinstance(message, Unknown):
-            begins = isinstance(message, BlockUploadInitiateResponse)
-            self._may_send_segments = begins or isinstance(message, BlockSegment)
-            self._last_sequence = 0 if begins else self._last_sequence
-        if isinstance(message, BlockDownloadInitiateResponse):
-            self._client_sends_segments = True
-        elif isinstance(message, BlockAck):
-            self._client_sends_segments &= not self._acknowledges_last
-        return message
-
-    def _is_end(self, frame: bytes) -> bool:
-        """Say whether a frame is the end of a block transfer, though segments may come yet.
-
-        It is where the last one was sent, and this is no number that could follow.
-        """
-        if not self._ended or len(frame) != FRAME_LENGTH or not BlockEnd.matches(frame[0]):
-            return False
-        segment, end = BlockSegment.decode(frame), BlockEnd.decode(frame)
-        return segment.sequence != self._last_sequence + 1 and not end.reserved_fields()
-
-    def _is_stray(self, segment: BlockSegment, message: Response) -> bool:
-        """Say whether a frame is rather an unwanted segment than any other message."""
-        if self.is_answer(message):
-            return False
-        in_sequence = segment.sequence in (self._last_sequence + 1, 1)
-        nothing_else = isinstance(message, Unknown) or bool(message.reserved_fields())
-        return in_sequence or nothing_else
-
-    def is_answer(self, message: Response) -> bool:
-        """Say whether this refuses something, or answers the initiate that was sent last."""
-        kinds = ANSWERS.get(type(self._asked), ())
-        due = getattr(self._asked, "mux", None)
-        answers = isinstance(message, kinds) and getattr(message, "mux", None) == due
-        return answers or self.is_refusal(message)
-
-    def is_refusal(self, message: Response) -> bool:
-        """Say whether this is an abort that is due, also with reserved bits.
-
-        Where no segment is due, one that names no object is as well.
-        """
-        nameless = () if self._server_sends_segments else (NONE,)
-        return is_refusal(message, self._latest, self._uploaded, *nameless)
-
-    def _follow(self, message: Request | Response) -> None:
-        if isinstance(message, BlockSegment):
-            self._last_sequence = message.sequence
-            self._last_marked = message.last
-            self._ended |= message.last
-        elif isinstance(message, BlockAck):
-            self._acknowledges_last = self._last_marked and message.sequence == self._last_sequence
-        elif not isinstance(message, Unknown):
-            self._client_sends_segments = self._server_sends_segments = False
-            self._last_marked = self._ended = False

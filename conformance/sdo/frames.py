@@ -373,3 +373,5 @@ ResponseMessage = (
 )
 Request = RequestMessage | Unknown
 Response = ResponseMessage | Unknown
+INITIATES = (UploadInitiate, DownloadInitiate, BlockUploadInitiate, BlockDownloadInitiate)
+"""The requests that begin a transfer."""

@@ -47,7 +47,7 @@ def test_all_segments_are_taken() -> None:
         sdo = bench.dialogue()
         uploaded = Blocks(sdo).upload(TEXT)
         assert (uploaded.data, uploaded.segments) == (DATA, 5)
-        assert sdo.tracker.open is None
+        assert sdo.line.open is None
         assert sdo.drain() == []
 
 

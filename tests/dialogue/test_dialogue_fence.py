@@ -171,11 +171,11 @@ def test_the_reaction_ends_the_open_transfer_first() -> None:
     with discovered(server) as bench:
         sdo = bench.dialogue()
         sdo.initiate_download(TEXT, 14)
-        assert sdo.tracker.open == TEXT.mux
+        assert sdo.line.open == TEXT.mux
         server.requests.clear()
         sdo.send(b"\x00ABCDEFG")
         assert sdo.reaction() == decode_response(b"\x20" + bytes(7))
-        assert sdo.tracker.open is None
+        assert sdo.line.open is None
     abort = Abort(TEXT.mux, AbortCode.GENERAL_ERROR).encode()
     assert server.requests == [b"\x00ABCDEFG", abort, READ]
     assert server.writes == []
@@ -196,10 +196,10 @@ def test_only_an_open_transfer_is_ended(
     sdo = idle.dialogue()
     sdo.send(start())
     sdo.receive()
-    assert (sdo.tracker.open is not None) is aborted
+    assert (sdo.line.open is not None) is aborted
     sdo.end_transfer()
     sdo.end_transfer()
-    assert sdo.tracker.open is None
+    assert sdo.line.open is None
     assert sdo.fence() == []
 
 
@@ -208,5 +208,5 @@ def test_a_block_download_behind_an_ended_one_is_known(idle: Workbench) -> None:
     sdo = idle.dialogue()
     for _ in range(2):
         Blocks(sdo).initiate_download(TEXT, 14)
-        assert sdo.tracker.open == TEXT.mux
+        assert sdo.line.open == TEXT.mux
         sdo.end_transfer()

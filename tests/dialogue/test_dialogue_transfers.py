@@ -70,7 +70,7 @@ def test_an_upload_step_by_step(bench: Workbench) -> None:
     assert response.size == 28
     assert sdo.upload_segment(toggle=0).data == b"Conform"
     assert sdo.upload_segment(toggle=1).data == b"ance re"
-    assert sdo.tracker.open == NAME
+    assert sdo.line.open == NAME
     assert sdo.record.written == set()
 
 

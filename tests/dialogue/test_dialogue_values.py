@@ -5,7 +5,7 @@ from support.run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, discovered, r
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.values import same_value, with_spaces
+from conformance.dialogue.values import is_written_through, same_value, with_spaces
 from conformance.faults.catalogue import build_node
 from conformance.sdo.frames import DownloadInitiate, DownloadSegment, UploadInitiate
 from conformance.sdo.layout import Multiplexer
@@ -119,3 +119,19 @@ def test_an_eds_loses_the_spaces_around_a_text(found: str, stated: str) -> None:
 
 def test_the_spaces_of_other_objects_count() -> None:
     assert with_spaces(DOMAIN, b"data", b" data") == b"data"
+
+
+@pytest.mark.parametrize(
+    ("found", "due"),
+    [
+        (b"ABCDEFG", True),  # cut
+        (b"ABCDEFGhijk", True),  # in place
+        (b"ABCDEFG\0\0\0\0", True),  # filled up
+        (b"abcdefghijk", True),
+        (b"", True),
+        (b"ABCDEFGH", False),
+        (b"BCDEFG", False),
+    ],
+)
+def test_how_much_of_an_aborted_download_may_be_there(found: bytes, due: bool) -> None:
+    assert is_written_through(found, b"abcdefghijk", [b"ABCDEFG"]) is due

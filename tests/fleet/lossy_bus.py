@@ -12,8 +12,8 @@ from threading import Lock
 import can
 
 from conformance.sdo.cob_id import REQUEST_BASE
-from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import Request, Response
+from conformance.sdo.line import Line
 
 RELAY_POLL = 0.05
 Loses = Callable[[Request | Response], bool]
@@ -26,7 +26,7 @@ class Relay:
     node_id: int
     loses: Loses = lambda message: False
     lost: list[Request | Response] = field(default_factory=list)
-    decoder: Decoder = field(default_factory=Decoder)
+    decoder: Line = field(default_factory=Line)
     lock: Lock = field(default_factory=Lock)
 
     def hand_on(self, other: can.BusABC, message: can.Message) -> None:

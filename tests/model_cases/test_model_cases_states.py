@@ -65,7 +65,7 @@ def test_a_way_leads_on_to_the_end_of_the_transfer(name: str | None, state: Stat
         before = Room(sdo).prepare(known, SIZE, state.least)
         stops = list(state.way(sdo, known, len(before)))
         assert len(stops) == 1
-        assert sdo.tracker.open is None
+        assert sdo.line.open is None
         assert (sdo.upload(known) != before) == state.downloads
         assert sdo.fence() == []
 

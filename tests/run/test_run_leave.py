@@ -174,7 +174,7 @@ def test_no_wait_behind_a_block_upload() -> None:
     with discovered(recording()) as bench:
         sdo = bench.dialogue()
         Blocks(sdo).upload(Multiplexer(0x1008))
-        assert not sdo.tracker.misplaced
+        assert not sdo.line.misplaced
         leave(sdo, failed=False)
         assert not bench.device.learned.says_all
 

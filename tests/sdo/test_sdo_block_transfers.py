@@ -17,7 +17,6 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.client import Uploaded
 from conformance.sdo.crc import crc16
 from conformance.sdo.decoding import decode_response
-from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
     BlockAck,
     BlockDownloadInitiate,
@@ -29,6 +28,7 @@ from conformance.sdo.frames import (
     UploadInitiate,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.line import Line
 from conformance.sdo.objects import DataType, Entry, ObjectDictionary
 from conformance.sdo.rules import Violation
 from conformance.sdo.stepping import Ended, Result, advance
@@ -118,14 +118,14 @@ def drive(transfer: Generator[Step, Response, object], responses: Sequence[bytes
 
 def transfers(vector: Vector) -> list[list[Frame]]:
     """Split an exchange where initiates begin, outside of sub-blocks."""
-    decoder = Decoder()
+    line = Line()
     starts = []
     for number, step in enumerate(vector.steps):
         if step.direction == "response":
-            decoder.response(step.frame)
+            line.response(step.frame)
             continue
         initiates = (BlockDownloadInitiate, BlockUploadInitiate, DownloadInitiate, UploadInitiate)
-        if isinstance(decoder.request(step.frame), initiates):
+        if isinstance(line.request(step.frame), initiates):
             starts.append(number)
     return [
         list(vector.steps[start:stop]) for start, stop in pairwise([*starts, len(vector.steps)])
@@ -134,12 +134,12 @@ def transfers(vector: Vector) -> list[list[Frame]]:
 
 def transfer_of(steps: list[Frame]) -> Generator[Step, Response, Any]:
     """Tell from the requests of an exchange what its client was about to do."""
-    decoder, requests = Decoder(), []
+    line, requests = Line(), []
     for step in steps:
         if step.direction == "request":
-            requests.append(decoder.request(step.frame))
+            requests.append(line.request(step.frame))
         else:
-            decoder.response(step.frame)
+            line.response(step.frame)
     client = BlockClient()
     acks = [request for request in requests if isinstance(request, BlockAck)]
     match requests[0]:

@@ -6,7 +6,6 @@ import pytest
 from support.sdo_vectors import Vector, load
 
 from conformance.sdo.crc import crc16
-from conformance.sdo.describe import Decoder
 from conformance.sdo.frames import (
     Abort,
     BlockAck,
@@ -22,6 +21,7 @@ from conformance.sdo.frames import (
     Unknown,
 )
 from conformance.sdo.layout import Message
+from conformance.sdo.line import Line
 
 VECTORS = {name: vector for name, vector in load().items() if vector.uses_block_transfer}
 # Exchanges that carry data to the end, and the data of their last block transfer.
@@ -51,9 +51,9 @@ WITHOUT_CRC = {"V04", "V23", "V24", "V25", "V70", "V87"}
 
 
 def read(vector: Vector) -> list[Request | Response]:
-    decoder = Decoder()
+    line = Line()
     return [
-        decoder.request(step.frame) if step.direction == "request" else decoder.response(step.frame)
+        line.request(step.frame) if step.direction == "request" else line.response(step.frame)
         for step in vector.steps
     ]
 

@@ -6,11 +6,12 @@ from hypothesis import strategies as st
 from support.sdo_strategies import FRAMES, REQUESTS, RESPONSES, UNHURRIED
 
 from conformance.sdo.decoding import decode_request, decode_response
-from conformance.sdo.describe import Decoder, describe, hex_bytes, in_words
+from conformance.sdo.describe import describe, hex_bytes, in_words
 from conformance.sdo.frames import (
     Unknown,
 )
 from conformance.sdo.layout import Message
+from conformance.sdo.line import Line
 
 ODD_REQUESTS = [
     ("E0 00 10 00 00 00 00 00", "command specifier E0h, which is not defined"),
@@ -80,9 +81,9 @@ def test_one_line_that_names_reserved_fields(message: Message) -> None:
 @UNHURRIED
 @given(st.lists(st.tuples(st.booleans(), st.one_of(FRAMES, st.binary(max_size=8)))))
 def test_any_conversation_can_be_read(conversation: list[tuple[bool, bytes]]) -> None:
-    decoder = Decoder()
+    line = Line()
     for from_client, frame in conversation:
-        message = decoder.request(frame) if from_client else decoder.response(frame)
+        message = line.request(frame) if from_client else line.response(frame)
         assert message.encode() == frame
         assert describe(message)
         assert isinstance(message, Unknown) or len(frame) == 8

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import Request, Response
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.line import Line
 
 PATH = Path(__file__).with_name("vectors.json")
 
@@ -47,10 +48,10 @@ class Vector:
 
     def decoded(self) -> list[str]:
         """Return each frame in words, with an arrow for its direction."""
-        decoder = Decoder()
+        line = Line()
         read: dict[str, Callable[[bytes], Request | Response]] = {
-            "request": decoder.request,
-            "response": decoder.response,
+            "request": line.request,
+            "response": line.response,
         }
         return [
             f"{step.arrow} {describe(read[step.direction](step.frame))}"

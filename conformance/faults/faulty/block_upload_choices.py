@@ -6,21 +6,17 @@ from conformance.faults.registry import Defect, fault
 from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
+    INITIATES,
     Abort,
     BlockAck,
-    BlockDownloadInitiate,
     BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
-    DownloadInitiate,
     Request,
     Response,
-    UploadInitiate,
 )
 from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.objects import Refusal
-
-INITIATES = UploadInitiate | DownloadInitiate | BlockUploadInitiate | BlockDownloadInitiate
 
 
 @fault(

@@ -10,27 +10,23 @@ from conformance.reference.server import BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import (
+    INITIATES,
     Abort,
     BlockAck,
-    BlockDownloadInitiate,
     BlockEndResponse,
     BlockSegment,
     BlockUploadInitiate,
     BlockUploadStart,
-    DownloadInitiate,
     DownloadSegment,
     DownloadSegmentResponse,
     Request,
     Response,
-    UploadInitiate,
     UploadSegment,
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import Refusal
-
-_INITIATES = (DownloadInitiate, UploadInitiate, BlockDownloadInitiate, BlockUploadInitiate)
 
 
 @fault("block-upload-ackseq-clipped", Defect.LOST_SEGMENTS, "block-upload.acknowledges-too-many")
@@ -282,7 +278,7 @@ class AnyFrameContinues(Server):
 
     def react(self, request: Request) -> list[Response]:
         transfer = self.transfer
-        if isinstance(transfer, BlockUpload) and not isinstance(request, (Abort, *_INITIATES)):
+        if isinstance(transfer, BlockUpload) and not isinstance(request, (Abort, *INITIATES)):
             return super().react(self.due(transfer, request))
         return super().react(request)
 

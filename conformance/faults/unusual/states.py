@@ -3,7 +3,7 @@
 from functools import partial
 
 from conformance.faults import registry
-from conformance.faults.addressed_objects import DOWNLOADS, INITIATES, initiated
+from conformance.faults.addressed_objects import DOWNLOADS, initiated
 from conformance.faults.registry import About
 from conformance.reference.node import Node, ServerChannel
 from conformance.reference.server import BlockDownload
@@ -29,7 +29,7 @@ class RefusesByState(Node):
         """Within a sub-block all is segments."""
         transfer = channel.server.transfer
         within = isinstance(transfer, BlockDownload) and not transfer.ended
-        mux = None if within else initiated(frame, INITIATES)
+        mux = None if within else initiated(frame)
         if mux is None or not self.refuses(frame, mux):
             return super().serve(channel, frame)
         channel.server.transfer = None

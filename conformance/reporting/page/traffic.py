@@ -11,9 +11,10 @@ from conformance.device.safety import WRITING
 from conformance.reporting.logged import CaseLines, Logged
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import LARGEST_STANDARD_ID, ChannelIds, CobId
-from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import BlockDownloadInitiate, DownloadInitiate, Request, Response
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
+from conformance.sdo.line import Line
 from conformance.sdo.nmt import ERROR_CONTROL_BASE, NMT_ID, describe_nmt
 
 # A case may have thousands of frames; the page shows the first and the last.
@@ -74,7 +75,7 @@ class Conversation:
         """Read the frames of a case, on this channel."""
         request_id = ids.request.identifier
         own = request_id, ids.response.identifier
-        decoder = Decoder()
+        line = Line()
         found, requests, responses = cls(), 0, 0
         asked: tuple[int, Request] | None = None
         for number, logged in enumerate(lines):
@@ -82,7 +83,7 @@ class Conversation:
             if data is None or len(data) != FRAME_LENGTH or identifier not in own:
                 found.messages.append(found.beside(number, logged, data))
             elif identifier == request_id:
-                request = decoder.request(data)
+                request = line.request(data)
                 found.messages.append(request)
                 if logged.sent:
                     requests += 1
@@ -90,7 +91,7 @@ class Conversation:
                     if isinstance(request, WRITING):
                         found.writes.append((number, request))
             else:
-                found.messages.append(decoder.response(data))
+                found.messages.append(line.response(data))
                 responses += 1
                 if asked is not None:
                     before, request = asked

@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from conformance.sdo.decoding import decode_request, decode_response
-from conformance.sdo.describe import ANSWERS
+from conformance.sdo.decoding import ANSWERS, decode_request, decode_response
 from conformance.sdo.frames import BlockDownloadInitiate, BlockUploadInitiate
 from conformance.sdo.oracle.answers import BLOCK_UPLOAD
 from conformance.sdo.oracle.block_download import SubBlock

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
-from conformance.sdo.decoding import decode_request, decode_response
-from conformance.sdo.describe import ANSWERS, describe
+from conformance.sdo.decoding import ANSWERS, decode_request, decode_response
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, BlockAck, BlockUploadStart
 from conformance.sdo.limits import LARGEST_BLOCK
 from conformance.sdo.oracle.answers import Refusal, violation

@@ -2,16 +2,20 @@
 
 import pytest
 
-from conformance.dialogue.tracker import TransferTracker
 from conformance.sdo.frames import (
     Abort,
+    BlockAck,
+    BlockEndResponse,
     BlockSegment,
     BlockUploadInitiateResponse,
+    DownloadSegment,
+    DownloadSegmentResponse,
     Unknown,
     UploadInitiateResponse,
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.line import Line
 
 TEXT, NAME = Multiplexer(0x2010), Multiplexer(0x1008)
 DOWNLOAD = [">21 10 20 00 0E 00 00 00", "<60 10 20 00 00 00 00 00"]
@@ -62,23 +66,23 @@ CLOSED = {
 }
 
 
-def follow(frames: list[str]) -> TransferTracker:
-    """Return a tracker that has seen the frames; > is a request and < a response."""
-    tracker = TransferTracker()
+def follow(frames: list[str]) -> Line:
+    """Return a line that has seen the frames; > is a request and < a response."""
+    line = Line()
     for frame in frames:
         data = bytes.fromhex(frame[1:])
         if frame[0] == ">":
-            tracker.request(data)
+            line.request(data)
         else:
-            tracker.response(data)
-    return tracker
+            line.response(data)
+    return line
 
 
 @pytest.mark.parametrize(("frames", "mux"), OPEN.values(), ids=OPEN)
 def test_open(frames: list[str], mux: Multiplexer) -> None:
-    tracker = follow(frames)
-    assert tracker.open == mux
-    assert tracker.latest == mux
+    line = follow(frames)
+    assert line.open == mux
+    assert line.latest == mux
 
 
 @pytest.mark.parametrize("frames", CLOSED.values(), ids=CLOSED)
@@ -153,4 +157,98 @@ READ_SEGMENT, START, CONFIRM_END = ">60" + " 00" * 7, ">A3" + " 00" * 7, ">A1" +
 def test_a_request_that_continues_nothing_is_out_of_place(
     conversation: list[str], out_of_place: bool
 ) -> None:
-    assert bool(follow(conversation).asked) is out_of_place
+    assert follow(conversation).is_out_of_place is out_of_place
+
+
+# The data of a download
+
+
+def downloading(*segments: DownloadSegment) -> Line:
+    line = follow(DOWNLOAD)
+    for segment in segments:
+        line.request(segment.encode())
+    return line
+
+
+def segment(data: bytes, toggle: int, *, last: bool = False) -> DownloadSegment:
+    return DownloadSegment.with_data(data, toggle=toggle, last=last)
+
+
+def test_segments_in_sequence_are_in_flight() -> None:
+    line = downloading(segment(b"ABCDEFG", 0), segment(b"#######", 0), segment(b"HIJKLMN", 1))
+    assert line.in_flight == b"ABCDEFGHIJKLMN"
+
+
+@pytest.mark.parametrize("abort", [ABORT, ABORTED])
+def test_nothing_is_in_flight_behind_an_abort(abort: str) -> None:
+    line = follow([*DOWNLOAD, SEGMENT, abort, LAST, LAST_CONFIRMED])
+    assert line.in_flight == b"ABCDEFG"
+    assert line.completed is None
+
+
+def test_what_lies_behind_a_gap_is_not_in_flight() -> None:
+    line = follow(BLOCK_DOWNLOAD)
+    for number, data in ((1, b"ABCDEFG"), (3, b"#######")):
+        line.request(BlockSegment(number, data).encode())
+    assert line.unacknowledged == 2
+    line.response(BlockAck(1, 127).encode())
+    line.request(BlockSegment(1, b"HIJKLMN").encode())
+    assert line.in_flight == b"ABCDEFGHIJKLMN"
+    line.response(BlockEndResponse().encode())
+    assert line.completed == TEXT
+
+
+def test_a_download_is_completed_by_the_answer_to_its_last_segment() -> None:
+    line = downloading(segment(b"ABCDEFG", 0))
+    line.response(DownloadSegmentResponse(0).encode())
+    assert line.completed is None
+    line.request(segment(b"HIJ", 1, last=True).encode())
+    line.response(DownloadSegmentResponse(1).encode())
+    assert line.completed == TEXT
+    line.request(bytes.fromhex(UPLOAD[0][1:]))
+    line.response(bytes.fromhex(UPLOAD[1][1:]))
+    assert line.completed is None
+
+
+def test_an_expedited_download_is_completed_by_its_answer() -> None:
+    assert follow([">23 10 20 00 41 42 43 44", DOWNLOAD[1]]).completed == TEXT
+
+
+# What is owed
+
+
+@pytest.mark.parametrize(
+    ("conversation", "owed"),
+    [
+        ([], False),
+        (DOWNLOAD[:1], True),
+        (DOWNLOAD, False),
+        ([*DOWNLOAD, SEGMENT], True),
+        ([*DOWNLOAD, ABORT], False),
+        ([">E0 10 20"], True),
+        (END, False),
+        ([*END, CONFIRM_END], False),
+        ([CONFIRM_END], True),  # out of place: it confirms nothing
+    ],
+)
+def test_an_answer_is_owed_to_all_that_ends_no_transfer(
+    conversation: list[str], owed: bool
+) -> None:
+    assert follow(conversation).owed is owed
+
+
+@pytest.mark.parametrize(
+    ("conversation", "abandoned"),
+    [
+        (BLOCK_DOWNLOAD, False),
+        ([*BLOCK_DOWNLOAD, ABORT], True),
+        ([*BLOCK_DOWNLOAD, ABORT, *UPLOAD[:1]], True),
+        ([*BLOCK_DOWNLOAD, ABORT, *UPLOAD], False),
+        ([*DOWNLOAD, ABORT], False),
+        ([*BLOCK_UPLOAD, ABORT], False),
+    ],
+)
+def test_a_block_download_is_abandoned_until_the_server_says_anything(
+    conversation: list[str], abandoned: bool
+) -> None:
+    assert follow(conversation).is_abandoned is abandoned

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from support.sdo_strategies import REQUESTS, RESPONSES, SEGMENTS, UNHURRIED
 from support.sdo_vectors import load
 
-from conformance.sdo.describe import Decoder, describe
+from conformance.sdo.describe import describe
 from conformance.sdo.frames import (
     Abort,
     BlockEnd,
@@ -17,6 +17,7 @@ from conformance.sdo.frames import (
     UploadSegmentResponse,
 )
 from conformance.sdo.layout import Message
+from conformance.sdo.line import Line
 
 VECTORS = load()
 SNAPSHOTS = {
@@ -157,34 +158,34 @@ def bytes_of(text: str) -> bytes:
     return bytes.fromhex(text)
 
 
-def in_block_download() -> Decoder:
-    decoder = Decoder()
-    decoder.request(bytes_of("C6 00 20 00 0E 00 00 00"))
-    decoder.response(bytes_of("A4 00 20 00 7F 00 00 00"))
-    return decoder
+def in_block_download() -> Line:
+    follower = Line()
+    follower.request(bytes_of("C6 00 20 00 0E 00 00 00"))
+    follower.response(bytes_of("A4 00 20 00 7F 00 00 00"))
+    return follower
 
 
-def in_block_upload() -> Decoder:
-    decoder = Decoder()
-    decoder.request(bytes_of("A4 08 10 00 7F 00 00 00"))
-    decoder.response(bytes_of("C6 08 10 00 0E 00 00 00"))
-    decoder.request(bytes_of("A3 00 00 00 00 00 00 00"))
-    return decoder
+def in_block_upload() -> Line:
+    follower = Line()
+    follower.request(bytes_of("A4 08 10 00 7F 00 00 00"))
+    follower.response(bytes_of("C6 08 10 00 0E 00 00 00"))
+    follower.request(bytes_of("A3 00 00 00 00 00 00 00"))
+    return follower
 
 
 @UNHURRIED
 @given(st.one_of(*REQUESTS.values(), *RESPONSES.values(), *SEGMENTS.values()))
 def test_what_was_built_is_what_its_bytes_are_read_as(built: Message) -> None:
     data = built.encode()
-    for begun in (Decoder, in_block_download):
+    for begun in (Line, in_block_download):
         read, taken = begun(), begun()
         assert taken.request(data, built) == read.request(data)
         assert vars(taken) == vars(read)
 
 
 def test_within_a_sub_block_40h_is_segment_64() -> None:
-    decoder = in_block_download()
-    assert decoder.request(bytes_of("40 00 10 00 00 00 00 00")) == BlockSegment(
+    follower = in_block_download()
+    assert follower.request(bytes_of("40 00 10 00 00 00 00 00")) == BlockSegment(
         64, bytes_of("00 10 00 00 00 00 00")
     )
 
@@ -194,31 +195,31 @@ def test_an_abort_of_either_side_ends_a_sub_block(abort: str) -> None:
     downloading, uploading = in_block_download(), in_block_upload()
     assert isinstance(downloading.request(bytes_of(abort)), Abort)
     assert isinstance(uploading.response(bytes_of(abort)), Abort)
-    for decoder in (downloading, uploading):
-        assert isinstance(decoder.request(bytes_of("40 00 10 00 00 00 00 00")), UploadInitiate)
-        response = decoder.response(bytes_of("43 00 10 00 91 01 0F 00"))
+    for follower in (downloading, uploading):
+        assert isinstance(follower.request(bytes_of("40 00 10 00 00 00 00 00")), UploadInitiate)
+        response = follower.response(bytes_of("43 00 10 00 91 01 0F 00"))
         assert isinstance(response, UploadInitiateResponse)
 
 
 def test_segments_continue_until_the_last_is_acknowledged() -> None:
-    decoder = in_block_upload()
-    decoder.response(bytes_of("01 30 31 32 33 34 35 36"))
-    decoder.response(bytes_of("82 37 38 39 3A 3B 3C 3D"))
-    decoder.request(bytes_of("A2 01 7F 00 00 00 00 00"))
-    repeated = decoder.response(bytes_of("81 37 38 39 3A 3B 3C 3D"))
+    follower = in_block_upload()
+    follower.response(bytes_of("01 30 31 32 33 34 35 36"))
+    follower.response(bytes_of("82 37 38 39 3A 3B 3C 3D"))
+    follower.request(bytes_of("A2 01 7F 00 00 00 00 00"))
+    repeated = follower.response(bytes_of("81 37 38 39 3A 3B 3C 3D"))
     assert repeated == BlockSegment(1, b"789:;<=", last=True)
-    decoder.request(bytes_of("A2 01 7F 00 00 00 00 00"))
-    assert isinstance(decoder.response(bytes_of("C1 D2 A8 00 00 00 00 00")), BlockEnd)
+    follower.request(bytes_of("A2 01 7F 00 00 00 00 00"))
+    assert isinstance(follower.response(bytes_of("C1 D2 A8 00 00 00 00 00")), BlockEnd)
 
 
 def test_an_acknowledgement_outside_a_block_transfer_starts_none() -> None:
     """A faulty server or a probing client sends A2h; what follows is no segment."""
-    decoder = Decoder()
-    decoder.response(bytes_of("A2 00 7F 00 00 00 00 00"))
-    assert isinstance(decoder.request(bytes_of("40 00 10 00 00 00 00 00")), UploadInitiate)
-    decoder = Decoder()
-    decoder.request(bytes_of("A2 00 7F 00 00 00 00 00"))
-    stray = decoder.response(bytes_of("20 00 00 00 00 00 00 00"))
+    follower = Line()
+    follower.response(bytes_of("A2 00 7F 00 00 00 00 00"))
+    assert isinstance(follower.request(bytes_of("40 00 10 00 00 00 00 00")), UploadInitiate)
+    follower = Line()
+    follower.request(bytes_of("A2 00 7F 00 00 00 00 00"))
+    stray = follower.response(bytes_of("20 00 00 00 00 00 00 00"))
     assert stray == DownloadSegmentResponse(toggle=0)
 
 
@@ -246,9 +247,9 @@ def test_segments_come_unasked_where_a_block_upload_may_be_running(
     conversation: list[str], frame: str, sequence: int
 ) -> None:
     """81h is segment 1 there, marked as the last, unless object and code of an abort follow."""
-    decoder = following(conversation)
+    follower = following(conversation)
     data = bytes(int(each, 16) for each in frame[1:].split())
-    message = decoder.response(data)
+    message = follower.response(data)
     assert isinstance(message, BlockSegment)
     assert message.sequence == sequence
 
@@ -274,16 +275,16 @@ def test_segments_come_unasked_where_a_block_upload_may_be_running(
 )
 def test_what_is_no_segment_though(conversation: list[str], frame: str, kind: type) -> None:
     data = bytes(int(each, 16) for each in frame.split())
-    decoder = following(conversation)
-    assert isinstance(decoder.response(data), kind)
+    follower = following(conversation)
+    assert isinstance(follower.response(data), kind)
 
 
-def following(conversation: list[str]) -> Decoder:
-    decoder = Decoder()
+def following(conversation: list[str]) -> Line:
+    follower = Line()
     for line in conversation:
-        read = decoder.request if line[0] == ">" else decoder.response
+        read = follower.request if line[0] == ">" else follower.response
         read(bytes.fromhex(line[1:]))
-    return decoder
+    return follower
 
 
 DOWNLOAD = "> C6 10 20 00 07 \n < A4 10 20 00 7F \n > 81 00 00 00 00 30 09 06"
@@ -310,10 +311,10 @@ UPLOAD = "> A4 10 20 00 7F \n < C6 10 20 00 07 \n > A3 \n < 81 00 00 00 00 30 09
     ],
 )  # fmt: skip
 def test_what_follows_the_last_segment_is_read_by_the_state(conversation: str, words: str) -> None:
-    decoder = Decoder()
+    follower = Line()
     message = None
     for line in map(str.strip, conversation.split("\n")):
         frame = bytes.fromhex(line[1:]).ljust(8, b"\0")
-        message = decoder.request(frame) if line[0] == ">" else decoder.response(frame)
+        message = follower.request(frame) if line[0] == ">" else follower.response(frame)
     assert message is not None
     assert describe(message) == words
