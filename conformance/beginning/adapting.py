@@ -6,9 +6,9 @@ from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
 from conformance.sdo.limits import SEGMENT_LENGTH
 
-# Two lengths in bytes: what keeps the first bytes of either as many is a buffer.
-LONG, LONGER = 50, 64
-WAYS = ((LONG, False), (LONGER, False), (LONGER, True))
+# Two lengths in bytes: an object that keeps as many of either is a buffer.
+BUFFER, LARGER = 50, 64
+WAYS = ((BUFFER, False), (LARGER, False), (LARGER, True))
 
 
 def find_cut(sdo: Dialogue, known: KnownObject) -> None:
@@ -18,14 +18,14 @@ def find_cut(sdo: Dialogue, known: KnownObject) -> None:
     the other; one that loses the end of a value keeps more of a longer one.
     """
     lengths = sdo.device.learned.lengths[known.mux]
-    if known.habits.keeps_tails or lengths.most is not None or lengths.least > LONG:
+    if known.habits.keeps_tails or lengths.most is not None or lengths.least > BUFFER:
         return  # of the first, the end of what is written here would stay
     kept = {_kept(sdo, known, size, in_blocks=in_blocks) for size, in_blocks in WAYS}
     kept.discard(None)
     if len(kept) != 1:
         return
     (cut,) = kept
-    if cut is not None and SEGMENT_LENGTH < cut < LONG:
+    if cut is not None and SEGMENT_LENGTH < cut < BUFFER:
         sdo.device.learn(known, replace(known.habits, cut=cut))
         lengths.most = cut
 

@@ -9,13 +9,12 @@ from conformance.beginning.plain_reads import end_read
 from conformance.bus.channel import MOST_TALK, Channel
 from conformance.bus.errors import TwoDevices
 from conformance.device.device import DEVICE_TYPE, IDENTITY_COUNT, IDENTITY_NAMES, TEXTS, Device
+from conformance.device.effort import READS_ONE_BEHIND
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import UploadInitiate, UploadInitiateResponse
 from conformance.sdo.layout import Multiplexer
 
-# So many reads in a row show that each answer belongs to the one before.
-FEW = 4
 # Seconds within which a second answer follows the first: another device may be slower.
 SECOND = 0.1
 ASKED = (
@@ -55,7 +54,7 @@ def examine(channel: Channel, device: Device) -> None:
     for mux in ASKED:
         frames = list(_answers(channel, mux))
         answers.append(frames)
-        if len(answers) == FEW and _are_behind(answers, device.baseline[0][1]):
+        if len(answers) == READS_ONE_BEHIND and _are_behind(answers, device.baseline[0][1]):
             device.learned.is_behind = True
             return
         if not frames:

@@ -36,8 +36,10 @@ OBJECTS_IN_HASTE = 100
 FURTHER_REQUESTS_IN_HASTE = 200
 # Objects that are read in each NMT state to see in which they are served.
 OBJECTS_PER_STATE = 3
-# Strings and domains that a random conversation writes to.
-TEXTS_PER_CONVERSATION = 8
+# Strings and domains that a random conversation writes to, and the most bytes that it writes: long
+# transfers are most of the cost of a conversation.
+TEXTS_OF_CONVERSATION = 8
+LONGEST_OF_CONVERSATION = 200
 # Indices beside those that are listed.
 INDICES_BESIDE = 24
 
@@ -72,6 +74,12 @@ READS_OF_MEASURED = 4
 READS_OF_CHANGING = 10
 # Losses of the device by cases of one kind, or before the first case: then it is tried no more.
 LOSSES = 2
+# Starts of a program that is to bring a device back.
+TRIES_OF_PROGRAM = 3
+# Reads in a row without a right answer that end a search for objects: each may cost a time-out.
+READS_WITHOUT_ANSWER = 3
+# Reads in a row that show that each is answered one request later.
+READS_ONE_BEHIND = 4
 # How often the values are looked at behind the last case, as long as some are not as before.
 AUDITS = 3
 

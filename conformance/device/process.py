@@ -17,12 +17,12 @@ from typing import Self
 from conformance.bus.errors import ProcessFailed
 from conformance.device import programs
 from conformance.device.bounded_log import BoundedLog
+from conformance.device.effort import TRIES_OF_PROGRAM
 from conformance.sdo.printable_text import inert
 
 # How long things may take, in seconds: to recover a device, to start one.
 RECOVER_LIMIT = 60.0
 START_LIMIT = 30.0
-MOST_ATTEMPTS = 3
 TAIL_LINES = 20
 _TAIL_BYTES = 8192
 NODE_ID = "{node_id}"
@@ -40,7 +40,7 @@ class ProcessSettings:
 
     command: list[str] = field(default_factory=list)
     recover: list[str] | None = None
-    attempts: int = MOST_ATTEMPTS
+    attempts: int = TRIES_OF_PROGRAM
     start_limit: float = START_LIMIT
     folder: Path | None = None
     recover_folder: Path | None = None

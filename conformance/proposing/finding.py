@@ -4,14 +4,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 from conformance.beginning.discovery import Reading
+from conformance.device.effort import READS_WITHOUT_ANSWER
 from conformance.dialogue.transfers import EXISTS
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
 
-# So many reads in a row without a right answer end the search: each may cost a time-out.
-MOST_UNANSWERED = 3
 LAST_SUB_INDEX = 0xFE
 # Takes the index that is read next.
 Progress = Callable[[int], None]
@@ -54,14 +53,14 @@ class Search:
             progress(index)
             if self._is_there(Multiplexer(index)):
                 self._read_sub_indices(index)
-            if self._unanswered >= MOST_UNANSWERED:
+            if self._unanswered >= READS_WITHOUT_ANSWER:
                 self.found.ended = (
-                    f"the search ended at {index:04X}h: {MOST_UNANSWERED} reads in a row were not "
-                    "answered as they have to be"
+                    f"the search ended at {index:04X}h: {READS_WITHOUT_ANSWER} reads in a row were "
+                    "not answered as they have to be"
                 )
                 break
         for mux, value in self.found.values.items():
-            if self._unanswered < MOST_UNANSWERED and self._read(mux) != value:
+            if self._unanswered < READS_WITHOUT_ANSWER and self._read(mux) != value:
                 self.found.moving.add(mux)
         return self.found
 

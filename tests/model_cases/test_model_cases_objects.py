@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from support.run_bench import NODE_ID, Recording, discovered
 
-from conformance.device.effort import TEXTS_PER_CONVERSATION
+from conformance.device.effort import TEXTS_OF_CONVERSATION
 from conformance.device.known_objects import KnownObject
 from conformance.device.protected_objects import NMT
 from conformance.device.safety import WritePolicy
@@ -18,14 +18,14 @@ def test_of_very_many_strings_some_are_enough() -> None:
     """Each conversation begins with a value in each of them."""
     texts = [
         KnownObject(Multiplexer(0x3000 + n), DataType.VISIBLE_STRING)
-        for n in range(2 * TEXTS_PER_CONVERSATION)
+        for n in range(2 * TEXTS_OF_CONVERSATION)
     ]
     entries = reference_entries(NODE_ID)
     entries |= {known.mux: Entry(b"text", DataType.VISIBLE_STRING) for known in texts}
     server = Recording(entries)
     with discovered(server, objects=[*REFERENCE_OBJECTS, *texts]) as bench:
         objects = survey(bench.dialogue())
-    assert len(objects.rooms) == TEXTS_PER_CONVERSATION
+    assert len(objects.rooms) == TEXTS_OF_CONVERSATION
     written = {mux for mux, _ in server.writes}
     assert written == objects.rooms.keys() == objects.first.keys()
 

@@ -14,9 +14,10 @@ from support.run_bench import (
 )
 
 from conformance.beginning.discovery import READING, Reading
+from conformance.device.effort import READS_WITHOUT_ANSWER
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.proposing.finding import MOST_UNANSWERED, Found, Search
+from conformance.proposing.finding import Found, Search
 from conformance.reference.built_in_device import reference_entries
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
@@ -93,10 +94,10 @@ def test_a_device_that_passes_over_reads_does_not_cost_hours() -> None:
     with undiscovered(node, timeout=0.05, objects=()) as bench:
         found = search(bench, range(0x2000, 0x9FFF))
     assert found.ended == (
-        f"the search ended at 2002h: {MOST_UNANSWERED} reads in a row were not answered as they "
-        "have to be"
+        f"the search ended at 2002h: {READS_WITHOUT_ANSWER} reads in a row were not answered as "
+        "they have to be"
     )
     assert found.values == {}
     asked = sum(data[:1] == b"@" and data != READ for data in node.requests)
     # Where this machine has paused, a silence is doubtful and the read is repeated.
-    assert MOST_UNANSWERED <= asked <= 2 * MOST_UNANSWERED
+    assert READS_WITHOUT_ANSWER <= asked <= 2 * READS_WITHOUT_ANSWER

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 
 from conformance.device.device import IDENTITY_COUNT, Device
-from conformance.device.effort import LONG_VALUE, TEXTS_PER_CONVERSATION
+from conformance.device.effort import LONG_VALUE, TEXTS_OF_CONVERSATION
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
@@ -138,7 +138,7 @@ def survey(sdo: Dialogue) -> DeviceObjects:
     varying = roles.all_writable(lambda known: known.varies)
     quick = [known for known in varying if not roles.is_long(known)]
     having_room = ((known.mux, room) for known in quick or varying if (room := _room(sdo, known)))
-    rooms = dict(islice(having_room, TEXTS_PER_CONVERSATION))
+    rooms = dict(islice(having_room, TEXTS_OF_CONVERSATION))
     if not rooms:
         raise NotTestable(f"needs a string or domain of {ROOMS[-1]} bytes: name one")
     targets = Targets(

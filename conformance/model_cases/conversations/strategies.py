@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from hypothesis import strategies as st
 
+from conformance.device.effort import LONGEST_OF_CONVERSATION
 from conformance.model_cases.conversations.conversation import (
     Conversation,
     Disturbance,
@@ -30,8 +31,6 @@ SINGLE_BITS = tuple(1 << bit for bit in range(8))
 # Differences that make one more, one less or a limit of a counter.
 MASKS = (TOGGLE, *SINGLE_BITS, 3, 6, 0x7F, 0x0E, 0xE0, 0xFF)
 LAST_AT = 140
-# The most bytes that are written: long transfers are most of what a conversation costs.
-LONG = 200
 UNDISTURBED: Disturbances = st.just(())
 
 
@@ -132,7 +131,11 @@ def _of_text(
 ) -> st.SearchStrategy[Transfer]:
     room = objects.rooms[mux]
     edges = [size for size in EDGE_SIZES if size <= room]
-    sizes = st.integers(0, min(room, 40)) | st.sampled_from(edges) | st.integers(0, min(room, LONG))
+    sizes = (
+        st.integers(0, min(room, 40))
+        | st.sampled_from(edges)
+        | st.integers(0, min(room, LONGEST_OF_CONVERSATION))
+    )
     return st.builds(
         Transfer,
         st.sampled_from(services),

@@ -19,14 +19,13 @@ from conformance.model_cases.ways_to_states import LONGEST
 from conformance.sdo.describe import shown
 from conformance.sdo.frames import DownloadSegment, RemoteFrame, Request
 from conformance.sdo.layout import Multiplexer
+from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import IDLE_AFTERWARDS, Violation
 from conformance.sdo.rules.short_requests import SHORT_REQUEST_RULES
 from conformance.sdo.seen import Data
 
 AnyState = State[Request | None]
-# So many bytes are read in one segment.
-SHORT = 7
 CHANGED_UNASKED = (IDLE_AFTERWARDS.id, "a value changes behind what is no download")
 CUT_SHORT = frozenset(rule.id for rule in SHORT_REQUEST_RULES)
 
@@ -91,7 +90,7 @@ def _led_into(
     lockstep = Lockstep(sdo, Oracle(knowledge, sdo.device.node_id))
     with lockstep.following():
         if not _suits(sdo.device.contents.value(known.mux), known, state, size):
-            wanted = size if state.uploads else min(size, SHORT)
+            wanted = size if state.uploads else min(size, SEGMENT_LENGTH)
             Room(sdo).store(known, sdo.payload(wanted), segmented=True)
         state.reach(sdo, known, size)
         lockstep.check()
@@ -128,7 +127,7 @@ def _suits(value: bytes | None, known: KnownObject, state: AnyState, size: int) 
     if value is None:
         return False
     if not state.uploads:
-        return len(value) <= SHORT or known.habits.filled > 0
+        return len(value) <= SEGMENT_LENGTH or known.habits.filled > 0
     return len(value) == size
 
 
