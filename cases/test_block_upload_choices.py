@@ -37,11 +37,11 @@ from conformance.sdo.frames import (
 from conformance.sdo.oracle.going_on import AT_THE_END
 from conformance.sdo.rules import ANSWERED, SPECIFIER, Violation
 from conformance.sdo.rules.block_upload import ACKNOWLEDGEMENT_RESERVED_BITS
+from conformance.sdo.rules.defects import FOREIGN_SERVED
 from conformance.sdo.rules.upload_initiates import THRESHOLD_WITHOUT_BLOCK_SIZE
 from conformance.sdo.seen import Data, Received, said
 
 INITIATE = "7.2.4.3.13"
-SERVED = ("block-upload.foreign", "served")
 STATES: dict[str, State[Request]] = by_name(
     BLOCK_UPLOAD_INITIATED, BLOCK_UPLOAD_BETWEEN, BLOCK_UPLOAD_END
 )
@@ -141,9 +141,9 @@ def whatever_comes(state: State[Request]) -> Iterator[None]:
         yield
     except Violation as breach:
         if breach.rule is SPECIFIER and state is not BLOCK_UPLOAD_END:
-            breach.habit = SERVED
+            breach.told_as = FOREIGN_SERVED
         if breach.rule is ANSWERED and state is BLOCK_UPLOAD_END:
-            breach.asked = AT_THE_END
+            breach.asked_as = AT_THE_END
         raise
 
 

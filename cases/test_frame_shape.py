@@ -206,7 +206,7 @@ def test_short_block_segment(
         for answer in sdo.fence():
             if isinstance(answer, BlockEndResponse):
                 served = sdo.breach("an abort of the end, or no answer", Received(answer))
-                served.request = end
+                served.asked = end
                 raise served
 
 

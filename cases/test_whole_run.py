@@ -1,15 +1,18 @@
 """What all cases of a run saw on the way, judged at its end."""
 
 from conformance.device.device import Device
-from conformance.dialogue.causes import NOT_ZERO
+from conformance.dialogue.cause_of import NOT_ZERO
 from conformance.dialogue.dialogue import Dialogue
 from conformance.run.case import must, should
 from conformance.run.session import Incident, WholeRun
-from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED
+from conformance.sdo.kinds import Kind
+from conformance.sdo.rules import FILLER, MULTIPLEXER, RESERVED, Cause
 from conformance.sdo.seen import said
 
+BEHIND_THEIR_CASES = Kind("answers behind their cases")
 
-def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -> None:
+
+def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: Kind) -> None:
     """Fail with the first of the incidents and their number; ``cause`` is what they all are."""
     if incidents:
         first = incidents[0]
@@ -19,7 +22,7 @@ def judge(sdo: Dialogue, incidents: list[Incident], expected: str, cause: str) -
                 f"; the first ({first.case_id}): {first.violation.actual}"
             ),
         )
-        found.habit = (first.violation.rule.id, cause)
+        found.told_as = Cause(first.violation.rule.id, *cause)
         raise found
 
 
@@ -40,7 +43,7 @@ def test_filler(sdo: Dialogue, whole_run: WholeRun) -> None:
 @must("run.no-late-response", "response.unsolicited")
 def test_no_late_response(sdo: Dialogue, whole_run: WholeRun) -> None:
     """No response came after its case was over."""
-    judge(sdo, whole_run.late, "no response between the cases", "answers behind their cases")
+    judge(sdo, whole_run.late, "no response between the cases", BEHIND_THEIR_CASES)
 
 
 @must("run.outside-the-cases", "response.unsolicited")

@@ -25,7 +25,7 @@ from conformance.device.object_roles import Roles
 from conformance.device.serving import BY_STATE, Service
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.case_record import CaseRecord
-from conformance.dialogue.causes import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND, Cause, Causes
+from conformance.dialogue.causes import Causes
 from conformance.dialogue.changing import may_change, take_as_changing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.payload import PRINTABLE_OBJECTS
@@ -47,7 +47,8 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
-from conformance.sdo.seen import NoAnswer, Received
+from conformance.sdo.rules.defects import ANSWERS_TWICE, FIRST_TWICE, IS_BEHIND
+from conformance.sdo.seen import NoAnswer, Received, abort_in
 
 # Reserved (CiA 301, 7.4.1).
 NEVER_THERE = Multiplexer(0x0F00)
@@ -126,7 +127,7 @@ class Reading:
         gone = Violation(
             IDLE_AFTERWARDS, expected="an answer to a read of 1000h", actual=NoAnswer("nothing")
         )
-        gone.request = asked
+        gone.asked = asked
         sdo.note(gone)
         return True
 
@@ -159,7 +160,7 @@ def discover(
     if again is not None and at_once:
         _note_first_twice(reading, again)
     if device.learned.is_behind:
-        record.causes.of_one = Cause(*IS_BEHIND)
+        record.causes.of_one = IS_BEHIND
     named = set(device.known)
     _read_listed(reading, progress)
     look_where_it_reads(reading.sdo, partial(_learn, reading))
@@ -179,7 +180,7 @@ def discover(
     ):
         examine(channel, device)
     if device.learned.answers_twice:
-        record.causes.of_one = Cause(*ANSWERS_TWICE)
+        record.causes.of_one = ANSWERS_TWICE
     _find_changing(reading)
     keep_aside(reading.sdo)
 
@@ -279,8 +280,9 @@ def _note_first_twice(reading: Reading, again: CanFrame) -> None:
         UNSOLICITED,
         expected=f"one answer to: {describe(request)}",
         actual=Received(decode_response(again.data), remark=", twice"),
+        asked=request,
+        told_as=FIRST_TWICE,
     )
-    found.request, found.habit = request, FIRST_TWICE
     reading.sdo.note(found)
 
 
@@ -301,7 +303,7 @@ def _learn(reading: Reading, known: KnownObject) -> bool:
         unread[known.mux] = Unread(Reason.BREACH, str(error))
         learn_refusal(reading.sdo, known.mux)
         early = reading.sdo.record.early.met is not None
-        error.request = error.request or reading.sdo.wire.last_sent
+        error.asked = error.asked or reading.sdo.wire.last_sent
         wrong = not early and (error.rule is not NOT_REFUSED or _goes_astray(error))
         losses = reading.losses
         if reading.recover() and wrong and reading.losses == losses:
@@ -325,5 +327,5 @@ def _goes_astray(error: Violation) -> bool:
 
     It may end an upload for reasons of its own, with other codes.
     """
-    segment = isinstance(error.request, UploadSegment)
-    return segment and any(f"{code:08X}h" in error.actual for code in ASTRAY)
+    abort = abort_in(error.seen)
+    return isinstance(error.asked, UploadSegment) and abort is not None and abort.code in ASTRAY

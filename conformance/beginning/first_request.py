@@ -7,11 +7,11 @@ from conformance.beginning.revival import Revival
 from conformance.beginning.survey import FIRST_SEEN
 from conformance.bus.channel import Channel
 from conformance.device.device import DEVICE_TYPE
-from conformance.dialogue.causes import Cause, Causes, kind_of_answer
+from conformance.dialogue.causes import Causes
 from conformance.sdo.decoding import decode_response
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, UploadInitiate, UploadInitiateResponse
-from conformance.sdo.rules import FIRST_REQUEST, Violation
+from conformance.sdo.rules import FIRST_REQUEST, Cause, Violation
 from conformance.sdo.seen import NoAnswer, Received, Seen
 
 # Seconds within which further responses to it come.
@@ -40,9 +40,7 @@ def ask_first(channel: Channel) -> Violation | None:
     if channel.receive() is None:
         return None
     expected = f"an answer to the first request: {describe(request)}"
-    found = Violation(FIRST_REQUEST, expected=expected, actual=wrong)
-    found.request = request
-    return found
+    return Violation(FIRST_REQUEST, expected=expected, actual=wrong, asked=request)
 
 
 class FirstRequest:
@@ -59,7 +57,7 @@ class FirstRequest:
         """Add what was wrong to the causes, or to the doubts: no case has failed for it."""
         if self._found is None:
             return
-        cause = Cause(FIRST_REQUEST.id, kind_of_answer(self._found.actual))
+        cause = Cause(FIRST_REQUEST.id, *self._found.seen.kind)
         if self._again is None:
             doubt("before the first case", str(cause))
         else:

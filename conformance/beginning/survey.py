@@ -19,7 +19,6 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.object_roles import Roles
 from conformance.dialogue.blocks import Blocks
-from conformance.dialogue.causes import EXPEDITED_NOT_STORED, NUMBER_NOT_STORED
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.rule_families import INCIDENTAL
@@ -49,6 +48,7 @@ from conformance.sdo.layout import Message, Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH, LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.objects import DataType, Habits
 from conformance.sdo.rules import Level, Rule, Violation
+from conformance.sdo.rules.defects import EXPEDITED_NOT_STORED, NUMBER_NOT_STORED
 
 SURVEY = Rule("run.habits", "", Level.MAY, "What a device does whatever it is asked.")
 GONE = "it does not answer any more, not even a read of 1000h after an abort"
@@ -290,8 +290,8 @@ def _find_unstored_number(sdo: Dialogue) -> None:
             raise
         return
     if expedited is False and segmented is not None:
-        habit = EXPEDITED_NOT_STORED if segmented else NUMBER_NOT_STORED
-        sdo.note(not_stored(known, _changed(sdo, known), habit))
+        unstored = EXPEDITED_NOT_STORED if segmented else NUMBER_NOT_STORED
+        sdo.note(not_stored(known, _changed(sdo, known), unstored))
 
 
 def _changed(sdo: Dialogue, known: KnownObject) -> bytes:

@@ -163,7 +163,7 @@ class Blocks:
         if abort.code in NOT_THERE and not served:
             return Unimplemented(refusal.words)
         refused = Violation(NOT_REFUSED, expected="a block transfer to be served", actual=refusal)
-        refused.request = request
+        refused.asked = request
         return refused
 
     def send_segments(self, chunks: Sequence[bytes], *, first: int = 1, last: bool = False) -> None:

@@ -3,15 +3,16 @@
 from collections import Counter
 from dataclasses import dataclass, field
 
-from conformance.dialogue.causes import BEHIND_LAST, NOT_STORED, Cause, Causes
+from conformance.dialogue.causes import Causes
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.server_aborts import EarlyAborts
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.frames import Request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
-from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.rules import Cause, Rule, Violation
 from conformance.sdo.rules.block_upload import ENDS
+from conformance.sdo.rules.defects import BEHIND_LAST, NOT_STORED
 from conformance.sdo.seen import Seen
 
 MOST_NOTED = 100
@@ -50,7 +51,7 @@ class CaseRecord:
         """
         self._noted[violation.rule.id] += 1
         if self._noted[violation.rule.id] <= MOST_NOTED:
-            violation.request = violation.request or asked
+            violation.asked = violation.asked or asked
             self.minor.append(violation)
 
     def waited(self) -> None:
@@ -67,7 +68,7 @@ class CaseRecord:
 
     def cause_of(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach: it followed its own request, or the one ``asked`` last."""
-        return self.causes.of(violation, violation.rule, violation.request or asked)
+        return self.causes.of(violation, violation.rule, violation.asked or asked)
 
     def explains(self) -> Cause | None:
         """Return the cause of whatever ends the case, where that was met before.
@@ -76,14 +77,14 @@ class CaseRecord:
         for. A segment behind the last one stands for the answers to all that is asked then.
         """
         if self.written and self.causes.nothing_is_stored:
-            return Cause(*NOT_STORED)
+            return NOT_STORED
         return BEHIND_LAST if any(found.rule is ENDS for found in self.minor) else None
 
     def is_known(self, error: BaseException | None, asked: Request) -> bool:
         """Say whether a breach has a cause that was met before, by whatever rule it was told."""
         if not isinstance(error, Violation):
             return False
-        request = error.request or asked
+        request = error.asked or asked
         cause = self.causes.told_as(
             self.cause_of(error, asked), request, self.rule.id, generated=False
         )

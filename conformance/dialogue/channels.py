@@ -24,7 +24,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType
 from conformance.sdo.rules import IDLE_AFTERWARDS, NOT_REFUSED, Violation
-from conformance.sdo.rules.channels import INDEPENDENT
+from conformance.sdo.rules.defects import DISTURBED
 from conformance.sdo.seen import Received, Said
 from conformance.sdo.stepping import Ended, advance
 
@@ -42,7 +42,6 @@ TEST_CHANNELS = (
     ChannelIds(CobId(0x681), CobId(0x6A1)),
     ChannelIds(CobId(0x682), CobId(0x6A2)),
 )
-DISTURBED = (INDEPENDENT.id, "a transfer on one channel disturbs that on another")
 LONG_CHANNEL = ChannelIds(CobId(0x18FF_0681, True), CobId(0x18FF_06A1, True))
 
 Running = tuple[Dialogue, Generator[Step, Response, object]]
@@ -274,11 +273,11 @@ class Channels:
                 yield other
             except ServerAborted as aborted:
                 found = self._sdo.breach("both transfers served", Received(aborted.abort))
-                found.habit = DISTURBED
+                found.told_as = DISTURBED
                 raise found from aborted
             except Violation as found:
                 if not self._sdo.record.is_known(found, self._sdo.wire.last_sent):
-                    found.habit = DISTURBED
+                    found.told_as = DISTURBED
                 raise
 
 
@@ -294,7 +293,7 @@ def interleave(*running: Running) -> list[object]:
         for sdo, _ in running:
             # What it owes on this channel would be a stray answer to whatever comes next.
             with suppress(Violation, ServerAborted):
-                violation.request = violation.request or sdo.wire.last_sent
+                violation.asked = violation.asked or sdo.wire.last_sent
                 sdo.end_transfer()
                 sdo.fence()
         raise

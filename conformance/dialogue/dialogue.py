@@ -9,7 +9,6 @@ from contextlib import contextmanager
 
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue import held_values
-from conformance.dialogue.causes import kind_of_answer
 from conformance.dialogue.transfers import Target, Transfers, mux_of
 from conformance.dialogue.values import same_value, segments_of
 from conformance.sdo.abort_codes import AbortCode, describe_code
@@ -35,11 +34,10 @@ from conformance.sdo.rules import (
     Violation,
     accepted,
 )
+from conformance.sdo.rules.defects import GOES_ON, OLD_GOES_ON
 from conformance.sdo.rules.timing import SERVER_TIME_OUT
-from conformance.sdo.seen import Data, NoAnswer, Received, said
+from conformance.sdo.seen import Data, NoAnswer, Received, abort_in, said
 
-GOES_ON = ("server.nothing-afterwards", "a transfer goes on that the server has aborted")
-OLD_GOES_ON = (RESTART.id, "the transfer that was running goes on")
 # How often a server may acknowledge a sub-block that does not go on, before it gives up.
 MOST_ACKNOWLEDGEMENTS = 4
 # The part of the declared time during which a server may certainly not give up.
@@ -214,12 +212,13 @@ class Dialogue(Transfers):
             yield
         except ServerAborted as refused:
             seen = Received(refused.abort)
-            breach = Violation(NOT_REFUSED, expected="the new transfer to be served", actual=seen)
-            breach.habit = OLD_GOES_ON
-            raise breach from None
+            expected = "the new transfer to be served"
+            raise Violation(
+                NOT_REFUSED, expected=expected, actual=seen, told_as=OLD_GOES_ON
+            ) from None
         except Violation as breach:
-            if breach.habit is None and not self.record.is_known(breach, self.wire.last_sent):
-                breach.habit = OLD_GOES_ON
+            if breach.told_as is None and not self.record.is_known(breach, self.wire.last_sent):
+                breach.told_as = OLD_GOES_ON
             raise
 
     def expect_dead(self, request: Request) -> None:
@@ -238,8 +237,8 @@ class Dialogue(Transfers):
         except Violation as breach:
             # Several answers are none that was asked for: the segments of a sub-block, say.
             told = breach.rule is self.record.rule or breach.rule is UNSOLICITED
-            if aborted and told and not kind_of_answer(breach.actual).startswith("abort"):
-                breach.habit = GOES_ON
+            if aborted and told and abort_in(breach.seen) is None:
+                breach.told_as = GOES_ON
             raise
 
     def expect_refusals(self) -> None:
@@ -247,7 +246,7 @@ class Dialogue(Transfers):
         for answer in self.fence():
             if not isinstance(answer, Abort):
                 breach = self.breach("an abort of each segment at the most", Received(answer))
-                breach.habit = GOES_ON
+                breach.told_as = GOES_ON
                 raise breach
             self.checks.abort(answer, None)
 

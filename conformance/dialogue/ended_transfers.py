@@ -21,7 +21,7 @@ def look_for_abort(wire: Wire, data: bytes) -> None:
     if leaves_unasked(wire, within_burst=not is_abort(data)):
         seen = Received(wire.receive())
         found = Violation(NOT_REFUSED, expected="the transfer to go on", actual=seen)
-        found.request = wire.last_sent
+        found.asked = wire.last_sent
         raise found
 
 

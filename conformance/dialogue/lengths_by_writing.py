@@ -77,7 +77,7 @@ class Room:
                 expected=f"a download of {len(data)} bytes to {known}, as another way",
                 actual=Received(abort),
             )
-            refused.request = asked
+            refused.asked = asked
             if exactly:
                 raise refused
             self._store_by_any_way(known, data, refused)
@@ -89,7 +89,7 @@ class Room:
         raise self.refused(known, len(data), abort)
 
     def _store_by_any_way(self, known: KnownObject, data: bytes, refused: Violation) -> None:
-        refused.request = refused.request or self._sdo.wire.last_sent
+        refused.asked = refused.asked or self._sdo.wire.last_sent
         self._sdo.note(refused)
         if not self._trials.write_otherwise(known, data, WAYS):
             self._trials.learn_that_nothing_is_taken(known, data, refused)
@@ -158,7 +158,7 @@ class Room:
         try:
             yield
         except Violation as broken:
-            broken.request = broken.request or self._sdo.wire.last_sent
+            broken.asked = broken.asked or self._sdo.wire.last_sent
             self._sdo.silence.recover()
             self.need(known, size)
             raise
@@ -211,7 +211,7 @@ class Room:
         """Tell a wrong code of a refusal that is right; the length is known from then on."""
         due = f"a refusal of {size} bytes by {known} with {describe_code(TOO_LONG.codes[0])}"
         wrong = Violation(TOO_LONG, expected=due, actual=Received(abort))
-        wrong.request = self._sdo.wire.last_sent
+        wrong.asked = self._sdo.wire.last_sent
         self._sdo.note(wrong)
 
     def object_beyond(self, size: int) -> tuple[KnownObject, bytes]:

@@ -32,5 +32,5 @@ class Served:
                 expected=f"an answer to: {describe(asked)}",
                 actual=Received(error.abort),
             )
-            refused.request = asked
+            refused.asked = asked
             raise refused from error

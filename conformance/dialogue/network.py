@@ -12,7 +12,6 @@ from conformance.bus.deadline import Deadline
 from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.device.serving import STATE_NAMES, Service
-from conformance.dialogue.causes import BOOTED_AS_HEARTBEAT
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.own_values import write_all_as_before
 from conformance.dialogue.parameters import Parameters
@@ -30,6 +29,7 @@ from conformance.sdo.nmt import (
 )
 from conformance.sdo.rules import Violation
 from conformance.sdo.rules.channels import NMT_INITIALISING
+from conformance.sdo.rules.defects import BOOTED_AS_HEARTBEAT, NO_HEARTBEATS
 from conformance.sdo.seen import NoAnswer, Said
 
 # What leads to each state in which a device serves.
@@ -37,8 +37,6 @@ COMMANDS = {
     NmtState.PRE_OPERATIONAL: NmtCommand.ENTER_PRE_OPERATIONAL,
     NmtState.OPERATIONAL: NmtCommand.START,
 }
-# Whatever state is to be seen in them.
-NO_HEARTBEATS = ("nmt.pre-operational", "no heartbeats")
 HEARTBEAT_TIME = Multiplexer(0x1017)
 # What is asked for, in seconds; the second where the first is refused as too short. At 10 kbit/s a
 # heartbeat takes a third of the first.
@@ -174,9 +172,12 @@ class Network:
         if odd is None:
             raise self._sdo.breach("a boot-up message", NoAnswer(f"none within {BOOT_TIME:g} s"))
         self._has_booted()
-        wrong = Violation(NMT_INITIALISING, expected="a boot-up message: 00h", actual=f"{odd}")
-        wrong.habit = BOOTED_AS_HEARTBEAT
-        self._sdo.note(wrong)
+        expected = "a boot-up message: 00h"
+        self._sdo.note(
+            Violation(
+                NMT_INITIALISING, expected=expected, actual=f"{odd}", told_as=BOOTED_AS_HEARTBEAT
+            )
+        )
 
     def _has_booted(self) -> None:
         """Take that the device is Pre-operational, unless it goes on by itself."""
@@ -253,7 +254,7 @@ class Network:
             frame = self._channel.receive_error_control(patience)
             if frame is None:
                 silent = self._sdo.breach("heartbeats, as 1017h says", "none")
-                silent.habit = NO_HEARTBEATS
+                silent.told_as = NO_HEARTBEATS
                 raise silent
             state = frame.data[0] & 0x7F
             beat = Said(f"{frame}", f"…#{state:02X}")

@@ -6,10 +6,9 @@ these places. A server that gets it wrong in one place of its code gets it wrong
 
 from dataclasses import dataclass
 
+from conformance.sdo.kinds import NO_ANSWER, Kind
 from conformance.sdo.rules import FILLER, RESERVED, rule_of
 
-ABORT = "abort "
-NO_ANSWER = "no answer"
 # Flaws that a device may have in every answer: they are judged once, for the whole run.
 INCIDENTAL = (RESERVED, FILLER)
 
@@ -31,13 +30,11 @@ class Family:
         """Whether these are rules on the code of a refusal."""
         return not self.answer
 
-    def name(self, rule_id: str, answer: str) -> tuple[str, str] | None:
+    def name(self, rule_id: str, answer: Kind) -> tuple[str, Kind] | None:
         """Return rule and kind of answer by which a cause of this family is told, if it is one."""
-        if rule_id not in self.rules or answer == NO_ANSWER:
+        if rule_id not in self.rules or answer == NO_ANSWER or answer.is_abort != self.refused:
             return None
-        if answer.startswith(ABORT):
-            return (self.told_as, answer) if self.refused else None
-        return None if self.refused else (self.told_as, self.answer)
+        return self.told_as, answer if self.refused else Kind(self.answer)
 
 
 def _family(told_as: str, *others: str, answer: str = "") -> Family:
@@ -114,7 +111,7 @@ FAMILIES = (
 )
 
 
-def told_once(rule_id: str, answer: str) -> tuple[str, str]:
+def told_once(rule_id: str, answer: Kind) -> tuple[str, Kind]:
     """Return the rule and the kind of answer by which a breach is told."""
     for family in FAMILIES:
         if named := family.name(rule_id, answer):

@@ -9,10 +9,8 @@ from dataclasses import dataclass, replace
 from typing import TypeGuard
 
 from conformance.device.effort import TRIES_OF_TRANSFER
-from conformance.dialogue.causes import kind_of_request
 from conformance.sdo.abort_codes import ACCUSATIONS, APPLICATION_STATE, AbortCode
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.describe import hex_bytes
 from conformance.sdo.frames import (
     INITIATES,
     Abort,
@@ -20,6 +18,7 @@ from conformance.sdo.frames import (
     Request,
     Response,
 )
+from conformance.sdo.kinds import kind_of_request
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import NOT_REFUSED, Violation
 
@@ -106,7 +105,7 @@ class EarlyAborts:
         match error:
             case Violation():
                 abort = self._met or self._told_of(error)
-                rule_id, asked = error.rule.id, error.request or asked
+                rule_id, asked = error.rule.id, error.asked or asked
             case ServerAborted():
                 abort = error.abort if error.abort in self._all else None
                 rule_id = NOT_REFUSED.id
@@ -118,7 +117,7 @@ class EarlyAborts:
 
     def _told_of(self, error: Violation) -> Abort | None:
         """Return the abort that a breach tells of: what came since may have been tidying."""
-        return next((abort for abort in self._all if _bytes_of(abort) in error.actual), None)
+        return next((abort for abort in self._all if abort in error.seen.responses), None)
 
 
 def _accuses(abort: Abort, asked: Request) -> bool:
@@ -128,10 +127,6 @@ def _accuses(abort: Abort, asked: Request) -> bool:
     """
     lost = isinstance(asked, BlockSegment) and abort.code == AbortCode.INVALID_SEQUENCE_NUMBER
     return abort.code in ACCUSATIONS and not lost
-
-
-def _bytes_of(abort: Abort) -> str:
-    return hex_bytes(abort.encode())
 
 
 def leaves(response: Response, running: Multiplexer | None) -> bool:

@@ -5,7 +5,7 @@ the run began with is sent behind it, and only its answer may come.
 """
 
 from conformance.device.device import DEVICE_TYPE
-from conformance.dialogue.causes import blocked
+from conformance.dialogue.cause_of import blocked
 from conformance.dialogue.ended_transfers import leaves_unasked, look_for_abort
 from conformance.dialogue.server_aborts import leaves
 from conformance.dialogue.shape_breaches import unasked, unsolicited
@@ -176,14 +176,12 @@ class Silence:
         return response.mux if response.mux in self._wire.effects.spelled else None
 
     def _no_answer(self, stray: list[Response]) -> Violation:
-        came = f"; {Received(stray[0], stray[1:]).words}" if stray else ""
-        violation = Violation(
+        return Violation(
             SPECIFIER if stray else ANSWERED,
             expected="an answer to the read of 1000h that follows",
-            actual=NoAnswer(remark=came + self._wire.heard_elsewhere()),
+            actual=NoAnswer(responses=stray, remark=self._wire.heard_elsewhere()),
+            told_as=blocked(stray, DEVICE_TYPE),
         )
-        violation.habit = blocked(stray, DEVICE_TYPE)
-        return violation
 
     def _read_the_rest(self) -> None:
         """Read the segments of 1000h, where it takes any."""
@@ -239,7 +237,7 @@ class Silence:
         least = 0 if self._causes.aborts_are_answered else 1
         while len(stray) > least and isinstance(stray[-1], Abort):
             violation = unasked(stray.pop(), aborted=True)
-            violation.request = own
+            violation.asked = own
             self._wire.note(violation)
 
     # An idle server

@@ -6,20 +6,23 @@ from itertools import chain
 
 from conformance.device.device import Device
 from conformance.device.known_objects import KnownObject
-from conformance.dialogue.causes import NOT_STORED, OTHER_DATA
 from conformance.sdo.describe import shown
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.objects import DataType, same_data
-from conformance.sdo.rules import CONSTANT, NOT_REFUSED, Violation
+from conformance.sdo.rules import CONSTANT, NOT_REFUSED, Cause, Violation
 from conformance.sdo.rules.block_upload import FIRST_SUB_BLOCK
+from conformance.sdo.rules.defects import (
+    EMPTY_NOT_STORED,
+    END_MISSING,
+    IN_BLOCKS,
+    LENGTH_OF_ANOTHER,
+    LONGER_THAN_TAKEN,
+    NOT_STORED,
+)
 from conformance.sdo.rules.segmented_upload import SEGMENTS
 from conformance.sdo.rules.sizes import TYPE_LENGTH, VARIABLE_LENGTH
 from conformance.sdo.seen import Data, other_data, said
-
-LENGTH_OF_ANOTHER = (TYPE_LENGTH.id, "values read with more or fewer bytes than they have")
-
-LONGER_THAN_TAKEN = (VARIABLE_LENGTH.id, "values read longer than may be written")
 
 
 def same_value(known: KnownObject, found: bytes, due: bytes) -> bool:
@@ -76,24 +79,22 @@ def of_another_length(known: KnownObject, data: bytes) -> Violation:
     due = "as it was written"
     if known.data_type is not None and known.length is not None:
         due = f"{known.length} bytes, as {known.data_type.name} has"
-    violation = Violation(
+    return Violation(
         TYPE_LENGTH,
         expected=f"{known} reads {due}",
         actual=Data(data, known),
+        told_as=LENGTH_OF_ANOTHER,
     )
-    violation.habit = LENGTH_OF_ANOTHER
-    return violation
 
 
 def end_missing(known: KnownObject, due: bytes, count: int) -> Violation:
     """Build the breach that the last ``count`` bytes of values are not read."""
-    violation = Violation(
+    return Violation(
         SEGMENTS,
         expected=f"{known} to read the {len(due)} bytes that were written to it",
         actual=said("the last {} are left out", count),
+        told_as=END_MISSING,
     )
-    violation.habit = (SEGMENTS.id, "the end of a value is left out")
-    return violation
 
 
 def tail_kept(known: KnownObject, due: bytes) -> Violation:
@@ -105,40 +106,37 @@ def tail_kept(known: KnownObject, due: bytes) -> Violation:
     )
 
 
-def not_stored(known: KnownObject, due: bytes, habit: tuple[str, str] = NOT_STORED) -> Violation:
+def not_stored(known: KnownObject, due: bytes, told_as: Cause = NOT_STORED) -> Violation:
     """Build the breach that a download was confirmed and has changed nothing."""
-    violation = Violation(
+    return Violation(
         NOT_REFUSED,
         expected=f"{known} to hold {shown(due)} once the download of that was confirmed",
         actual="it holds what it held before",
+        told_as=told_as,
+        is_certain=True,
     )
-    violation.habit = habit
-    violation.is_certain = True
-    return violation
 
 
 def not_emptied(known: KnownObject) -> Violation:
     """Build the breach that a download of no data was confirmed and has changed nothing."""
-    violation = Violation(
+    return Violation(
         NOT_REFUSED,
         expected=f"{known} to be empty once the download of that was confirmed",
         actual="it holds what it held before",
+        told_as=EMPTY_NOT_STORED,
+        is_certain=True,
     )
-    violation.habit = (NOT_REFUSED.id, "a download of no data that is confirmed and not stored")
-    violation.is_certain = True
-    return violation
 
 
 def other_in_blocks(known: KnownObject, due: bytes, found: bytes) -> Violation:
     """Build the breach that a block upload brings other data than an ordinary one."""
-    violation = Violation(
+    return Violation(
         FIRST_SUB_BLOCK,
         expected=f"{known} reads {shown(due)} in blocks, as by an ordinary upload",
         actual=Data(found, known),
+        told_as=IN_BLOCKS,
+        is_certain=True,
     )
-    violation.habit = (FIRST_SUB_BLOCK.id, OTHER_DATA)
-    violation.is_certain = True
-    return violation
 
 
 def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
@@ -152,13 +150,12 @@ def filled_up(known: KnownObject, due: bytes, found: bytes) -> Violation:
 
 def longer_than_taken(known: KnownObject, found: bytes) -> Violation:
     """Build the breach that a value has more bytes than any that may be written."""
-    violation = Violation(
+    return Violation(
         VARIABLE_LENGTH,
         expected=f"{known} to take a value as long as the one that it reads",
         actual=other_data(f"{known} reads longer than may be written: {shown(found)}"),
+        told_as=LONGER_THAN_TAKEN,
     )
-    violation.habit = LONGER_THAN_TAKEN
-    return violation
 
 
 def segments_of(data: bytes) -> list[bytes]:

@@ -16,10 +16,9 @@ from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import OTHER_NODES
 from conformance.device.safety import may_ask
 from conformance.dialogue.case_record import CaseRecord
-from conformance.dialogue.causes import DEAF, NOTHING_SENT, kind_of_answer
+from conformance.dialogue.cause_of import NOTHING_SENT
 from conformance.dialogue.pauses import Pauses
 from conformance.dialogue.refusals import of_other_service, step_aside
-from conformance.dialogue.rule_families import NO_ANSWER
 from conformance.dialogue.server_aborts import leaves
 from conformance.dialogue.shape_breaches import check_shape
 from conformance.dialogue.timing import Timing
@@ -42,10 +41,12 @@ from conformance.sdo.frames import (
     UploadInitiate,
     UploadSegment,
 )
+from conformance.sdo.kinds import NO_ANSWER
 from conformance.sdo.layout import FRAME_LENGTH, Message, Multiplexer, whole_frame
 from conformance.sdo.line import Line
 from conformance.sdo.rules import ANSWERED, Violation
 from conformance.sdo.rules.block_download import WHOLE_SUB_BLOCK
+from conformance.sdo.rules.defects import DEAF
 from conformance.sdo.seen import NoAnswer
 
 UPLOADS = UploadInitiate, BlockUploadInitiate
@@ -216,8 +217,8 @@ class Wire:
             actual = NoAnswer(f"nothing within {patience * 1000:.4g} ms{self.heard_elsewhere()}")
             self.waits.unanswered()
             expected = f"an answer to: {describe(self.last_sent)}"
-            found = Violation(ANSWERED, expected=expected, actual=actual)
-            found.request, found.asked = self.last_sent, self.out_of_place
+            found = Violation(ANSWERED, expected=expected, actual=actual, asked=self.last_sent)
+            found.asked_as = self.out_of_place
             raise found
         return self.take(frame)
 
@@ -370,8 +371,8 @@ class Wire:
         ``lost``: the device was told to end whatever it thinks is running.
         """
         abandoned = self.line.is_abandoned or (lost and self.line.waits_for_segments)
-        if abandoned and kind_of_answer(violation.actual) == NO_ANSWER:
-            violation.habit = DEAF
+        if abandoned and violation.seen.kind == NO_ANSWER:
+            violation.told_as = DEAF
 
     # Beside the case
 
@@ -384,7 +385,7 @@ class Wire:
             yield
         except Violation as found:
             if asked is NOTHING_SENT:
-                found.request = self.last_sent
+                found.asked = self.last_sent
             raise
         finally:
             self.fencing = False

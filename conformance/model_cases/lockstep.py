@@ -8,12 +8,10 @@ from conformance.bus.link import Captured, Direction
 from conformance.device.device import Device
 from conformance.device.not_testable import NotTestable
 from conformance.device.safety import may_ask
-from conformance.dialogue.causes import NOT_STORED, OTHER_DATA, kind_of_answer
-from conformance.dialogue.dialogue import GOES_ON, Dialogue
+from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.ended_transfers import has_left
 from conformance.dialogue.rule_families import INCIDENTAL
 from conformance.dialogue.silence import MOST_STRAY
-from conformance.dialogue.values import LENGTH_OF_ANOTHER
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import (
@@ -23,24 +21,25 @@ from conformance.sdo.cob_id import (
     ChannelIds,
 )
 from conformance.sdo.frames import INITIATES, Abort, Request, Response
+from conformance.sdo.kinds import OTHER_DATA
 from conformance.sdo.layout import Multiplexer, whole_frame
 from conformance.sdo.line import Line
 from conformance.sdo.oracle import Awaited, Facts, Knowledge, Oracle, Presence
 from conformance.sdo.oracle.block_download import SubBlock
-from conformance.sdo.rules import RESTART, UNSOLICITED, Level, Violation, idle
+from conformance.sdo.rules import RESTART, UNSOLICITED, Cause, Level, Violation, idle
+from conformance.sdo.rules.defects import GOES_ON, LENGTH_OF_ANOTHER, NOT_STORED
 from conformance.sdo.rules.idle import (
     DOWNLOAD_WITHOUT_INITIATE,
     OUT_OF_BLOCK,
     UPLOAD_WITHOUT_INITIATE,
 )
 from conformance.sdo.rules.sizes import TYPE_LENGTH
+from conformance.sdo.seen import Misread, abort_in
 
 GIVEN_UP = (
     "what a server may do here was too much to follow: not every answer of this case was judged"
 )
 
-# What the oracle expects where data of an upload are not those that are due.
-READS_WRONG = " to read as "
 # By these a server says what is wrong with an initiate, not why it drops the transfer before it.
 OF_AN_INITIATE = (AbortCode.INVALID_BLOCK_SIZE, AbortCode.LENGTH_TOO_HIGH)
 # A frame behind an abort of the server breaks them because what it ended goes on.
@@ -174,25 +173,27 @@ class Lockstep:
 
     def _find(self, findings: Iterable[Violation]) -> None:
         for found in findings:
-            found.request = self._sdo.wire.last_sent
+            found.asked = self._sdo.wire.last_sent
             if self._aborted and found.rule.id in WITHOUT_TRANSFER:
-                found.habit = GOES_ON
+                found.told_as = GOES_ON
             if found.rule is TYPE_LENGTH:
-                found.habit = LENGTH_OF_ANOTHER
-            if READS_WRONG in found.expected:
+                found.told_as = LENGTH_OF_ANOTHER
+            if isinstance(found.seen, Misread):
                 nothing_is_stored = self._sdo.record.causes.nothing_is_stored
-                found.habit = NOT_STORED if nothing_is_stored else (found.rule.id, OTHER_DATA)
+                found.told_as = (
+                    NOT_STORED if nothing_is_stored else Cause(found.rule.id, *OTHER_DATA)
+                )
                 found.is_certain = True
-            settling = isinstance(found.request, Abort) and self._point != found.request
+            settling = isinstance(found.asked, Abort) and self._point != found.asked
             if (
                 self._point is not None
                 and settling
                 and not self._sdo.record.causes.aborts_are_answered
             ):
                 # What answers no abort has answered what went before.
-                found.request, settling = self._point, False
-            elif settling and not kind_of_answer(found.actual).startswith("abort "):
-                found.request = self._sdo.wire.sent_before  # crossed with the abort
+                found.asked, settling = self._point, False
+            elif settling and abort_in(found.seen) is None:
+                found.asked = self._sdo.wire.sent_before  # crossed with the abort
             if self._point is not None and not settling:
                 self._sdo.record.own.add(found)
             self._findings.append(found)
@@ -255,7 +256,7 @@ class Lockstep:
             self._sdo.wire.waits.unanswered()
             findings = self.oracle.settled()
             for silent in findings:
-                silent.asked = silent.asked or self._sdo.wire.out_of_place
+                silent.asked_as = silent.asked_as or self._sdo.wire.out_of_place
             self._find(findings)
         return self._taken(answer)
 
@@ -311,7 +312,7 @@ class Lockstep:
         try:
             self._sdo.silence.fence(most=MOST_STRAY + self.oracle.owed)
         except Violation as breach:
-            if breach.habit is None:
+            if breach.told_as is None:
                 self.check()
             raise
         self._find(self.oracle.settled())

@@ -18,7 +18,6 @@ from conformance.bus.errors import (
 from conformance.device.effort import Effort
 from conformance.device.known_deviations import KnownDeviation, write_deviations
 from conformance.device.options import NO_PAGE, WRITE_DEVIATIONS
-from conformance.dialogue.causes import Cause
 from conformance.plugin import budget
 from conformance.plugin.arguments import ASKED
 from conformance.plugin.exit_code import ExitCode
@@ -35,6 +34,7 @@ from conformance.reporting.requirements import untested
 from conformance.run.drafting import draft
 from conformance.run.known_failures import stale_entries
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.rules import Cause
 
 # Those of pytest; a plugin that runs a case again has others for the tries that do not count.
 OUTCOMES = ("passed", "failed", "skipped")

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from conformance.dialogue.causes import Cause
 from conformance.reporting.recorded import RecordedRun
 from conformance.reporting.summary import counted
 from conformance.run.verdict import FAILED, CaseResult, Verdict
+from conformance.sdo.rules import Cause
 
 
 @dataclass(slots=True)

@@ -5,13 +5,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from conformance.dialogue.causes import Cause
 from conformance.logs.reading import RecordedLog
 from conformance.logs.replay_plan import NotReplayed, read_plan
 from conformance.reporting.cause_counts import CauseCount
 from conformance.reporting.reproduction import LOG, reproductions
 from conformance.reporting.summary import counted
-from conformance.sdo.rules import RULES_BY_ID, cited
+from conformance.sdo.rules import RULES_BY_ID, Cause, cited
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,11 +12,11 @@ from pathlib import PurePath
 from types import UnionType
 from typing import Any, NotRequired, TypedDict, get_args, get_origin, get_type_hints, is_typeddict
 
-from conformance.dialogue.causes import Cause
 from conformance.reporting.bus_log import Place
 from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult
 from conformance.sdo.cob_id import HIGHEST_NODE_ID, ChannelIds
+from conformance.sdo.rules import Cause
 
 
 class WrongShape(ValueError):

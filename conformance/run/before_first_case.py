@@ -7,7 +7,8 @@ from conformance.beginning.survey import FIRST_SEEN
 from conformance.bus.channel import Channel
 from conformance.bus.errors import DeviceLost
 from conformance.bus.link import Captured, Direction
-from conformance.dialogue.causes import Causes, cause_of
+from conformance.dialogue.cause_of import cause_of
+from conformance.dialogue.causes import Causes
 from conformance.run.evidence import line_text
 from conformance.run.trace import trace_of
 from conformance.sdo.decoding import decode_request
@@ -62,14 +63,14 @@ class Watch:
                 f"; behind {describe(request)}; the last frames: {last}"
             ),
         )
-        booted.request = request
+        booted.asked = request
         return booted
 
     def keep(self, causes: Causes) -> None:
         """Add that the device has booted to the causes: no case has failed for it."""
         for booted in self._booted:
-            if booted.request is not None:
-                cause = cause_of(booted, booted.rule, booted.request)
+            if booted.asked is not None:
+                cause = cause_of(booted, booted.rule, booted.asked)
                 causes.add(cause, FIRST_SEEN, booted, aside=True)
 
     def lost(self, error: DeviceLost) -> DeviceLost:

@@ -5,7 +5,7 @@ import time
 from conformance.beginning.two_devices import either
 from conformance.bus.errors import BenchError
 from conformance.device.device import DEVICE_TYPE
-from conformance.dialogue.causes import Cause, Standing
+from conformance.dialogue.causes import Standing
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.rule_families import INCIDENTAL
 from conformance.dialogue.server_aborts import Way, leaves
@@ -24,13 +24,7 @@ from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, Request
-from conformance.sdo.rules import (
-    IDLE_AFTERWARDS,
-    NO_REBOOT,
-    Level,
-    Rule,
-    Violation,
-)
+from conformance.sdo.rules import IDLE_AFTERWARDS, NO_REBOOT, Cause, Level, Rule, Violation
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 from conformance.sdo.seen import NoAnswer
 
@@ -240,7 +234,7 @@ class CaseRun:
         crossed = crossing(error, stray, asked) if stray else None
         if crossed is not None:
             # What was taken for the answer had come for something else.
-            crossed.request, error = sdo.wire.sent_before, crossed
+            crossed.asked, error = sdo.wire.sent_before, crossed
         refused = confirmed_and_refused(error, leaving, asked) if leaving is not None else None
         error = refused or error
         misshapen = sdo.wire.misshapen

@@ -5,8 +5,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation
-from conformance.dialogue.causes import Cause
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.rules import Cause
 
 # An id in its parts, each with what ends it.
 _PARTS = re.compile(r"[^.\-\[]+[.\-\[]?|[.\-\[]")

@@ -14,7 +14,8 @@ from math import prod
 from conformance.device.device import Device
 from conformance.device.effort import ALIKE_TRIES, TRIES_OF_CASE
 from conformance.device.learned import Reason
-from conformance.dialogue.causes import Cause, Causes
+from conformance.dialogue.causes import Causes
+from conformance.sdo.rules import Cause
 
 # Wherever it fails: an adapter that loses more than this share of the frames is of no use, and what
 # comes by chance more seldom than that comes of something else.

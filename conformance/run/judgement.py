@@ -9,22 +9,31 @@ from dataclasses import dataclass
 
 from conformance.bus.errors import BenchError
 from conformance.device.not_testable import NotTestable, Unimplemented
-from conformance.dialogue.causes import Cause, Causes, Standing, kind_of_answer
+from conformance.dialogue.causes import Causes, Standing
 from conformance.run.leaving import Leaving
 from conformance.run.verdict import CaseResult, Verdict
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.decoding import as_answer, is_answer
 from conformance.sdo.describe import describe, in_words
-from conformance.sdo.frames import Abort, DownloadSegment, Request, Response
+from conformance.sdo.frames import (
+    Abort,
+    DownloadSegment,
+    DownloadSegmentResponse,
+    Request,
+    Response,
+)
+from conformance.sdo.kinds import kind_of
 from conformance.sdo.rules import (
     MULTIPLEXER,
     NOT_REFUSED,
     SPECIFIER,
     UNSOLICITED,
+    Cause,
     Level,
     Rule,
     Violation,
 )
+from conformance.sdo.rules.defects import REFUSED_LATE
 from conformance.sdo.seen import Received, Seen
 
 # An answer that breaks these may be one to something else.
@@ -148,7 +157,7 @@ class Judgement:
 
     def cause(self, violation: Violation, asked: Request) -> Cause:
         """Return the cause of a breach that was met in this case."""
-        rule, request = self._point.registered(violation.rule), violation.request or asked
+        rule, request = self._point.registered(violation.rule), violation.asked or asked
         cause = self._causes.of(violation, rule, request)
         point = self._point
         return self._causes.told_as(cause, request, point.rule.id, generated=point.generated)
@@ -203,10 +212,8 @@ def confirmed_and_refused(
     if not (isinstance(error, Violation) and last and leaving.stray) or leaving.answers_abort:
         return None
     abort = as_answer(leaving.stray[0])
-    confirmed = kind_of_answer(error.actual) == "download segment response"
+    confirmed = error.seen.kind == kind_of(DownloadSegmentResponse)
     if not confirmed or not isinstance(abort, Abort):
         return None
     both = error.seen.remarking(f", and {in_words(abort)} behind it")
-    found = Violation(UNSOLICITED, expected=error.expected, actual=both)
-    found.habit = (UNSOLICITED.id, "an abort behind the confirmation of a download")
-    return found
+    return Violation(UNSOLICITED, expected=error.expected, actual=both, told_as=REFUSED_LATE)

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Sequence
 
 from conformance.device.known_deviations import KnownDeviation
-from conformance.dialogue.causes import GENERAL
+from conformance.dialogue.cause_of import GENERAL
 from conformance.run.verdict import CaseResult, Verdict
 
 # They say that a case was tried, and what came of it.

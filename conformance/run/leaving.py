@@ -15,10 +15,9 @@ from conformance.sdo.frames import Abort, Response
 from conformance.sdo.limits import EXPEDITED_LENGTH
 from conformance.sdo.line import ASKS_FOR_SEGMENTS
 from conformance.sdo.rules import ANSWERED, IDLE_AFTERWARDS, Violation
-from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED, OUT_OF_BLOCK
+from conformance.sdo.rules.defects import STREAMS
+from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 from conformance.sdo.seen import Said, Seen
-
-STREAMS = (OUT_OF_BLOCK.id, "segments are sent by and by")
 
 
 @dataclass(slots=True)
@@ -97,7 +96,7 @@ def _are_segments(found: Sequence[Response]) -> bool:
 def _streams(stream: Sequence[Response]) -> Violation:
     violation = unsolicited(stream, "no further answer")
     if _are_segments(stream):
-        violation.habit = STREAMS
+        violation.told_as = STREAMS
     return violation
 
 
@@ -166,8 +165,9 @@ def _refused(cause: ServerAborted) -> Seen:
 
 def _not_idle(cause: Violation | ServerAborted) -> Violation:
     actual = cause.seen if isinstance(cause, Violation) else _refused(cause)
-    violation = Violation(
-        IDLE_AFTERWARDS, expected="an ordinary answer to a read of 1000h afterwards", actual=actual
+    return Violation(
+        IDLE_AFTERWARDS,
+        expected="an ordinary answer to a read of 1000h afterwards",
+        actual=actual,
+        told_as=cause.told_as if isinstance(cause, Violation) else None,
     )
-    violation.habit = cause.habit if isinstance(cause, Violation) else None
-    return violation

@@ -181,8 +181,8 @@ class DeviceSession:
         for violation in late:
             if self._may_be_lost(f"{violation.rule.id} when a value was put back"):
                 continue
-            if violation.rule is ANSWERED and violation.request is not None:
-                cause = self.causes.of(violation, violation.rule, violation.request)
+            if violation.rule is ANSWERED and violation.asked is not None:
+                cause = self.causes.of(violation, violation.rule, violation.asked)
                 self.causes.add(cause, case_id, violation, aside=True)
             else:
                 self.whole_run.late.append(Incident(case_id, violation))

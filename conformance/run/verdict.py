@@ -4,8 +4,8 @@ from dataclasses import asdict, dataclass, field, fields
 from enum import StrEnum
 from typing import Any, Self
 
-from conformance.dialogue.causes import Cause
 from conformance.run.trace import TraceLine
+from conformance.sdo.rules import Cause
 
 
 class Verdict(StrEnum):

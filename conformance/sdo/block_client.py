@@ -28,6 +28,7 @@ from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.rules import BLOCK_CRC, SIZE, UPLOAD_ENDS, Violation
 from conformance.sdo.rules.block_details import NUMBERED_ANEW
 from conformance.sdo.rules.block_upload import ENDS
+from conformance.sdo.rules.defects import WRONG_COUNT
 from conformance.sdo.seen import Received, Said, Seen, said
 from conformance.sdo.unsent import Unsent
 
@@ -207,9 +208,7 @@ def _is_numbered(answer: Response, mux: Multiplexer, number: int) -> bool:
 
 def wrong_count(expected: str, actual: Seen) -> Violation:
     """Describe an end whose n does not leave the bytes that the object has."""
-    violation = Violation(ENDS, expected=expected, actual=actual)
-    violation.habit = (ENDS.id, "n is not the number of unused bytes")
-    return violation
+    return Violation(ENDS, expected=expected, actual=actual, told_as=WRONG_COUNT)
 
 
 def _wrong_end(segments: bytes, end: BlockEnd, due: int, *, has_crc: bool) -> Violation:

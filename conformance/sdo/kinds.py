@@ -62,12 +62,26 @@ class Kind(NamedTuple):
     name: str
     code: int | None = None
 
+    @property
+    def is_abort(self) -> bool:
+        """Whether it is an abort with a code."""
+        return self.code is not None
+
     def __str__(self) -> str:
         return self.name if self.code is None else f"{self.name} {self.code:08X}h"
 
 
 NO_ANSWER = Kind("no answer")
 OTHER_DATA = Kind("other data")
+# Of requests.
+DOWNLOADS = frozenset(
+    (
+        "block download initiate",
+        "download initiate, expedited",
+        "download initiate, segmented",
+        "download initiate, size not indicated",
+    )
+)
 
 
 def kind_of(message: type[Response]) -> Kind:

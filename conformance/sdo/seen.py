@@ -31,6 +31,11 @@ class Seen(ABC):
         """Its kind: no numbers, no objects, no data."""
 
     @property
+    def responses(self) -> Sequence[Response]:
+        """The responses that are part of it."""
+        return ()
+
+    @property
     def words(self) -> str:
         """It in words."""
         return self._shown() + self.remark
@@ -46,9 +51,10 @@ class Seen(ABC):
 
 @dataclass(frozen=True, slots=True)
 class NoAnswer(Seen):
-    """No answer."""
+    """No answer; ``responses`` may have come that are none to what was asked."""
 
     sentence: str = "no answer"
+    responses: Sequence[Response] = ()
 
     @property
     def kind(self) -> Kind:
@@ -56,7 +62,7 @@ class NoAnswer(Seen):
         return NO_ANSWER
 
     def _shown(self) -> str:
-        return self.sentence
+        return "; ".join([self.sentence, *_in_brief(self.responses)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +77,23 @@ class Received(Seen):
         """That of the first response."""
         return kind_of_answer(self.response)
 
+    @property
+    def responses(self) -> Sequence[Response]:
+        """All of them."""
+        return (self.response, *self.more)
+
     def _shown(self) -> str:
-        shown = [in_words(each) for each in (self.response, *self.more[: MOST_SHOWN - 1])]
-        rest = 1 + len(self.more) - len(shown)
-        return "; ".join([*shown, f"{rest} more"] if rest else shown)
+        return "; ".join(_in_brief(self.responses))
+
+
+@dataclass(frozen=True, slots=True)
+class Misread(Received):
+    """A response whose data are not those that the object has."""
+
+    @property
+    def kind(self) -> Kind:
+        """That of all data."""
+        return OTHER_DATA
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +142,13 @@ class Said(Seen):
 
     def _shown(self) -> str:
         return self.sentence
+
+
+def _in_brief(responses: Sequence[Response]) -> list[str]:
+    """Return the first of some responses in words, and how many more there are."""
+    shown = [in_words(each) for each in responses[:MOST_SHOWN]]
+    more = len(responses) - len(shown)
+    return [*shown, f"{more} more"] if more else shown
 
 
 def said(template: str, *values: object) -> Said:

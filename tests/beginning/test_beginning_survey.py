@@ -25,7 +25,6 @@ from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
-from conformance.dialogue.causes import DEAF, Cause
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.block_download_aborts import DeafWhenAborted
 from conformance.plugin.findings import Findings
@@ -34,7 +33,8 @@ from conformance.run.session import DeviceSession
 from conformance.run.verdict import Verdict
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry, same_data
-from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Level, Rule, Violation, rule_of
+from conformance.sdo.rules import FRAME_SHAPE, UNSOLICITED, Cause, Level, Rule, Violation, rule_of
+from conformance.sdo.rules.defects import DEAF
 
 END_MISSING = "segmented-upload.segments: the end of a value is left out"
 ANSWERED = "abort.not-answered: an answer"
@@ -313,7 +313,7 @@ def test_a_case_that_leaves_a_device_deaf_fails_for_that() -> None:
         run = begin_case(bench.session(), "a.case", "a service", RULE)
         run.tools.blocks.initiate_download(TEXT, 14)
         result = run.conclude(None)
-    assert str(result.cause) == ": ".join(DEAF)
+    assert str(result.cause) == str(DEAF)
 
 
 def test_a_noisy_device_that_is_deaf_as_well_is_judged_in_good_order() -> None:
@@ -327,4 +327,4 @@ def test_a_noisy_device_that_is_deaf_as_well_is_judged_in_good_order() -> None:
         run.tools.blocks.initiate_download(TEXT, 14)
         result = run.conclude(None)
     assert result.verdict is Verdict.FAIL
-    assert str(result.cause) == ": ".join(DEAF)
+    assert str(result.cause) == str(DEAF)

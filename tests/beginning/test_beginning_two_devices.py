@@ -11,7 +11,7 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import TwoDevices
 from conformance.bus.link import Link
 from conformance.device.device import Device
-from conformance.dialogue.causes import Cause, Causes
+from conformance.dialogue.causes import Causes
 from conformance.faults.catalogue import build_node
 from conformance.faults.faulty.whole_run import FirstAnswersTwice
 from conformance.reference.built_in_device import reference_entries
@@ -23,7 +23,7 @@ from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import ObjectDictionary
-from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Violation
+from conformance.sdo.rules import ANSWERED, SPECIFIER, UNSOLICITED, Cause, Violation
 
 SERIAL = Multiplexer(0x1018, 4)
 

@@ -3,12 +3,13 @@
 from support.run_bench import RULE
 
 from conformance.dialogue.case_record import MOST_NOTED, CaseRecord
-from conformance.dialogue.causes import NOTHING_SENT
+from conformance.dialogue.cause_of import NOTHING_SENT
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.describe import in_words
 from conformance.sdo.frames import Abort, BlockEnd, UploadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import NOT_REFUSED, RESERVED, Violation
+from conformance.sdo.seen import Received
 
 ASKED = UploadInitiate(Multiplexer(0x1000))
 LATER = UploadInitiate(Multiplexer(0x1018))
@@ -21,10 +22,10 @@ def breach() -> Violation:
 def test_a_breach_is_noted_with_what_was_asked() -> None:
     record = CaseRecord(RULE)
     known = breach()
-    known.request = ASKED
+    known.asked = ASKED
     record.note(known, LATER)
     record.note(breach(), LATER)
-    assert [found.request for found in record.minor] == [ASKED, LATER]
+    assert [found.asked for found in record.minor] == [ASKED, LATER]
 
 
 def test_of_very_many_breaches_of_a_rule_the_first_are_kept() -> None:
@@ -48,9 +49,9 @@ def test_what_is_known_is_known_by_its_cause() -> None:
 def test_a_refusal_is_known_by_whatever_rule_it_was_told() -> None:
     """By the code, and by what was refused."""
     mux = Multiplexer(0x2010)
-    record, told = CaseRecord(RULE), in_words(Abort(mux, AbortCode.CRC_ERROR))
+    record, told = CaseRecord(RULE), Received(Abort(mux, AbortCode.CRC_ERROR))
     refused = Violation(NOT_REFUSED, expected="a positive answer", actual=told)
-    refused.request = BlockEnd(0, 3)
+    refused.asked = BlockEnd(0, 3)
     cause = record.cause_of(refused, NOTHING_SENT)
     record.causes.add(cause, "a.case", refused, aside=False)
     own = record.breach("a download to be confirmed", told)

@@ -234,7 +234,7 @@ def test_what_is_odd_on_another_channel_came_of_what_was_sent_there(node: Node) 
             other.send(UploadInitiate(DEVICE_TYPE))
             answer = other.checks.upload_initiate(other.receive(), DEVICE_TYPE)
             other.checks.upload_initiate(replace(answer, reserved_bits=1), DEVICE_TYPE)
-    assert [found.request for found in sdo.record.minor] == [UploadInitiate(DEVICE_TYPE)]
+    assert [found.asked for found in sdo.record.minor] == [UploadInitiate(DEVICE_TYPE)]
 
 
 def test_a_state_is_seen_in_heartbeats(node: Node) -> None:

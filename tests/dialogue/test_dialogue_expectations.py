@@ -15,7 +15,7 @@ from support.run_bench import (
     undiscovered,
 )
 
-from conformance.dialogue.dialogue import GOES_ON, OLD_GOES_ON, Dialogue
+from conformance.dialogue.dialogue import Dialogue
 from conformance.faults.catalogue import build_node
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import (
@@ -37,6 +37,7 @@ from conformance.sdo.rules import (
     UNSOLICITED,
     Violation,
 )
+from conformance.sdo.rules.defects import GOES_ON, OLD_GOES_ON
 
 READ = UploadInitiate(Multiplexer(0x1018, 1))
 OTHER = Multiplexer(0x1018, 2)
@@ -194,12 +195,12 @@ def test_what_a_server_has_aborted_and_lets_go_on_is_one_cause() -> None:
         sdo.receive()
         with pytest.raises(Violation) as raised:
             sdo.expect_dead(UploadSegment(0))
-    assert raised.value.habit == GOES_ON
+    assert raised.value.told_as == GOES_ON
 
 
 def test_segments_behind_an_abort_may_each_be_refused_and_not_be_taken() -> None:
     converse(Dialogue.expect_refusals, REFUSED, REFUSED)
-    assert breach(Dialogue.expect_refusals, REFUSED, SERVED).habit == GOES_ON
+    assert breach(Dialogue.expect_refusals, REFUSED, SERVED).told_as == GOES_ON
 
 
 def test_a_transfer_that_goes_on_behind_a_new_one_is_one_cause() -> None:
@@ -211,7 +212,7 @@ def test_a_transfer_that_goes_on_behind_a_new_one_is_one_cause() -> None:
         with pytest.raises(Violation) as raised, sdo.one_transfer():
             sdo.upload_segment(toggle=0)
     assert raised.value.rule is NOT_REFUSED, "for its toggle bit"
-    assert raised.value.habit == OLD_GOES_ON
+    assert raised.value.told_as == OLD_GOES_ON
 
 
 def test_a_known_cause_keeps_its_name_in_a_new_transfer() -> None:
@@ -223,7 +224,7 @@ def test_a_known_cause_keeps_its_name_in_a_new_transfer() -> None:
         )
         with pytest.raises(Violation) as raised, sdo.one_transfer():
             raise known
-    assert raised.value.habit is None
+    assert raised.value.told_as is None
 
 
 # Served or refused

@@ -144,7 +144,7 @@ def test_a_silent_device_is_asked_twice() -> None:
         bench.dialogue().fence()
     assert raised.value.rule is ANSWERED
     assert raised.value.actual == "no answer"
-    assert raised.value.request == UploadInitiate(Multiplexer(0x1000))  # nothing else was sent
+    assert raised.value.asked == UploadInitiate(Multiplexer(0x1000))  # nothing else was sent
     assert node.requests == [READ, READ]
 
 

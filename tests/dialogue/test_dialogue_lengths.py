@@ -7,7 +7,6 @@ from conformance.device.learned import Lengths
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again
-from conformance.dialogue.causes import Cause
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.own_values import write_as_before
 from conformance.faults.catalogue import build_node
@@ -18,7 +17,7 @@ from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Abort, DownloadSegment, Response
 from conformance.sdo.objects import Refusal
-from conformance.sdo.rules import UNSOLICITED, Violation
+from conformance.sdo.rules import UNSOLICITED, Cause, Violation
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 

@@ -5,16 +5,16 @@ from support.run_bench import DOMAIN, NODE_ID, Recording, discovered
 
 from conformance.device.effort import SEGMENTS_COMPARED
 from conformance.device.known_objects import KnownObject
-from conformance.dialogue.causes import OTHER_DATA, Cause
 from conformance.dialogue.held_values import expect_read
 from conformance.dialogue.long_values import read_in_blocks
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
 from conformance.run.leaving import leave
+from conformance.sdo.kinds import OTHER_DATA
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import DataType, Entry
-from conformance.sdo.rules import Violation
+from conformance.sdo.rules import Cause, Violation
 
 LONG = bytes(n % 251 for n in range(30_000))
 COMPARED_BYTES = 7 * SEGMENTS_COMPARED
@@ -103,6 +103,6 @@ def test_another_value_is_read_no_further_than_it_shows(value: bytes, segments: 
             with pytest.raises(Violation, match="reads") as differing:
                 expect_read(sdo, DOMAIN, LONG)
             cause = sdo.record.cause_of(differing.value, sdo.wire.last_sent)
-            assert cause == Cause(sdo.record.rule.id, OTHER_DATA)
+            assert cause == Cause(sdo.record.rule.id, *OTHER_DATA)
         assert sum(request[0] & 0xEF == 0x60 for request in server.requests) == segments
         assert leave(sdo, failed=value != LONG).violation is None

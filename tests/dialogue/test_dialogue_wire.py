@@ -17,7 +17,6 @@ from conformance.bus.channel import Channel
 from conformance.bus.errors import SecondClient, WriteNotPermitted
 from conformance.bus.strangers import asked_by_others
 from conformance.dialogue.case_record import CaseRecord
-from conformance.dialogue.causes import Cause
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.shape_breaches import check_shape
 from conformance.sdo.abort_codes import AbortCode
@@ -35,7 +34,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import Message, Multiplexer
-from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, Violation
+from conformance.sdo.rules import ANSWERED, FRAME_SHAPE, Cause, Violation
 from conformance.sdo.rules.idle import ABORT_NOT_ANSWERED
 
 NOT_NAMED = Multiplexer(0x2003)

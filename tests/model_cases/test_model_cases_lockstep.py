@@ -164,7 +164,7 @@ def test_what_is_served_though_it_was_refused_is_found_by_the_fence() -> None:
         lockstep = Lockstep(bench.dialogue(), Oracle(None, NODE_ID))
         with pytest.raises(Violation, match="invalid block size") as found:
             begin_another(lockstep)
-    assert found.value.request == NO_BLOCK_SIZE
+    assert found.value.asked == NO_BLOCK_SIZE
 
 
 def test_the_suite_aborts_what_runs_and_not_what_it_is_told_of() -> None:

@@ -9,10 +9,10 @@ from typing import Any
 
 from hypothesis import HealthCheck, settings
 
-from conformance.dialogue.causes import Cause
 from conformance.reporting.junit.cases import write_junit
 from conformance.run.trace import TraceLine
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.rules import Cause
 
 # A busy machine is no failure.
 UNHURRIED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])

@@ -3,10 +3,10 @@
 import pytest
 
 from conformance.device.known_deviations import NO_REASON, KnownDeviation
-from conformance.dialogue.causes import Cause
 from conformance.run.drafting import draft
 from conformance.run.known_failures import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.rules import Cause
 
 
 def result(

@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from conformance.bus.link import Captured, Direction
-from conformance.dialogue.causes import Cause
 from conformance.run.evidence import (
     cansend_lines,
     evidence_text,
@@ -17,6 +16,7 @@ from conformance.run.trace import ASIDE, FIRST_LINES, LAST_LINES, TraceLine, tra
 from conformance.run.verdict import Afterwards, CaseResult, Verdict
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.rules import Cause
 
 MOST = FIRST_LINES + LAST_LINES
 

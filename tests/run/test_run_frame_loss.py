@@ -5,7 +5,7 @@ import pytest
 from conformance.device.device import Device
 from conformance.device.effort import TRIES_OF_CASE
 from conformance.device.learned import Reason, Unread
-from conformance.dialogue.causes import Cause, Causes
+from conformance.dialogue.causes import Causes
 from conformance.run.frame_loss import (
     ALWAYS,
     MOST_SHOWN,
@@ -19,7 +19,7 @@ from conformance.run.frame_loss import (
     is_settled,
 )
 from conformance.sdo.layout import Multiplexer
-from conformance.sdo.rules import ANSWERED, Violation
+from conformance.sdo.rules import ANSWERED, Cause, Violation
 
 SILENT = "response.answered: no answer to upload initiate"
 A, B = ("a", "here"), ("b", "there")

@@ -29,6 +29,8 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
+from conformance.sdo.rules.defects import REFUSED_LATE
+from conformance.sdo.seen import Received
 
 MUX, OTHER = Multiplexer(0x2010), Multiplexer(0x1018, 1)
 READ = UploadInitiate(MUX)
@@ -93,13 +95,13 @@ def test_causes_name_the_rule_as_the_registry_has_it() -> None:
 # A download that is confirmed and then refused
 
 LAST = DownloadSegment.with_data(b"ABC", toggle=0, last=True)
-CONFIRMED = Violation(TOGGLE, expected="an abort", actual=in_words(DownloadSegmentResponse(0)))
+CONFIRMED = Violation(TOGGLE, expected="an abort", actual=Received(DownloadSegmentResponse(0)))
 
 
 def test_an_abort_behind_a_confirmation_is_a_cause_of_its_own() -> None:
     found = confirmed_and_refused(CONFIRMED, Leaving(Afterwards.IDLE, stray=[ABORT]), LAST)
     assert found is not None
-    assert found.habit == (UNSOLICITED.id, "an abort behind the confirmation of a download")
+    assert found.told_as == REFUSED_LATE
 
 
 @pytest.mark.parametrize(

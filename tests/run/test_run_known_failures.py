@@ -3,9 +3,9 @@
 import pytest
 
 from conformance.device.known_deviations import KnownDeviation
-from conformance.dialogue.causes import Cause
 from conformance.run.known_failures import account, stale_entries
 from conformance.run.verdict import CaseResult, Verdict
+from conformance.sdo.rules import Cause
 
 LISTED = KnownDeviation("a.case", "ticket 1")
 FOR_THE_RULE = KnownDeviation("a.case", "ticket 1", "the.rule")

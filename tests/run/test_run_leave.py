@@ -19,7 +19,7 @@ from conformance.dialogue.silence import Silence
 from conformance.faults.catalogue import build_node
 from conformance.faults.own_clock import AnswersLater
 from conformance.reference.node import Node
-from conformance.run.leaving import STREAMS, Proof, leave
+from conformance.run.leaving import Proof, leave
 from conformance.run.verdict import Afterwards
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
@@ -35,6 +35,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import IDLE_AFTERWARDS, UNSOLICITED
+from conformance.sdo.rules.defects import STREAMS
 
 ABORTED_1000H = Abort(Multiplexer(0x1000), AbortCode.GENERAL_ERROR).encode()
 STREAMING = "block-upload-start-streams-segments"
@@ -141,7 +142,7 @@ def test_segments_that_come_one_by_one_are_told_of_a_case_that_has_not_waited_fo
             sdo.fence()
             leaving = leave(sdo, failed=False, proof=Proof.FENCE)
             assert leaving.violation is not None
-            assert leaving.violation.habit == STREAMS
+            assert leaving.violation.told_as == STREAMS
             assert len(leaving.stray) > 20
             assert bench.channel.receive(0.1) is None
 
@@ -198,7 +199,7 @@ def test_an_abort_that_comes_late_is_no_stream() -> None:
         sdo.fence()
         leaving = leave(sdo, failed=False)
         assert leaving.violation is not None
-        assert (leaving.violation.rule, leaving.violation.habit) == (UNSOLICITED, None)
+        assert (leaving.violation.rule, leaving.violation.told_as) == (UNSOLICITED, None)
         assert not bench.device.learned.streams
 
 

@@ -15,10 +15,10 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.rules import Violation
+from conformance.sdo.rules.defects import WRONG_COUNT
 
 MUX = Multiplexer(0x2010)
 DATA = b"a value of 21 bytes, "
-WRONG_COUNT = ("block-upload.end", "n is not the number of unused bytes")
 
 
 def breach(
@@ -44,14 +44,14 @@ def segments(*, marked: bool = True) -> list[Response]:
 
 def test_a_count_that_the_crc_does_not_fit_is_wrong_itself() -> None:
     found = breach([*segments(), BlockEnd(7, crc16(DATA))])
-    assert found.habit == WRONG_COUNT
+    assert found.told_as == WRONG_COUNT
     assert found.expected == "n = 0: the CRC is that of 21 bytes"
 
 
 @pytest.mark.parametrize("unused", [0, 3])
 def test_a_crc_of_other_data_is_wrong(unused: int) -> None:
     found = breach([*segments(), BlockEnd(unused, crc16(b"other"))])
-    assert (found.rule.id, found.habit) == ("block.crc", None)
+    assert (found.rule.id, found.told_as) == ("block.crc", None)
     assert found.expected == f"CRC {crc16(DATA[: 21 - unused]):04X}h"
 
 

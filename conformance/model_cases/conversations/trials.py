@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from conformance.bus.errors import BenchError
 from conformance.bus.link import Captured
 from conformance.device.effort import TRIES_OF_TRANSFER
-from conformance.dialogue.causes import OTHER_DATA
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.server_aborts import Way, is_systematic
@@ -17,7 +16,8 @@ from conformance.run.leaving import leave, shift
 from conformance.run.session import DeviceSession
 from conformance.run.verdict import Afterwards
 from conformance.sdo.checks import ServerAborted
-from conformance.sdo.rules import Rule, Violation
+from conformance.sdo.kinds import OTHER_DATA
+from conformance.sdo.rules import Cause, Rule, Violation
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +86,7 @@ class Trials:
             self._sdo.record.early.forget()
             converse(conversation, self._objects, self._sdo)
         except Violation as violation:
-            violation.request = violation.request or self._sdo.wire.last_sent
+            violation.asked = violation.asked or self._sdo.wire.last_sent
             record, asked = self._sdo.record, self._sdo.wire.last_sent
             is_known = record.explains() is not None or record.is_known(violation, asked)
             failure = Failure(conversation, violation, self._session.frames, is_known)
@@ -94,7 +94,8 @@ class Trials:
             if not is_known:
                 self._left = record.early.way(violation, asked)
             self._recover()
-            moved = (violation.rule.id, OTHER_DATA) == violation.habit and self._moves(conversation)
+            reads_wrong = violation.told_as == Cause(violation.rule.id, *OTHER_DATA)
+            moved = reads_wrong and self._moves(conversation)
             return None if excused or moved else failure
         except BenchError as error:
             self.bench_error, self.ended = error, True

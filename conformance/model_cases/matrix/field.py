@@ -22,11 +22,11 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import SEGMENT_LENGTH
 from conformance.sdo.oracle import Oracle
 from conformance.sdo.rules import IDLE_AFTERWARDS, Violation
+from conformance.sdo.rules.defects import CHANGED_UNASKED
 from conformance.sdo.rules.short_requests import SHORT_REQUEST_RULES
 from conformance.sdo.seen import Data
 
 AnyState = State[Request | None]
-CHANGED_UNASKED = (IDLE_AFTERWARDS.id, "a value changes behind what is no download")
 CUT_SHORT = frozenset(rule.id for rule in SHORT_REQUEST_RULES)
 
 
@@ -116,8 +116,8 @@ def _has_changed_unasked(sdo: Dialogue, known: KnownObject, breach: Violation) -
         IDLE_AFTERWARDS,
         expected=f"{known} to read as it was left: {shown(believed)}",
         actual=Data(found, remark=f"; met as: {breach}"),
+        told_as=CHANGED_UNASKED,
     )
-    changed.habit = CHANGED_UNASKED
     sdo.note(changed)
     return True
 

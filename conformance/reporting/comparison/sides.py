@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from conformance.dialogue.causes import Cause
 from conformance.reporting.cause_counts import CauseCount, counted_causes
 from conformance.reporting.recorded import RecordedRun, read_run
 from conformance.reporting.summary import verdict_counts
 from conformance.run.verdict import CaseResult
+from conformance.sdo.rules import Cause
 
 # Of a run in which every case was tested: it passed, or a case failed.
 WHOLE = (0, 1)

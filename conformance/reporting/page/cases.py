@@ -77,7 +77,7 @@ class CauseShown:
     @property
     def kind(self) -> str:
         """The kind of answer."""
-        return self.count.cause.answer or self.first.result.actual
+        return self.count.cause.words or self.first.result.actual
 
     @property
     def counts(self) -> str:

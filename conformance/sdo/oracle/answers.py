@@ -31,7 +31,7 @@ from conformance.sdo.rules import (
     Rule,
     Violation,
 )
-from conformance.sdo.seen import Received, Said, filled
+from conformance.sdo.seen import Misread, Received, Said, filled
 
 Kind = TypeVar("Kind", bound=Message)
 Codes = tuple[AbortCode, ...]
@@ -198,6 +198,13 @@ def require(holds: bool, rule: Rule, expected: str, frame: bytes) -> None:
     """Raise Misfit where a response of the right kind has a wrong content."""
     if not holds:
         raise Misfit(partial(violation, rule, expected, frame), near=1)
+
+
+def misread(rule: Rule, mux: Multiplexer, due: bytes, response: Response) -> Misfit:
+    """Say that a response has other data than those that are due, or that they begin with."""
+    expected = f"{mux} to read as {hex_bytes(due)}"
+    wrong = partial(Violation, rule, expected=expected, actual=Misread(response))
+    return Misfit(wrong, near=1)
 
 
 def require_mux(found: Multiplexer, due: Multiplexer, frame: bytes) -> None:

@@ -27,6 +27,7 @@ from conformance.sdo.oracle.answers import (
     Refusal,
     answered,
     expect,
+    misread,
     require,
     require_mux,
     shape,
@@ -260,8 +261,7 @@ class Sending(_BlockUpload):
         facts = memory.facts(self.mux)
         end = min(len(data), self.size) if self.size is not None else len(data)
         if not facts.begins(data[: min(end, len(due))], due):
-            expected = f"{self.mux} to read as {hex_bytes(due)}"
-            raise Misfit(partial(_breach, facts.reads_by, expected, frame), near=1)
+            raise misread(facts.reads_by, self.mux, due, response)
 
     def _sent(self, response: BlockSegment, memory: Memory) -> Iterable[Branch]:
         start = (self.number - 1) * SEGMENT_LENGTH

@@ -226,7 +226,7 @@ class Oracle(Standing):
         # A sub-block that stops in the middle was answered, but not to its end.
         rule = ANSWERED if self._asked else must(due[0].rule)
         silent = Violation(rule, expected=expected, actual=NoAnswer())
-        silent.asked = AT_THE_END if self._asked and waits_for_the_end(branches) else ""
+        silent.asked_as = AT_THE_END if self._asked and waits_for_the_end(branches) else ""
         return silent
 
     def silence(self) -> list[Violation]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from conformance.sdo.abort_codes import ACCUSATIONS, OF_DOWNLOADS
-from conformance.sdo.describe import hex_bytes
+from conformance.sdo.decoding import decode_response
 from conformance.sdo.frames import (
     DownloadSegment,
     Request,
@@ -21,6 +21,7 @@ from conformance.sdo.oracle.answers import (
     Refusal,
     expect,
     initiate_shape,
+    misread,
     require,
     require_mux,
     zero,
@@ -128,7 +129,8 @@ def require_value(
         require(fits, TYPE_LENGTH, f"{facts.reads} bytes, as the type has", frame)
     if due is not None:
         holds = facts.same(data, due) if whole else facts.begins(data, due)
-        require(holds, facts.reads_by, f"{mux} to read as {hex_bytes(due)}", frame)
+        if not holds:
+            raise misread(facts.reads_by, mux, due, decode_response(frame))
 
 
 @dataclass(frozen=True, slots=True)

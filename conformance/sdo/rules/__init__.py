@@ -20,7 +20,7 @@ from conformance.sdo.rules.chapters import (
 )
 from conformance.sdo.rules.freedoms import RESTART
 from conformance.sdo.rules.idle import MISSING_REFUSED, NOT_REFUSED
-from conformance.sdo.rules.model import Level, Rule, Violation, cited
+from conformance.sdo.rules.model import Cause, Level, Rule, Violation, cited
 from conformance.sdo.rules.responses import (
     ABORT_CODE,
     ANSWERED,
@@ -71,6 +71,7 @@ __all__ = [
     "UNSOLICITED",
     "UNUSED_COUNT",
     "UPLOAD_ENDS",
+    "Cause",
     "Chapter",
     "Level",
     "Rule",

@@ -1,10 +1,11 @@
-"""What a rule is: what it asks for, how binding it is, and what a breach of it is."""
+"""What a rule is: what it asks for, how binding it is, what a breach of it is, and its cause."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.frames import Request
+from conformance.sdo.kinds import Kind
 from conformance.sdo.seen import Said, Seen
 
 
@@ -47,29 +48,63 @@ def cited(clause: str) -> str:
     return clause if clause.startswith("CiA") else f"CiA 301 clause {clause}"
 
 
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A defect of a device: the id of a rule, and the kind of answer that breaks it.
+
+    ``code`` is that of an abort. ``request`` is the kind of request where that tells causes apart,
+    with its preposition: "to upload initiate".
+    """
+
+    rule_id: str
+    answer: str
+    code: int | None = None
+    request: str = ""
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of answer."""
+        return Kind(self.answer, self.code)
+
+    @property
+    def words(self) -> str:
+        """All but the rule in words."""
+        return f"{self.kind} {self.request}" if self.request else str(self.kind)
+
+    def __str__(self) -> str:
+        return f"{self.rule_id}: {self.words}"
+
+
 class Violation(Exception):
     """A response, or its absence, that a rule does not allow.
 
-    ``request`` is what had been sent last when it was seen, None where that was not noted.
-    ``habit`` is what the device does there, by the rule and in words, where it does so wherever it
-    can, and breaks other rules as well with it.
-    ``asked`` says what was asked in words that fit more than one request.
+    ``seen`` is what came instead, ``actual`` is the same in words. ``asked`` is the request that
+    was sent last when it was seen, None where that was not noted; ``asked_as`` is its kind where
+    that fits more than one request. ``told_as`` is the defect behind this symptom, where it breaks
+    other rules as well.
     ``is_certain``: other data came behind a positive confirmation, which no frame explains that was
     lost, repeated or swapped on the bus.
     """
 
     def __init__(
-        self, rule: Rule, *, expected: str, actual: Seen | str, asked: Request | None = None
+        self,
+        rule: Rule,
+        *,
+        expected: str,
+        actual: Seen | str,
+        asked: Request | None = None,
+        told_as: Cause | None = None,
+        is_certain: bool = False,
     ) -> None:
-        """Say in words what the rule asked for; ``actual`` came instead."""
+        """``expected`` says in words what the rule asked for; ``actual`` came instead."""
         super().__init__(rule, expected, actual)
         self.rule = rule
         self.expected = expected
         self.seen = Said(actual) if isinstance(actual, str) else actual
-        self.request = asked
-        self.habit: tuple[str, str] | None = None
-        self.asked = ""
-        self.is_certain = False
+        self.asked = asked
+        self.asked_as = ""
+        self.told_as = told_as
+        self.is_certain = is_certain
 
     def __str__(self) -> str:
         return f"{self.rule.id}: expected {self.expected}; got {self.actual}"

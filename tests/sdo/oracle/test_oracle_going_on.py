@@ -61,4 +61,4 @@ def test_silence_at_its_end_is_one_kind_of_silence() -> None:
     oracle.request(bytes.fromhex("40 00 10 00 00 00 00 00"))
     (silent,) = oracle.settled()
     assert silent.rule.id == "response.answered"
-    assert "the end of a block upload" in silent.asked
+    assert "the end of a block upload" in silent.asked_as
