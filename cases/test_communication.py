@@ -7,7 +7,6 @@ from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.long_values import read_in_blocks
 from conformance.dialogue.missing_objects import missing_object
 from conformance.dialogue.parameters import (
     COB_ID_ENTRIES,
@@ -16,6 +15,7 @@ from conformance.dialogue.parameters import (
     Parameters,
     number_of,
 )
+from conformance.dialogue.value_access import ValueAccess
 from conformance.run.case import may, must
 from conformance.sdo.cob_id import (
     EXTENDED,
@@ -92,7 +92,7 @@ def test_stored_eds(sdo: Dialogue, blocks: Blocks, parameters: Parameters) -> No
     unread = sdo.device.learned.unread.get(STORED_EDS)
     if unread is not None and unread.reason is Reason.TOO_LONG:
         raise NotTestable(f"the EDS is too long for that: {unread.why}")
-    known = sdo.device.values.get(STORED_EDS) or read_in_blocks(sdo, STORED_EDS)
+    known = sdo.device.values.get(STORED_EDS) or ValueAccess(sdo).announced_in_blocks(STORED_EDS)
     text = known or parameters.present(STORED_EDS)
     storage_format = sdo.read_if_there(STORED_FORMAT)
     if storage_format is not None and any(storage_format):

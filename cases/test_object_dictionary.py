@@ -28,8 +28,8 @@ from conformance.dialogue.object_expectations import (
     whole_value,
     write_quickly,
 )
-from conformance.dialogue.own_values import write_as_before
 from conformance.dialogue.storage import Storage
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import of_another_length, same_value, with_spaces
 from conformance.run import object_choices as choose
 from conformance.run.case import may, must, should
@@ -126,7 +126,7 @@ def test_default_of_parameter(
     """
     due = entry.default or b""
     if device.permits.at_defaults:
-        write_as_before(sdo, entry.mux)
+        ValueAccess(sdo).write_own(entry.mux)
         expect_stated(sdo, entry, due)
         return
     if not is_steady(device, entry):
@@ -144,7 +144,7 @@ def test_default_of_parameter(
 @should("od.configured", "dictionary.configured", entry=choose.configured)
 def test_configured(sdo: Dialogue, entry: KnownObject) -> None:
     """The device is configured as its DCF says (ParameterValue)."""
-    write_as_before(sdo, entry.mux)
+    ValueAccess(sdo).write_own(entry.mux)
     expect_stated(sdo, entry, entry.configured or b"")
 
 
@@ -200,7 +200,7 @@ def test_error_list(sdo: Dialogue, entry: KnownObject) -> None:
 def test_write_back(sdo: Dialogue, blocks: Blocks, device: Device, entry: KnownObject) -> None:
     """A writable entry takes the value that it has."""
     may_be_written(device, entry)
-    value = value_to_write_back(blocks, device, entry)
+    value = value_to_write_back(sdo, entry)
     expect_written_back(sdo, entry, write_quickly(sdo, entry, value), value)
 
 

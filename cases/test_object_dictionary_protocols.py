@@ -76,7 +76,7 @@ def test_write_back_in_segments(
 ) -> None:
     """A writable entry takes the value that it has in segments, however short it is."""
     may_be_written(device, entry)
-    value = value_to_write_back(blocks, device, entry)
+    value = value_to_write_back(sdo, entry)
     if len(value) > LONG_VALUE:
         raise NotTestable(f"{len(value)} bytes go in segments in any case: see od.write-back")
     expect_written_back(sdo, entry, sdo.try_download(entry, value, segmented=True), value)
@@ -91,7 +91,7 @@ def test_write_back_in_blocks(
     """A writable entry takes the value that it has in blocks."""
     may_be_written(device, entry)
     blocks.require_download()
-    value = value_to_write_back(blocks, device, entry)
+    value = value_to_write_back(sdo, entry)
     check_for_blocks(device, value)
     transfer = sdo.client.block_download(entry.mux, value)
     expect_written_back(sdo, entry, sdo.abort_of(transfer), value)

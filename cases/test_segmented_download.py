@@ -8,7 +8,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
-from conformance.dialogue.whole_values import expect_stored_and_read
+from conformance.dialogue.object_expectations import expect_stored_and_read
 from conformance.model_cases.variations import BEYOND_16_BITS, EDGE_SIZES, LONG_SIZES, SHORT_SIZES
 from conformance.run.case import may, must, should
 from conformance.sdo.frames import (

@@ -6,8 +6,8 @@ from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.held_values import expect_empty
 from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.object_expectations import expect_stored_and_read
 from conformance.dialogue.values import not_emptied, same_value
-from conformance.dialogue.whole_values import expect_stored_and_read
 from conformance.model_cases.open_transfer import begin
 from conformance.model_cases.server_states import (
     SEGMENTED_UPLOAD_FIRST,

@@ -22,6 +22,7 @@ from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.rule_families import INCIDENTAL
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import (
     end_missing,
     filled_up,
@@ -100,7 +101,7 @@ def survey(sdo: Dialogue, brings_back: Callable[[], bool] | None = None) -> None
             if any(one.habits.too_long for one in sdo.device.known.values()):
                 _find_miscount(sdo, known)
             if sdo.device.learned.lengths[known.mux].least > SHORT_VALUE:
-                Blocks(sdo).read_alike()  # on that hangs what it is used for
+                ValueAccess(sdo).read_alike()  # on that hangs what it is used for
             find_cut(sdo, sdo.device.known[known.mux])
         except (Violation, ServerAborted, NotTestable, Unimplemented) as error:
             asked = sdo.wire.last_sent

@@ -5,7 +5,7 @@ from collections.abc import Generator
 from conformance.device.effort import BELIEVED, LONGEST_READ
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.long_values import read_in_blocks
+from conformance.dialogue.value_access import ValueAccess
 from conformance.sdo.block_client import Step
 from conformance.sdo.client import Uploaded
 from conformance.sdo.decoding import as_answer
@@ -39,7 +39,7 @@ def read_whole(sdo: Dialogue, known: KnownObject) -> bytes:
             raise
         if found.size > LONGEST_READ:
             raise TooLong(found.size, LONGEST_READ) from found
-        in_blocks = read_in_blocks(sdo, known.mux)
+        in_blocks = ValueAccess(sdo).announced_in_blocks(known.mux)
         if in_blocks is None:
             raise
         sdo.wire.seen[known.mux] = in_blocks

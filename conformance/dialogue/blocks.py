@@ -3,7 +3,6 @@
 from collections.abc import Callable, Generator, Sequence
 
 from conformance.device.device import DEVICE_TYPE
-from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.object_roles import Roles
@@ -11,6 +10,7 @@ from conformance.dialogue.dialogue import Dialogue, named
 from conformance.dialogue.ended_transfers import has_left
 from conformance.dialogue.held_values import expect_read
 from conformance.dialogue.transfers import Target, mux_of
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import same_value
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.block_client import Burst, Step, all_of_it
@@ -303,52 +303,9 @@ class Blocks:
 
     def expect_value(self, known: KnownObject, due: bytes) -> None:
         """Expect an object to read as ``due``: a long value in blocks, where those bring it."""
-        length = max(len(due), self._sdo.device.learned.lengths[known.mux].least)
-        found = self._brought(known) if length > SHORT_VALUE and self.read_alike() else None
+        found = ValueAccess(self._sdo).in_blocks(known.mux, due)
         if found is None or not same_value(known, found, due):
             expect_read(self._sdo, known, due)
-
-    def read(self, known: KnownObject) -> bytes:
-        """Read an object: what was long at the beginning of the run in blocks, if they serve."""
-        if len(self._sdo.device.values.get(known.mux, b"")) > SHORT_VALUE and self.read_alike():
-            try:
-                return self.upload(known).data
-            except (Violation, NotTestable, Unimplemented):
-                self._recover()
-        return self._sdo.upload(known)
-
-    def reads(self, target: Target, due: bytes) -> bool:
-        """Say whether a block upload brings a value; if not, an ordinary one may all the same."""
-        return self._brought(target) == due
-
-    def _brought(self, target: Target) -> bytes | None:
-        try:
-            return self.upload(target).data
-        except (Violation, NotTestable, Unimplemented):
-            self._recover()
-            return None
-
-    def read_alike(self) -> bool:
-        """Say whether block uploads bring what ordinary ones do; compares them once in a run.
-
-        A server that sends more behind the end of one is read in blocks where blocks are the point.
-        """
-        device = self._sdo.device
-        if device.learned.reads_alike is None:
-            lengths = {mux: len(device.values[mux]) for mux in device.steady()}
-            short = [mux for mux, length in lengths.items() if length <= SHORT_VALUE]
-            target = max(short, key=lambda mux: lengths[mux], default=DEVICE_TYPE)
-            alike = self.reads(target, self._sdo.upload(target))
-            device.learned.reads_alike = alike and self._ends_quietly()
-        return device.learned.reads_alike
-
-    def _ends_quietly(self) -> bool:
-        """Say whether nothing comes behind a transfer that has ended."""
-        try:
-            return not self._sdo.fence()
-        except Violation:
-            self._recover()
-            return False
 
     def _run_block(self, transfer: Generator[Step, Response, Result], ordinary: Request) -> Result:
         """Run a transfer; a refusal of its initiate may mean that there are no block transfers."""

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue import held_values
 from conformance.dialogue.transfers import Target, Transfers, mux_of
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import same_value, segments_of
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.checks import ServerAborted
@@ -312,7 +313,7 @@ class Dialogue(Transfers):
     @contextmanager
     def unchanged(self, known: KnownObject) -> Iterator[bytes]:
         """Expect an object to keep its value; see ``expect_kept``."""
-        before = held_values.held(self, known)
+        before = ValueAccess(self).read(known)
         self.wire.parts.pop(known.mux, None)
         yield before
         self.end_transfer()

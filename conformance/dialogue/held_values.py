@@ -1,9 +1,10 @@
 """What an object is expected to hold: a value that was written, stated, or not to be changed."""
 
-from conformance.device.effort import LONG_VALUE, SHORT_VALUE
+from conformance.device.effort import LONG_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.changing import changes_by_itself
 from conformance.dialogue.transfers import Transfers
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import (
     is_written_through,
     not_as_written,
@@ -12,7 +13,6 @@ from conformance.dialogue.values import (
     tail_kept,
     with_spaces,
 )
-from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import shown
 from conformance.sdo.objects import DataType, same_data
 from conformance.sdo.rules import PART_WRITTEN, Violation
@@ -36,36 +36,18 @@ def expect_stated(sdo: Transfers, known: KnownObject, stated: bytes) -> None:
         sdo.note(Violation(STATED_TEXT, expected=due, actual=actual))
 
 
-def held(sdo: Transfers, known: KnownObject) -> bytes:
-    """Read an object where its value is the point, and not the way in which it comes.
-
-    What always has a long value comes in blocks, if these bring what segments do.
-    """
-    if sdo.device.learned.reads_alike and _is_long(sdo, known):
-        try:
-            data = sdo.run(sdo.client.block_upload(known.mux)).data
-        except (Violation, ServerAborted):
-            sdo.silence.recover()
-        else:
-            sdo.wire.seen[known.mux] = data
-            return data
-    return sdo.upload(known)
-
-
-def _is_long(sdo: Transfers, known: KnownObject) -> bool:
-    return sdo.device.learned.lengths[known.mux].least > SHORT_VALUE
-
-
-def _held_or_read(sdo: Transfers, known: KnownObject, due: bytes) -> bytes:
+def _read(sdo: Transfers, known: KnownObject, due: bytes) -> bytes:
     """Read an object; what does not read as ``due`` in blocks, in segments as well."""
-    found = held(sdo, known)
-    is_due = same_value(known, found, due) or not _is_long(sdo, known)
-    return found if is_due else sdo.upload(known)
+    in_blocks = ValueAccess(sdo).in_blocks(known.mux)
+    if in_blocks is None or not same_value(known, in_blocks, due):
+        return sdo.upload(known)
+    sdo.wire.seen[known.mux] = in_blocks
+    return in_blocks
 
 
 def expect_value(sdo: Transfers, known: KnownObject, due: bytes) -> None:
     """Expect an object to read as ``due``; a string may end in 00h."""
-    _expect_found(sdo, known, due, _held_or_read(sdo, known, due))
+    _expect_found(sdo, known, due, _read(sdo, known, due))
 
 
 def expect_read(sdo: Transfers, known: KnownObject, due: bytes) -> None:
@@ -123,7 +105,7 @@ def expect_kept(sdo: Transfers, known: KnownObject, before: bytes) -> None:
     if known.length is not None:
         expect_value(sdo, known, before)
         return
-    found = _held_or_read(sdo, known, before)
+    found = _read(sdo, known, before)
     if same_value(known, found, before):
         return
     due, actual = f"{known} reads {shown(before)}", Data(found, known)

@@ -7,11 +7,10 @@ from conformance.device.effort import MOST_MEASURED, MUCH_ROOM, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
-from conformance.dialogue.own_values import write_as_before
 from conformance.dialogue.payload import MOST_PLAIN
 from conformance.dialogue.room_trials import Trials
-from conformance.dialogue.storing import NO_ROOM, WAYS, write_in_blocks
 from conformance.dialogue.transfers import Transfers
+from conformance.dialogue.value_access import NO_ROOM, WAYS, ValueAccess
 from conformance.dialogue.values import not_stored
 from conformance.sdo.abort_codes import AbortCode, describe_code
 from conformance.sdo.frames import Abort
@@ -50,7 +49,7 @@ class Room:
         if way is not None and not exactly and self._trials.write_otherwise(known, data, (way,)):
             return
         always_long = self._device.learned.lengths[known.mux].least > SHORT_VALUE
-        if always_long and not exactly and write_in_blocks(self._sdo, known.mux, data):
+        if always_long and not exactly and ValueAccess(self._sdo).write_in_blocks(known.mux, data):
             return
         try:
             # What matters exactly is what went before as well: it is the case that is repeated.
@@ -290,7 +289,7 @@ class Room:
             for known in sorted(self._device.objects, key=self._last_to_be_read):
                 data = self._device.values.get(known.mux, b"")
                 if len(data) >= needed:
-                    write_as_before(self._sdo, known.mux)
+                    ValueAccess(self._sdo).write_own(known.mux)
                     return known, data
             raise NotTestable(
                 f"needs an object of {needed} bytes or more: name a string or domain, "

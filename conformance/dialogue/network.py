@@ -13,9 +13,9 @@ from conformance.device.not_testable import NotTestable
 from conformance.device.protected_objects import NMT
 from conformance.device.serving import STATE_NAMES, Service
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.own_values import write_all_as_before
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.serving_trial import ServingTrial
+from conformance.dialogue.value_access import ValueAccess
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.frames import Abort
@@ -198,7 +198,7 @@ class Network:
         So it may be stored again, also by a device that forgets nothing in a reset.
         """
         self._device.permits.require(NMT)
-        write_all_as_before(self._sdo)
+        ValueAccess(self._sdo).write_all_own()
         self.reset(NmtCommand.RESET_NODE)
 
     def produce_heartbeats(self) -> Abort | None:

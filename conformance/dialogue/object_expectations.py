@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 from conformance.device.device import Device
-from conformance.device.effort import LONG_VALUE, READS_OF_MEASURED
+from conformance.device.effort import LONG_VALUE, READS_OF_MEASURED, SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable
@@ -13,7 +13,9 @@ from conformance.device.serving import Service
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.changing import changes_by_itself, is_steady
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.storing import write_in_blocks
+from conformance.dialogue.held_values import expect_read
+from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import check_constant, longer_than_taken, same_value
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.checks import ServerAborted
@@ -105,15 +107,20 @@ def whole_value(device: Device, entry: KnownObject) -> bytes | None:
     return value if len(value) > LONG_VALUE else None
 
 
-def value_to_write_back(blocks: Blocks, device: Device, entry: KnownObject) -> bytes:
+def value_to_write_back(sdo: Dialogue, entry: KnownObject) -> bytes:
     """Return the value that an entry has, without what fills it up where it takes none so long.
 
     Raises Violation for one that reads longer than may be written, and is not filled up.
     """
+    device = sdo.device
     known = device.known.get(entry.mux, entry)
     if known.habits.beyond:
         return device.values[entry.mux]
-    value = whole_value(device, entry) or blocks.read(entry)
+    value = whole_value(device, entry)
+    if value is None:
+        value = ValueAccess(sdo).in_blocks(entry.mux, device.values.get(entry.mux, b""))
+    if value is None:
+        value = sdo.upload(entry)
     if device.learned.lengths[entry.mux].irreplaceable:
         raise longer_than_taken(entry, value)
     return value
@@ -127,7 +134,7 @@ def is_known_to_go(device: Device, value: bytes) -> bool:
 
 def write_quickly(sdo: Dialogue, entry: KnownObject, value: bytes) -> Abort | None:
     """Write a value, in blocks if it is known to go in segments; return the abort if refused."""
-    if is_known_to_go(sdo.device, value) and write_in_blocks(sdo, entry.mux, value):
+    if is_known_to_go(sdo.device, value) and ValueAccess(sdo).write_in_blocks(entry.mux, value):
         return None
     return sdo.try_download(entry, value)
 
@@ -257,3 +264,18 @@ def indices_text(indices: Iterable[int]) -> str:
 
 
 _THERE = (AbortCode.READ_OF_WRITE_ONLY, AbortCode.UNSUPPORTED_ACCESS, *NOT_NOW)
+
+
+def expect_stored_and_read(sdo: Dialogue, room: Room, known: KnownObject, size: int) -> None:
+    """Expect a value of ``size`` bytes to be stored by a download, and to be read by an upload.
+
+    Long values take so many requests that the cases on either side share one exchange.
+    """
+    whole = sdo.device.learned.lengths[known.mux].whole
+    if size in whole:
+        return
+    data = sdo.payload(size)
+    room.store(known, data, segmented=True)
+    expect_read(sdo, known, data)
+    if size > SHORT_VALUE:
+        whole.add(size)

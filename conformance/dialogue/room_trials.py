@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from conformance.device.effort import TRIES_OF_LENGTH
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Way
-from conformance.dialogue.storing import WAYS
 from conformance.dialogue.transfers import Transfers
+from conformance.dialogue.value_access import WAYS
 from conformance.sdo.abort_codes import describe_code
 from conformance.sdo.frames import Abort
 from conformance.sdo.objects import DataType

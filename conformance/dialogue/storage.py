@@ -6,20 +6,18 @@ So nothing is loaded unless all that would be lost can be put back, and stored a
 
 from collections.abc import Iterable, Mapping
 
-from conformance.device.effort import SHORT_VALUE
 from conformance.device.known_objects import KnownObject
 from conformance.device.learned import Reason
 from conformance.device.not_testable import NotTestable, Unimplemented
 from conformance.device.protected_objects import LOAD_DEFAULTS, NMT, STORE_PARAMETERS
-from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.network import Network
-from conformance.dialogue.own_values import write_all_as_before
 from conformance.dialogue.transfers import NOT_NOW
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import same_value, with_spaces
 from conformance.sdo.checks import ServerAborted
 from conformance.sdo.describe import in_words, shown
-from conformance.sdo.frames import Abort, DownloadInitiate
+from conformance.sdo.frames import DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.nmt import NmtCommand
 from conformance.sdo.pdos import IN_ORDER
@@ -51,7 +49,7 @@ def write_signature(sdo: Dialogue, mux: Multiplexer) -> None:
 
     What cases have left changed is not stored.
     """
-    write_all_as_before(sdo)
+    ValueAccess(sdo).write_all_own()
     signature = SIGNATURES[mux]
     words = f'"{signature.decode()}" to {mux}'
     seconds = max(sdo.device.storage_time, sdo.channel.response_timeout)
@@ -165,12 +163,8 @@ class Storage:
 
     def _read(self, known: KnownObject) -> bytes:
         """Read a parameter, a long one in blocks if they serve; raises ServerAborted."""
-        blocks = Blocks(self._sdo)
-        if len(self._device.values[known.mux]) > SHORT_VALUE and blocks.read_alike():
-            uploaded = blocks.try_upload(known)
-            if not isinstance(uploaded, Abort):
-                return uploaded.data
-        return self._sdo.read(known.mux)
+        in_blocks = ValueAccess(self._sdo).in_blocks(known.mux, self._device.values[known.mux])
+        return self._sdo.read(known.mux) if in_blocks is None else in_blocks
 
     def _not_default(self, values: Values) -> Iterable[KnownObject]:
         """Return the parameters that have not the default that is stated, or of which none is."""

@@ -9,11 +9,10 @@ from conformance.device.device import DEVICE_TYPE, TWO_SEGMENTS, Device
 from conformance.device.effort import LONG_VALUE, SHORT_VALUE, TRIES_OF_REFUSED
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
-from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.channels import Channels, is_cob_id
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.storage import write_signature
-from conformance.dialogue.storing import write_in_blocks
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import restored_value
 from conformance.run.leaving import take_the_rest
 from conformance.run.pdo_mapping import in_order, is_0_meanwhile, needed_for
@@ -334,7 +333,7 @@ class Restorer:
 
     def _download(self, sdo: Dialogue, known: KnownObject, due: bytes) -> bool:
         """Write a value; say whether it went in blocks."""
-        if write_in_blocks(sdo, known.mux, due):
+        if ValueAccess(sdo).write_in_blocks(known.mux, due):
             return True
         try:
             sdo.download(known, due)
@@ -374,8 +373,7 @@ class Restorer:
         """Say whether an upload that was initiated brings a value; if long, perhaps in blocks."""
         if len(due) > SHORT_VALUE:
             sdo.end_transfer()
-            blocks = Blocks(sdo)
-            if blocks.read_alike() and blocks.reads(known, due):
+            if ValueAccess(sdo).in_blocks(known.mux, due) == due:
                 return True
             response = sdo.initiate_upload(known)
         found = sdo.wire.seen[known.mux] = sdo.finish_upload(known, response)

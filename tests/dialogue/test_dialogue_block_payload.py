@@ -7,7 +7,7 @@ from conformance.device.not_testable import NotTestable
 from conformance.device.safety import written_by
 from conformance.dialogue.blocks import Blocks
 from conformance.dialogue.payload import MOST_PLAIN, PRINTABLE_OBJECTS, check_for_blocks
-from conformance.dialogue.storing import write_in_blocks
+from conformance.dialogue.value_access import ValueAccess
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.server import BlockDownload
 from conformance.sdo.abort_codes import AbortCode
@@ -79,7 +79,7 @@ def test_a_value_that_names_another_object_goes_in_segments(named: bytes) -> Non
     with discovered(server) as bench:
         sdo = bench.dialogue()
         bench.device.learned.stores_in_blocks = True
-        assert not write_in_blocks(sdo, DOMAIN.mux, value(named))
+        assert not ValueAccess(sdo).write_in_blocks(DOMAIN.mux, value(named))
         with pytest.raises(NotTestable, match="if the server ended"):
             check_for_blocks(bench.device, value(named))
         with pytest.raises(NotTestable, match="a segment would be a write to 10"):
@@ -93,9 +93,9 @@ def test_other_values_go_in_blocks() -> None:
     with discovered(server) as bench:
         sdo = bench.dialogue()
         bench.device.learned.stores_in_blocks = True
-        assert write_in_blocks(sdo, DOMAIN.mux, value(TEXT_ITSELF))
-        assert write_in_blocks(sdo, DOMAIN.mux, SERIAL.ljust(7, b"-") * 31)
-        assert write_in_blocks(sdo, DOMAIN.mux, b"-" * MOST_PLAIN + b"\x06\x30\x05")
+        assert ValueAccess(sdo).write_in_blocks(DOMAIN.mux, value(TEXT_ITSELF))
+        assert ValueAccess(sdo).write_in_blocks(DOMAIN.mux, SERIAL.ljust(7, b"-") * 31)
+        assert ValueAccess(sdo).write_in_blocks(DOMAIN.mux, b"-" * MOST_PLAIN + b"\x06\x30\x05")
         sdo.fence()
     begun = [decode_request(frame) for frame in server.requests if frame[0] & 0xE1 == 0xC0]
     assert sum(isinstance(one, BlockDownloadInitiate) for one in begun) == 3

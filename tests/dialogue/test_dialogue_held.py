@@ -10,8 +10,8 @@ from conformance.bus.link import Direction
 from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.held_values import held
 from conformance.dialogue.lengths_by_writing import Room
+from conformance.dialogue.value_access import ValueAccess
 from conformance.faults.catalogue import build_node
 from conformance.sdo.rules import Violation
 
@@ -47,7 +47,7 @@ def first_sent(bench: Workbench) -> list[str]:
 def test_what_an_object_holds(alike: bool | None, begins: str) -> None:
     with long_domain(alike=alike) as bench:
         sent, sdo = first_sent(bench), bench.dialogue()
-        assert held(sdo, DOMAIN) == VALUE
+        assert ValueAccess(sdo).read(DOMAIN) == VALUE
         assert sent[0] == begins
         assert sdo.wire.seen[DOMAIN.mux] == VALUE
 
@@ -56,13 +56,13 @@ def test_what_is_not_always_long_is_read_in_segments() -> None:
     with long_domain() as bench:
         bench.device.learned.lengths[DOMAIN.mux].fixed = False
         sent = first_sent(bench)
-        assert held(bench.dialogue(), DOMAIN) == VALUE
+        assert ValueAccess(bench.dialogue()).read(DOMAIN) == VALUE
         assert sent[0] == "40"
 
 
 def test_what_cannot_be_read_in_blocks_is_read_in_segments() -> None:
     with long_domain("no-block-upload") as bench:
-        assert held(bench.dialogue(), DOMAIN) == VALUE
+        assert ValueAccess(bench.dialogue()).read(DOMAIN) == VALUE
 
 
 @pytest.mark.parametrize("expect", [Dialogue.expect_value, Dialogue.expect_kept])

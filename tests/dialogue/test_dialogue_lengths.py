@@ -8,7 +8,7 @@ from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.block_downloads import lose_segment, send_again
 from conformance.dialogue.lengths_by_writing import Room
-from conformance.dialogue.own_values import write_as_before
+from conformance.dialogue.value_access import ValueAccess
 from conformance.faults.catalogue import build_node
 from conformance.reference.dictionary import reference_device
 from conformance.reference.node import Node
@@ -186,5 +186,5 @@ def test_what_takes_no_value_is_read_as_it_is() -> None:
             Room(bench.dialogue()).store(TEXT, b"x" * 20)
         bench.device.contents.leave(TEXT.mux)
         sdo = bench.dialogue()
-        write_as_before(sdo, TEXT.mux)
+        ValueAccess(sdo).write_own(TEXT.mux)
         assert not sdo.record.written

@@ -6,7 +6,7 @@ from support.run_bench import DOMAIN, NODE_ID, Recording, discovered
 from conformance.device.effort import SEGMENTS_COMPARED
 from conformance.device.known_objects import KnownObject
 from conformance.dialogue.held_values import expect_read
-from conformance.dialogue.long_values import read_in_blocks
+from conformance.dialogue.value_access import ValueAccess
 from conformance.faults.block_servers import KnowsBlockUploads
 from conformance.faults.catalogue import build_node
 from conformance.reference.built_in_device import reference_entries
@@ -60,7 +60,7 @@ def test_what_is_read_in_blocks(kind: type[Recording], value: bytes, found: byte
         del bench.device.values[DOMAIN.mux]  # nothing was read of it before
         server.requests.clear()
         sdo = bench.dialogue()
-        assert read_in_blocks(sdo, DOMAIN.mux) == found
+        assert ValueAccess(sdo).announced_in_blocks(DOMAIN.mux) == found
         assert sdo.fence() == [], "the server is idle"
         assert len(server.requests) < 120, "it was not read in segments"
 
@@ -70,7 +70,7 @@ def test_a_device_without_block_uploads_is_not_asked_for_all_of_it() -> None:
         known = KnownObject(Multiplexer(0x2011), DataType.DOMAIN)
         sdo = bench.dialogue()
         sdo.download(known, LONG[:2000], segmented=True)
-        assert read_in_blocks(sdo, known.mux) is None
+        assert ValueAccess(sdo).announced_in_blocks(known.mux) is None
         assert sdo.upload(known) == LONG[:2000]
 
 

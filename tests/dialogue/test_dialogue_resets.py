@@ -7,8 +7,8 @@ from storage_bench import Watched, configured
 from support.run_bench import DOMAIN, NODE_ID, RULE, TEXT, Recording, discovered
 
 from conformance.device.effort import LONG_VALUE
-from conformance.dialogue.own_values import write_all_as_before, write_as_before
 from conformance.dialogue.storage import write_signature
+from conformance.dialogue.value_access import ValueAccess
 from conformance.faults.registry import assemble
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.dictionary import reference_device
@@ -141,7 +141,7 @@ def test_what_is_very_long_and_lost_in_a_reset_is_put_back() -> None:
         reset(session, NmtCommand.RESET_NODE)
         assert held(watched)[1] == LONG
         run = begin(session)
-        write_as_before(run.sdo, DOMAIN.mux)
+        ValueAccess(run.sdo).write_own(DOMAIN.mux)
         assert held(watched)[1] == in_use
         run.conclude(None)
         reset(session, NmtCommand.RESET_NODE)
@@ -197,7 +197,7 @@ def test_a_long_value_is_written_in_blocks_before_it_is_stored(kind: type[Record
             leave(session)
             run = begin(session)
             server.requests.clear()
-            write_all_as_before(run.sdo)
+            ValueAccess(run.sdo).write_all_own()
             assert server.entries[DOMAIN.mux].value == LONG
             requests = map(decode_request, server.requests)
             assert {type(one) for one in writes(requests) if target(one) == DOMAIN.mux} == ways

@@ -9,7 +9,7 @@ from support.run_bench import DOMAIN, NODE_ID, NUMBER, RULE, TEXT, Recording, di
 from conformance.device.change_journal import BACK, CHANGED
 from conformance.device.device import TWO_SEGMENTS
 from conformance.dialogue.blocks import Blocks
-from conformance.dialogue.own_values import write_as_before
+from conformance.dialogue.value_access import ValueAccess
 from conformance.model_cases.lockstep import knowledge_of
 from conformance.reference.built_in_device import reference_entries
 from conformance.reference.server import BlockDownload
@@ -98,7 +98,7 @@ def test_what_a_case_has_read_last_the_next_one_knows() -> None:
         assert bench.device.contents.value(TEXT.mux) == b"left"
         run.sdo.download(NUMBER, bytes(4))
         assert bench.device.contents.value(TEXT.mux) is None, "who knows what that changes"
-        write_as_before(run.sdo, TEXT.mux)
+        ValueAccess(run.sdo).write_own(TEXT.mux)
         assert run.sdo.upload(TEXT) == b"text"
         run.conclude(None)
         assert session.restorer.unrestored == {}

@@ -18,7 +18,7 @@ from conformance.device.safety import written_by
 from conformance.dialogue.dialogue import Dialogue
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
 from conformance.dialogue.payload import MOST_PLAIN, mux_bytes, text
-from conformance.dialogue.storing import NO_ROOM
+from conformance.dialogue.value_access import NO_ROOM
 from conformance.model_cases.conversations.conversation import Service, Transfer
 from conformance.model_cases.lockstep import knowledge_of
 from conformance.model_cases.matrix.stimuli import Targets

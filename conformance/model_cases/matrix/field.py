@@ -8,9 +8,9 @@ from conformance.device.known_objects import KnownObject
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
 from conformance.dialogue.dialogue import Dialogue
-from conformance.dialogue.held_values import held
 from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.missing_objects import missing_object, missing_sub_index
+from conformance.dialogue.value_access import ValueAccess
 from conformance.dialogue.values import same_value
 from conformance.model_cases.lockstep import Lockstep, knowledge_of
 from conformance.model_cases.matrix.stimuli import Stimulus, Targets
@@ -64,7 +64,7 @@ def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObje
         if any(found.rule.id in CUT_SHORT for found in sdo.record.minor):
             Room(sdo).restore_own(known)  # what it holds now is for no case to read
         elif known.mux not in sdo.wire.seen:
-            held(sdo, known)
+            ValueAccess(sdo).read(known)
             lockstep.check()
 
 
