@@ -1,10 +1,10 @@
 """Known deviations of a device: what is known to fail, each with the reason why it may.
 
 [[deviations]]
-case = "block-download.crc-mismatch"
+case = "block-download.crc[1]"
 reason = "ticket 123: the CRC is not checked before release 2"
-rule = "block.crc"        # optional: excused only while this is the rule that it breaks; without
-                          # it, while the rule is one that the case tests
+rule = "block-download.crc"   # optional: excused only while this is the rule that it breaks;
+                              # without it, while the rule is one that the case tests
 
 [[deviations]]
 case = "matrix.idle[*"    # several cases: * is any text, ? any character, nothing else is special

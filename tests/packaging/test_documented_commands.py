@@ -51,7 +51,9 @@ def commands(pages: Sequence[Path]) -> list[list[str]]:
 def of(program: str, pages: Sequence[Path] = PAGES) -> list[list[str]]:
     """Return the arguments of each command of a program; what is optional is taken as given."""
     return [
-        [word.strip("[]") for word in words[1:]] for words in commands(pages) if words[0] == program
+        [word if "[" in word[1:] else word.strip("[]") for word in words[1:]]
+        for words in commands(pages)
+        if words[0] == program
     ]
 
 
