@@ -38,6 +38,7 @@ from conformance.sdo.frames import (
     RemoteFrame,
     Request,
     Response,
+    Unknown,
     UploadInitiate,
     UploadSegment,
 )
@@ -123,7 +124,7 @@ class Wire:
                 self.record.early.aborted(running)
             if len(data) < FRAME_LENGTH:
                 decoded = decode_request(whole_frame(data))
-            self._about_to_send(decoded, decoded)
+            self._about_to_send(_as_asked(decoded, data), decoded)
         self.channel.send(data, in_burst=in_burst)
         self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=within)
@@ -141,7 +142,8 @@ class Wire:
             )
         like = decode_request(whole_frame(frame.data))
         self.line.unacknowledged = 0
-        self._about_to_send(RemoteFrame(frame.data, frame.dlc) if frame.remote else like, like)
+        remote = RemoteFrame(frame.data, frame.dlc) if frame.remote else None
+        self._about_to_send(remote or _as_asked(like, frame.data), like)
         self.channel.send_frame(frame)
         self.timing.left(self.channel.sent_at)
         self.pauses.sent(within=self.line.open is not None)
@@ -391,3 +393,8 @@ class Wire:
             self.fencing = False
             self.sent_before, self.last_sent = before, asked
             self.after_fence()
+
+
+def _as_asked(like: Request, data: bytes) -> Request:
+    """Return which request was sent, ``like`` one of 8 bytes: no data have no command specifier."""
+    return like if data else Unknown(data)

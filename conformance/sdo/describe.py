@@ -181,6 +181,8 @@ def _(message: BlockUploadStart) -> str:
 
 @_words.register
 def _(message: Unknown) -> str:
+    if not message.frame:
+        return "frame without data"
     if len(message.frame) != FRAME_LENGTH:
         return f"{_bytes(len(message.frame))} instead of 8: {hex_bytes(message.frame)}"
     return f"command specifier {message.frame[0]:02X}h, which is not defined"

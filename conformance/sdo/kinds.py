@@ -97,7 +97,7 @@ def kind_of_answer(response: Response) -> Kind:
     'abort 05040001h'
     """
     if isinstance(response, Unknown) and len(response.frame) != FRAME_LENGTH:
-        return Kind(f"{_of_another_length(response)}: …")
+        return Kind(_of_another_length(response) + (": …" if response.frame else ""))
     code = response.code if isinstance(response, Abort) else None
     return Kind(_NAMES[type(response)], code)
 
@@ -128,4 +128,6 @@ def kind_of_request(request: Request) -> str:
 
 
 def _of_another_length(message: Unknown) -> str:
+    if not message.frame:
+        return "frame without data"
     return f"… byte{'' if len(message.frame) == 1 else 's'} instead of …"

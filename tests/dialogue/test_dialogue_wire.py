@@ -74,6 +74,24 @@ def test_silence_is_a_violation_and_the_wait_is_counted() -> None:
     assert sdo.wire.timing.latency == 0
 
 
+@pytest.mark.parametrize(
+    ("data", "words"), [(b"", "frame without data"), (b"\x40", "upload initiate 0000h:00")]
+)
+@pytest.mark.parametrize("as_frame", [False, True])
+def test_a_short_frame_is_called_by_its_command_specifier_if_it_has_one(
+    data: bytes, words: str, as_frame: bool
+) -> None:
+    with undiscovered(Scripted(lambda data: []), timeout=HASTY) as bench:
+        sdo = bench.dialogue()
+        if as_frame:
+            sdo.send_frame(CanFrame(0x605, data))
+        else:
+            sdo.send(data)
+        with pytest.raises(Violation) as raised:
+            sdo.receive()
+    assert raised.value.expected == f"an answer to: {words}"
+
+
 def test_an_answer_on_a_wrong_identifier_is_silence_that_says_what_was_heard() -> None:
     node = Scripted(lambda data: [CanFrame(0x586, BASELINE), CanFrame(0x585, BASELINE, True)])
     with undiscovered(node, timeout=HASTY) as bench:

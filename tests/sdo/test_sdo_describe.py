@@ -16,7 +16,7 @@ from conformance.sdo.line import Line
 ODD_REQUESTS = [
     ("E0 00 10 00 00 00 00 00", "command specifier E0h, which is not defined"),
     ("40 00 10", "3 bytes instead of 8: 40 00 10"),
-    ("", "0 bytes instead of 8: no data"),
+    ("", "frame without data"),
     (
         "2E 00 20 00 01 02 03 04",
         "download initiate 2000h:00, expedited, size not indicated, n=3: 01 02 03 04",

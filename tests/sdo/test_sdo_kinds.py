@@ -53,6 +53,7 @@ ABORT = Abort(MUX, AbortCode.GENERAL_ERROR)
         ("E0 00 00 00 00 00 00 00", "command specifier"),
         ("FF 18 10 01 00 00 00 00", "command specifier"),
         ("43 00 10", "… bytes instead of …: …"),
+        ("", "frame without data"),
     ],
 )
 def test_the_kind_of_a_frame_has_no_numbers_but_the_code_of_an_abort(frame: str, kind: str) -> None:
@@ -83,6 +84,7 @@ def test_the_kind_of_a_frame_has_no_numbers_but_the_code_of_an_abort(frame: str,
             "command specifier …",
         ),
         (Unknown(b"\x40\x10"), "… bytes instead of …"),
+        (Unknown(b""), "frame without data"),
         (RemoteFrame(b"", 8), "remote frame"),
         (UploadInitiate(MUX, reserved_bits=1), "upload initiate"),
         (BlockAck(1, 2, reserved=b"\1\2\3\4\5"), "block acknowledgement"),
