@@ -6,6 +6,7 @@ from conformance.reference.segmented_server import NO_MULTIPLEXER, Upload
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -225,7 +226,7 @@ class RequestBehindAbortLost(OneByOne):
     """Needs 3 ms for an abort of the client, and loses what comes meanwhile."""
 
     def seconds_for(self, frame: CanFrame) -> float:
-        return 0.003 if frame.data[:1] == b"\x80" else 0.0
+        return 0.003 if is_abort(frame.data) else 0.0
 
     def loses(self, frame: CanFrame) -> bool:
         """Have room for no request while it deals with an abort on the same channel."""

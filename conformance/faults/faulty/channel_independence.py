@@ -10,6 +10,7 @@ from conformance.reference.node import Node, ServerChannel
 from conformance.reference.segmented_server import Download, SegmentedServer, Upload
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 
@@ -86,7 +87,7 @@ class AbortEndsAll(_Linked):
     """Ends the transfers of all channels when a client aborts one."""
 
     def touch(self, channel: ServerChannel, other: SegmentedServer, frame: CanFrame) -> None:
-        if frame.data[:1] == b"\x80":
+        if is_abort(frame.data):
             other.transfer = None
 
 
@@ -98,7 +99,7 @@ class RefusalEndsAll(_Linked):
 
     def serve(self, channel: ServerChannel, frame: CanFrame) -> list[bytes]:
         responses = super().serve(channel, frame)
-        if any(data[:1] == b"\x80" for data in responses):
+        if any(is_abort(data) for data in responses):
             for other in self.channels:
                 other.server.transfer = None
         return responses

@@ -5,7 +5,7 @@ from conformance.reference.node import Node
 from conformance.reference.segmented_server import Upload
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import decode_request, is_abort
 from conformance.sdo.frames import DownloadInitiate, DownloadInitiateResponse
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import EXPEDITED_LENGTH, SEGMENT_LENGTH
@@ -27,7 +27,7 @@ class AbortOnRequestId(Node):
     """Sends its aborts back on the identifier of the requests."""
 
     def respond(self, data: bytes) -> CanFrame:
-        aborts = data[:1] == b"\x80"
+        aborts = is_abort(data)
         return CanFrame(self.request_id if aborts else self.response_id, data)
 
 
@@ -179,7 +179,7 @@ class ShortAbortServed(Server):
     """Takes an abort of fewer than 8 bytes for a request for the next segment."""
 
     def on_wrong_length(self, frame: bytes) -> list[bytes]:
-        if isinstance(self.transfer, Upload) and frame[:1] == b"\x80":
+        if isinstance(self.transfer, Upload) and is_abort(frame):
             return self.receive(bytes([0x60 | self.transfer.toggle << 4]) + bytes(7))
         return super().on_wrong_length(frame)
 

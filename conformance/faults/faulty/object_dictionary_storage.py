@@ -12,7 +12,7 @@ from conformance.faults.unusual.object_dictionary_storage import ParametersStore
 from conformance.reference.node import Node, ServerChannel
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.decoding import decode_request
+from conformance.sdo.decoding import decode_request, is_abort
 from conformance.sdo.frames import Abort, DownloadInitiate
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.storage_commands import (
@@ -199,7 +199,7 @@ class _RefusedAndFollowed(ParametersStored):
         responses = super().serve(channel, frame)
         request = decode_request(frame.data)
         about = isinstance(request, DownloadInitiate) and request.mux == self.command
-        if about and responses and responses[0][:1] == b"\x80":
+        if about and responses and is_abort(responses[0]):
             self.obey()
         return responses
 

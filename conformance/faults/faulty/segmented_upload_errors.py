@@ -7,6 +7,7 @@ from conformance.faults.registry import Defect, fault
 from conformance.reference.segmented_server import NO_MULTIPLEXER, Upload
 from conformance.reference.server import Server
 from conformance.sdo.abort_codes import AbortCode
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.frames import (
     Abort,
     DownloadInitiate,
@@ -142,7 +143,7 @@ class AbandonedUploadDeaf(Server):
 
     def receive(self, frame: bytes) -> list[bytes]:
         """Drop one request, unless it reads the device type."""
-        if frame[:1] == b"\x80" and isinstance(self.transfer, Upload):
+        if is_abort(frame) and isinstance(self.transfer, Upload):
             self.deaf = True
         elif self.deaf:
             self.deaf = False

@@ -11,10 +11,10 @@ from conformance.faults.registry import About, Defect
 from conformance.reference.server import BlockDownload, BlockUpload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.frames import Abort
 from conformance.sdo.layout import Multiplexer
 
-ABORTS = b"\x80"
 fault = partial(registry.fault, about=About.TIME, timed=True)
 
 
@@ -150,7 +150,7 @@ class BehindClientAbort(OwnClock):
     def receive(self, frame: CanFrame) -> list[CanFrame]:
         running = self.server.transfer
         frames = super().receive(frame)
-        if running is not None and frame.data[:1] == ABORTS and self.server_timeout is not None:
+        if running is not None and is_abort(frame.data) and self.server_timeout is not None:
             self.aborted, self.own_due = running.mux, self.now + self.server_timeout
         return frames
 

@@ -5,6 +5,7 @@ from conformance.faults.registry import unusual
 from conformance.reference.server import BlockDownload, Server
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
+from conformance.sdo.decoding import is_abort
 from conformance.sdo.frames import BlockAck, BlockDownloadInitiate, BlockSegment, Response
 from conformance.sdo.objects import Refusal
 
@@ -140,7 +141,7 @@ class GapByTimeout(OwnClock):
     def _is_out_of_sequence(self, frame: CanFrame) -> bool:
         transfer = self.server.transfer
         segment = frame.can_id == 0x600 + self.node_id and len(frame.data) == 8
-        if not segment or not isinstance(transfer, BlockDownload) or frame.data[0] == 0x80:
+        if not segment or not isinstance(transfer, BlockDownload) or is_abort(frame.data):
             return False
         return 1 <= frame.data[0] & 0x7F <= transfer.block_size and (
             frame.data[0] & 0x7F != transfer.due
