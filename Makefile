@@ -9,7 +9,7 @@ WORKERS ?= 2
 WAITING = $(shell expr $(WORKERS) + 1)
 
 .PHONY: selftest test tests-on-virtual-buses socketcan check lint installed dist docs options \
-    detection fleet bench clean
+    detection mutants fleet bench clean
 
 selftest: $(VENV)/installed
 	$(BIN)/pytest --self-test
@@ -34,6 +34,12 @@ detection: $(VENV)/installed-for-tests
 	$(BIN)/python tests/faults/detection.py --workers $(WORKERS)
 	$(BIN)/python tests/faults/pairs.py --workers $(WORKERS)
 	$(BIN)/python tests/faults/unusual_pairs.py --workers $(WORKERS)
+
+# Faults that nobody chose: those of the catalogue under conditions, mutants of the reference server,
+# its transitions to wrong states. Each SHARE-th; SHARE=1 takes some hours of a processor.
+SHARE ?= 5
+mutants: $(VENV)/installed-for-tests
+	$(BIN)/python tests/mutants/measure.py --workers $(WORKERS) --share $(SHARE)
 
 # The suite against servers that others wrote. Those that need cargo or npm are left out without it;
 # FLEET="node -- -k upload" names servers and options of pytest.

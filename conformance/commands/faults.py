@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from conformance.commands.status import DONE
 from conformance.faults.catalogue import all_deviations
+from conformance.faults.guards import guards
 from conformance.faults.registry import Defect, Deviation
 from conformance.sdo.nearest import meant
 
@@ -13,6 +14,7 @@ LEGEND = """\
 A run has to fail a faulty server, and to pass an unusual one. To see it do so:
 
     pytest --self-test --sdo-simulated --sdo-fault=NAME     NAME+NAME deviates in both ways
+    pytest --self-test --sdo-simulated --sdo-fault=NAME@GUARD    only while the guard holds
     conformance serve --node-id 5 --fault NAME
 
   NAME [kind of defect]        the case by which it fails first
@@ -51,6 +53,10 @@ def run(options: argparse.Namespace) -> int:
             print(f"{title} ({len(deviations)}):")
             for line in _lines(deviations):
                 print(line)
+    if not words:
+        print("guards:")
+        for guard in guards().values():
+            print(f"  {guard.name:24} only {guard.sentence}")
     return DONE
 
 

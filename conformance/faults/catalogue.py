@@ -9,6 +9,8 @@ from types import ModuleType
 from conformance.device.eds_listing import Listing
 from conformance.faults import faulty as faulty_servers
 from conformance.faults import unusual as unusual_servers
+from conformance.faults.guarded import guarded
+from conformance.faults.guards import Guard, guards
 from conformance.faults.registry import NOTHING, Deviation, assemble, combine, deviations_in
 from conformance.reference.described import described_device
 from conformance.reference.dictionary import reference_device
@@ -39,8 +41,8 @@ def unusual() -> list[Deviation]:
 def find_deviation(name: str | None) -> Deviation | None:
     """Return the faulty or unusual server of that name; None stands for the reference server.
 
-    Two names with a + between them are a server that deviates in both ways. Raises UnknownServer
-    with the nearest name.
+    Two names with a + between them are a server that deviates in both ways; NAME@GUARD deviates
+    only while the guard holds. Raises UnknownServer with the nearest name.
     """
     if name is None:
         return None
@@ -61,10 +63,22 @@ def _by_name() -> Mapping[str, Deviation]:
 
 def _known(name: str) -> Deviation:
     known = _by_name()
+    name, at, condition = name.partition("@")
+    if at and name in known:
+        return guarded(known[name], _guard(condition))
     if name in known:
         return known[name]
     raise UnknownServer(
         f"There is no faulty or unusual server called {name!r}.{meant(name, known)} "
+        "'conformance faults' lists them."
+    )
+
+
+def _guard(name: str) -> Guard:
+    if name in guards():
+        return guards()[name]
+    raise UnknownServer(
+        f"There is no guard called {name!r}.{meant(name, guards())} "
         "'conformance faults' lists them."
     )
 

@@ -142,14 +142,13 @@ def _servers(pair: Iterable[Deviation]) -> list[type[SegmentedServer]]:
 def _act_together(first: type, second: type) -> bool:
     if issubclass(first, second) or issubclass(second, first):
         return False
-    changes, others = _changes(first), _changes(second)
+    ours, others = changes(first), changes(second)
     return all(
-        changes[name] is others[name] or _goes_on(changes[name])
-        for name in changes.keys() & others.keys()
+        ours[name] is others[name] or _goes_on(ours[name]) for name in ours.keys() & others.keys()
     )
 
 
-def _changes(kind: type) -> dict[str, object]:
+def changes(kind: type) -> dict[str, object]:
     """Return what a class has that the reference server has not, by name."""
     own = [each for each in kind.__mro__ if not _is_reference(each)]
     return {
