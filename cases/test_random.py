@@ -5,31 +5,31 @@ reports, and tried first by the next run.
 """
 
 from conformance.model_cases.conversations.conversation import Kind
-from conformance.model_cases.conversations.search import Search
+from conformance.model_cases.conversations.search import ConversationSearch
 from conformance.run.case import must
 from conformance.run.risks import ANYTHING, LOST_SEGMENT
 
 
 @must("random.segmented-transfers", "upload.size", "response.toggle", "upload.ends")
-def test_segmented_transfers(conversations: Search) -> None:
+def test_segmented_transfers(conversations: ConversationSearch) -> None:
     """Expedited and segmented transfers of any size carry the value."""
     conversations.run(Kind.SEGMENTED_TRANSFERS)
 
 
 @must("random.block-transfers", "upload.size", "block.sequence", "block.crc", risk=LOST_SEGMENT)
-def test_block_transfers(conversations: Search) -> None:
+def test_block_transfers(conversations: ConversationSearch) -> None:
     """Block transfers carry the value, however segments get lost, repeated or late."""
     conversations.run(Kind.BLOCK_TRANSFERS)
 
 
 @must("random.sequences", "server.idle-afterwards", "server.nothing-afterwards")
-def test_sequences(conversations: Search) -> None:
+def test_sequences(conversations: ConversationSearch) -> None:
     """A transfer leaves nothing behind that the next one could notice."""
     conversations.run(Kind.SEQUENCES)
 
 
 @must("random.interrupted", "server.idle-afterwards", "server.value-kept")
-def test_interrupted(conversations: Search) -> None:
+def test_interrupted(conversations: ConversationSearch) -> None:
     """A transfer can be interrupted at any point, and the next one is served."""
     conversations.run(Kind.INTERRUPTED)
 
@@ -41,6 +41,6 @@ def test_interrupted(conversations: Search) -> None:
     "response.unsolicited",
     risk=ANYTHING,
 )
-def test_any_frames(conversations: Search) -> None:
+def test_any_frames(conversations: ConversationSearch) -> None:
     """Frames that are almost right get answers that are allowed for what they are."""
     conversations.run(Kind.ANY_FRAMES)

@@ -11,8 +11,8 @@ from conformance.model_cases.state_pairs import (
     BESIDE,
     SUPERSEDED,
     Pair,
-    perform,
     perform_beside,
+    perform_pair,
     risk_in,
 )
 from conformance.run.case import must
@@ -23,7 +23,7 @@ ABOUT = ("server.idle-afterwards", "server.nothing-afterwards")
 @must("pairs.behind-abort", *ABOUT, thorough=True, risk=risk_in, pair=BEHIND_ABORT)
 def test_behind_abort(sdo: Dialogue, pair: Pair) -> None:
     """What the client aborted in a state does not show in a transfer that passes another."""
-    perform(pair, sdo, superseding=False)
+    perform_pair(pair, sdo, superseding=False)
 
 
 @must(
@@ -36,7 +36,7 @@ def test_behind_abort(sdo: Dialogue, pair: Pair) -> None:
 )
 def test_superseded(sdo: Dialogue, pair: Pair) -> None:
     """What a new initiate ended in a state does not show in its transfer, which passes another."""
-    perform(pair, sdo, superseding=True)
+    perform_pair(pair, sdo, superseding=True)
 
 
 @must(

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from operator import itemgetter
 
 from conformance.logs.findings import Found, NotFollowed, Remark
-from conformance.logs.judged_channel import QUIET, Channel
+from conformance.logs.judged_channel import QUIET, JudgedChannel
 from conformance.logs.judging import LogJudge
 from conformance.logs.other_frames import describe_other
 from conformance.logs.reading import Log, Seen
@@ -128,7 +128,7 @@ class Judgement:
         all_of = f"all responses but the {not_judged} not judged" if not_judged else "all responses"
         yield f"{self.failures} not allowed" if self.failures else f"{all_of} allowed"
 
-    def _summed_up(self, node: str, channel: Channel) -> Iterator[str]:
+    def _summed_up(self, node: str, channel: JudgedChannel) -> Iterator[str]:
         left_out = len(channel.not_judged)
         counts = f"{channel.requests} requests, {channel.responses} responses"
         yield f"{node}: {counts}{f', {left_out} not judged' if left_out else ''}"

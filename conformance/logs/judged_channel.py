@@ -51,7 +51,7 @@ class Flood:
 
 
 @dataclass(slots=True)
-class Channel:
+class JudgedChannel:
     """One default SDO channel: the oracle, what was seen last, and how much there was of it.
 
     ``asked`` is the request of an exchange that begins at rest; the oracle has not been told of it.
@@ -89,7 +89,7 @@ class Channel:
     @classmethod
     def of(
         cls, node_id: int, effort: Effort, patience: float | None, *, begins_idle: bool
-    ) -> "Channel":
+    ) -> "JudgedChannel":
         """Return the channel of a node, at the beginning of a log."""
         oracle = Oracle(FixedKnowledge(), node_id)
         if not begins_idle:

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from conformance.logs.findings import Found
-from conformance.logs.judged_channel import Channel, Effort
+from conformance.logs.judged_channel import Effort, JudgedChannel
 from conformance.logs.reading import Seen
 from conformance.logs.stopped_nodes import NODE_IDS, StoppedNodes
 from conformance.sdo.cob_id import REQUEST_BASE, RESPONSE_BASE
@@ -25,7 +25,7 @@ RESETS = (NmtCommand.RESET_NODE, NmtCommand.RESET_COMMUNICATION)
 class Network:
     """The nodes of one bus: their channels, which are stopped, and which were told to reset."""
 
-    channels: dict[int, Channel] = field(default_factory=dict)
+    channels: dict[int, JudgedChannel] = field(default_factory=dict)
     stopped: StoppedNodes = field(default_factory=StoppedNodes)
     resetting: set[int] = field(default_factory=set)
 
@@ -51,7 +51,7 @@ class LogJudge:
     _now: float = 0.0
 
     @property
-    def channels(self) -> dict[tuple[str, int], Channel]:
+    def channels(self) -> dict[tuple[str, int], JudgedChannel]:
         """The channels by bus and node-ID."""
         return {
             (bus, node_id): channel
@@ -112,9 +112,9 @@ class LogJudge:
             self._networks[bus] = Network()
         return self._networks[bus]
 
-    def _channel(self, network: Network, node_id: int) -> Channel:
+    def _channel(self, network: Network, node_id: int) -> JudgedChannel:
         if node_id not in network.channels:
-            network.channels[node_id] = Channel.of(
+            network.channels[node_id] = JudgedChannel.of(
                 node_id, self._effort, self.patience, begins_idle=self.begins_idle
             )
         return network.channels[node_id]

@@ -57,7 +57,7 @@ class Step:
 
 
 @dataclass(slots=True)
-class Plan:
+class ReplayPlan:
     """The frames that are sent; what that would write; which NMT commands there are.
 
     ``left_out`` counts the frames, by CAN-ID, that were sent according to the log and are neither.
@@ -135,7 +135,7 @@ def read_request(frame: CanFrame, line: Line) -> Request | None:
     return line.request(frame.data)
 
 
-def read_plan(log: RecordedLog, only: int | None) -> Plan:
+def read_plan(log: RecordedLog, only: int | None) -> ReplayPlan:
     """Read what is sent to all nodes, or to ``only`` one.
 
     Raises NotReplayed, and LogError and OSError as the log does.
@@ -157,7 +157,7 @@ class _Reader:
     """Sorts the frames of a log."""
 
     def __init__(self, only: int | None) -> None:
-        self.plan = Plan()
+        self.plan = ReplayPlan()
         self._only = only
         self._bus = ""
         self._lines: defaultdict[int, Line] = defaultdict(Line)

@@ -11,7 +11,14 @@ from conformance.bus.errors import BenchError
 from conformance.bus.link import Link
 from conformance.device.safety import written_by
 from conformance.logs.reading import Seen
-from conformance.logs.replay_plan import Plan, Step, is_answer, is_boot_up, node_of, read_request
+from conformance.logs.replay_plan import (
+    ReplayPlan,
+    Step,
+    is_answer,
+    is_boot_up,
+    node_of,
+    read_request,
+)
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.can_frame import CanFrame
 from conformance.sdo.cob_id import REQUEST_BASE, ChannelIds
@@ -29,7 +36,7 @@ DEVICE_TYPE = Multiplexer(0x1000, 0)
 
 
 @dataclass(frozen=True, slots=True)
-class Exchange:
+class ReplayedExchange:
     """A step of the log, the frame that was sent for it, and what came then.
 
     ``early`` are frames that came before it was sent, though no more were due.
@@ -54,7 +61,7 @@ class Replay:
     what was not sent, empty for nothing.
     """
 
-    def __init__(self, link: Link, bus: str, plan: Plan, response_timeout: float) -> None:
+    def __init__(self, link: Link, bus: str, plan: ReplayPlan, response_timeout: float) -> None:
         """Take a link in use; ``bus`` is its name in each frame. The time is in seconds."""
         self._link = link
         self._bus = bus
@@ -93,7 +100,7 @@ class Replay:
         """The time since the beginning, in seconds."""
         return self._link.now() - self._begin
 
-    def exchanges(self) -> Iterator[Exchange]:
+    def exchanges(self) -> Iterator[ReplayedExchange]:
         """Send frame by frame; raises BenchError."""
         self._begin = self._link.now()
         for step in self._plan.steps:
@@ -102,7 +109,7 @@ class Replay:
             early = list(self._early())
             sent = self._seen(self.now, step.seen.frame)
             self._link.send(step.seen.frame)
-            yield Exchange(step, early, sent, list(self._answers(step)))
+            yield ReplayedExchange(step, early, sent, list(self._answers(step)))
 
     def _early(self) -> Iterator[Seen]:
         for _ in range(MOST_EARLY):

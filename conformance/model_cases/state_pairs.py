@@ -80,7 +80,7 @@ class Target:
     size: int
 
 
-def perform(pair: Pair, sdo: Dialogue, *, superseding: bool) -> None:
+def perform_pair(pair: Pair, sdo: Dialogue, *, superseding: bool) -> None:
     """Lead the server into the first state, out of it, and by another transfer into the second.
 
     That is done three times. The other transfer is about another object, then about the same, and

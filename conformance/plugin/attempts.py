@@ -14,7 +14,7 @@ from conformance.bus.stop import RunStopped
 from conformance.device.effort import TRIES_OF_CASE, TRIES_OF_TRANSFER
 from conformance.device.not_testable import NotTestable
 from conformance.dialogue.server_aborts import Way, is_systematic
-from conformance.model_cases.conversations.search import Search
+from conformance.model_cases.conversations.search import ConversationSearch
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.state import CASE_RUN, ItemCase
 from conformance.plugin.suite_errors import conclude
@@ -28,7 +28,7 @@ from conformance.run.verdict import BREACHES, CaseResult
 GENERATED = ("matrix", "state pairs")
 
 
-def begin(session: DeviceSession, case: ItemCase) -> CaseRun:
+def begin_attempt(session: DeviceSession, case: ItemCase) -> CaseRun:
     """Begin a case on a device."""
     generated = case.service in GENERATED
     run = begin_case(
@@ -72,7 +72,7 @@ def try_again(
             return run, error  # it is met again when the case is concluded
         run.follow(before)
         item.stash[CASE_RUN] = run
-        error = perform(item, run)
+        error = call_case(item, run)
     if ways:
         run.sdo.info(f"{_in_words(ways)}; the case was repeated")
     return run, error
@@ -105,7 +105,7 @@ def conclude_tries(
             break
         run = begin_again()
         item.stash[CASE_RUN] = run
-        run, error = try_again(item, run, perform(item, run), begin_again)
+        run, error = try_again(item, run, call_case(item, run), begin_again)
         result = _conclude(item, run, error)
     if not tries or (result.verdict in BREACHES and len(tries) < TRIES_OF_CASE):
         return run, error, result
@@ -135,7 +135,7 @@ def _behind(
         return None
     run = begin_again()
     item.stash[CASE_RUN] = run
-    error = perform(item, run)
+    error = call_case(item, run)
     result = _conclude(item, run, error)
     if result.verdict not in BREACHES or result.cause != stumbled.cause:
         take_back(run)
@@ -159,7 +159,7 @@ class Performed:
         run = begin_again()
         self.item.given.update(self.given)
         try:
-            run.conclude(perform(self.item, run))
+            run.conclude(call_case(self.item, run))
         except BenchError:
             return ""
         finally:
@@ -177,7 +177,7 @@ def is_told(error: BaseException | None) -> bool:
     return isinstance(error, pytest.skip.Exception | pytest.xfail.Exception)
 
 
-def perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
+def call_case(item: CaseFunction, run: CaseRun) -> BaseException | None:
     """Call the function of a case of the suite with the tools of a try; return what has ended it.
 
     Raises RunStopped.
@@ -187,7 +187,7 @@ def perform(item: CaseFunction, run: CaseRun) -> BaseException | None:
         if tool.name in given:
             given[tool.name] = getattr(run.tools, tool.name)
     for value in given.values():
-        if isinstance(value, Search):
+        if isinstance(value, ConversationSearch):
             value.begin_again(run)
     try:
         item.obj()

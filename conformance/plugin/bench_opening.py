@@ -1,13 +1,14 @@
 """The bench of a run: the report folder, the bus, the built-in devices of a self-test."""
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 
 import can
 import pytest
 
 from conformance.bus.errors import BenchError, DeviceLost
-from conformance.bus.link import Captured
+from conformance.bus.link import Captured, Direction
 from conformance.bus.opening import BusSettings, open_bus
 from conformance.device.options import ANSWER_DELAY, SIMULATED
 from conformance.faults.hosting import simulated_bus, virtual_host
@@ -15,12 +16,16 @@ from conformance.plugin.options import Options
 from conformance.plugin.run_description import about_device
 from conformance.plugin.state import RunState
 from conformance.plugin.time_left import DiscoveryProgress
-from conformance.plugin.traffic import logging_too
 from conformance.plugin.unrestored import Values
 from conformance.plugin.workers import belongs_here
 from conformance.reporting.bus_log import BusLog
 from conformance.run.bench import Bench
+from conformance.run.recording import ChannelDecoder
 from conformance.sdo.cob_id import ChannelIds
+from conformance.sdo.nmt import describe_nmt
+
+# The frames of a run, which pytest shows live on demand.
+LOGGER = logging.getLogger("conformance.frames")
 
 
 def open_bench(config: pytest.Config, state: RunState) -> None:
@@ -43,7 +48,7 @@ def open_bench(config: pytest.Config, state: RunState) -> None:
     state.bench = Bench(
         options.run,
         hosts,
-        logging_too(_listener(state, log), _channels(options)),
+        _logging_too(_listener(state, log), _channels(options)),
         state.report_dir,
         opener=opener,
         stop=state.stop,
@@ -104,3 +109,23 @@ def _built_in(
         for node_id in run.node_ids
     ]
     return [*hosts], open_bus
+
+
+def _logging_too(
+    listen: Callable[[Captured], None], channels: Sequence[ChannelIds]
+) -> Callable[[Captured], None]:
+    """Return a listener that also logs each frame, at the level DEBUG.
+
+    Where nobody wants such messages, a frame costs one look at a level that ``logging`` keeps.
+    """
+    decoders = [ChannelDecoder(ids) for ids in channels]
+
+    def log(captured: Captured) -> None:
+        listen(captured)
+        if LOGGER.isEnabledFor(logging.DEBUG):
+            frame = captured.frame
+            words = next(filter(None, (decoder.words(frame) for decoder in decoders)), "")
+            arrow = ">" if captured.direction is Direction.SENT else "<"
+            LOGGER.debug("%s %s %s", arrow, frame, words or describe_nmt(frame))
+
+    return log

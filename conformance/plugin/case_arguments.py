@@ -15,10 +15,10 @@ import pytest
 from conformance.bus.stop import RunStopped
 from conformance.device.not_testable import NotTestable
 from conformance.device.object_roles import Roles
-from conformance.model_cases.conversations.plan import Plan
-from conformance.model_cases.conversations.search import Search
+from conformance.model_cases.conversations.plan import SearchPlan
+from conformance.model_cases.conversations.search import ConversationSearch
 from conformance.model_cases.conversations.store import FailingStore
-from conformance.plugin.attempts import begin
+from conformance.plugin.attempts import begin_attempt
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.state import CASE_RUN, RESULT, STATE, case_of
 from conformance.run.case_run import CaseRun
@@ -71,7 +71,7 @@ def give_arguments(item: CaseFunction) -> None:
     if len(given) < len(item.asked):
         run = item.stash.get(CASE_RUN, None)
         if run is None or run.is_over:  # else a fixture for all tests has begun it
-            run = item.stash[CASE_RUN] = begin(session, case_of(item))
+            run = item.stash[CASE_RUN] = begin_attempt(session, case_of(item))
         for name in item.asked:
             if name not in given:
                 given[name] = (
@@ -111,7 +111,7 @@ def end_unperformed(item: pytest.Item) -> None:
             run.conclude(None)
 
 
-def search(item: pytest.Item, run: CaseRun) -> Search:
+def search(item: pytest.Item, run: CaseRun) -> ConversationSearch:
     """Return random conversations with the device, as many as --sdo-examples says."""
     case = case_of(item)
     state = item.config.stash[STATE]
@@ -119,5 +119,5 @@ def search(item: pytest.Item, run: CaseRun) -> Search:
     folder = options.report_dir / "failing"
     store = FailingStore.of(folder, case.node_id, case.case_id)
     seconds = min(options.effort.search_seconds, left)
-    plan = Plan(options.examples, options.run.seed, seconds)
-    return Search(run.session, run, plan, store)
+    plan = SearchPlan(options.examples, options.run.seed, seconds)
+    return ConversationSearch(run.session, run, plan, store)

@@ -11,7 +11,7 @@ from conformance.bus.counters import lost_frames
 from conformance.bus.errors import BenchError, DeviceLost, NotWritten, OtherDevice
 from conformance.bus.link import Direction
 from conformance.bus.stop import RunStopped
-from conformance.plugin.attempts import Performed, begin, conclude_tries, is_told
+from conformance.plugin.attempts import Performed, begin_attempt, conclude_tries, is_told
 from conformance.plugin.bench_opening import open_bench
 from conformance.plugin.items import CaseFunction
 from conformance.plugin.outcome import attach, end_with
@@ -99,7 +99,7 @@ class CaseEngine:
         """Judge a case that ended by ``error``, if by any, and raise what it is to pytest."""
         state = self._state
         session = state.session(case_of(item).node_id)
-        again = partial(begin, session, case_of(item))
+        again = partial(begin_attempt, session, case_of(item))
         before = partial(self._repeat, self._latest.get(case_of(item).node_id), session)
         run, error, result = conclude_tries(item, run, error, again, before)
         if isinstance(item, CaseFunction) and item.is_own:
@@ -123,7 +123,7 @@ class CaseEngine:
         """Perform a case once more, unless it may stop the device; return its id."""
         if before is None or before.item.risk is not None:
             return ""
-        return before.repeat(partial(begin, session, case_of(before.item)))
+        return before.repeat(partial(begin_attempt, session, case_of(before.item)))
 
     def _look_after(
         self, item: pytest.Item, session: DeviceSession, result: CaseResult, run: CaseRun

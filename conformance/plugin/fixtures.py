@@ -17,8 +17,8 @@ from conformance.dialogue.lengths_by_writing import Room
 from conformance.dialogue.network import Network
 from conformance.dialogue.parameters import Parameters
 from conformance.dialogue.storage import Storage
-from conformance.model_cases.conversations.search import Search
-from conformance.plugin.attempts import begin
+from conformance.model_cases.conversations.search import ConversationSearch
+from conformance.plugin.attempts import begin_attempt
 from conformance.plugin.case_arguments import (
     end_unperformed,
     or_skip,
@@ -44,7 +44,7 @@ class Fixtures:
     ) -> Iterator[CaseRun]:
         """The case, which has begun; the device is left idle, with its values as they were."""
         item: pytest.Item = request.node
-        run = item.stash[CASE_RUN] = begin(_conformance_device_session, case_of(item))
+        run = item.stash[CASE_RUN] = begin_attempt(_conformance_device_session, case_of(item))
         yield run
         end_unperformed(item)  # another fixture failed
 
@@ -96,7 +96,7 @@ class Fixtures:
     @pytest.fixture
     def sdo_conversations(
         self, request: pytest.FixtureRequest, _conformance_case_run: CaseRun
-    ) -> Search:
+    ) -> ConversationSearch:
         """Random conversations with the device, as many as --sdo-examples says."""
         return search(request.node, _conformance_case_run)
 

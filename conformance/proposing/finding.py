@@ -35,7 +35,7 @@ class Found:
         return {mux.index for mux in (*self.values, *self.write_only)}
 
 
-class Search:
+class ObjectSearch:
     """A search through the object dictionary of a device, by reads alone."""
 
     def __init__(self, reading: Reading) -> None:

@@ -11,7 +11,7 @@ from conformance.device.learned import Reason
 from conformance.device.permits import known_objects
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.proposing.finding import Found, Search
+from conformance.proposing.finding import Found, ObjectSearch
 from conformance.sdo.emergency import is_error_place
 from conformance.sdo.layout import Multiplexer
 
@@ -42,7 +42,7 @@ def search(channel: Channel, device: Device, progress: Progress) -> Found:
     """Read each index of a device without an EDS; raises DeviceLost."""
     count = LAST_SEARCHED + 1 - FIRST_SEARCHED
     reading = Reading(Dialogue(channel, device, CaseRecord(READING), 0))
-    return Search(reading).through(
+    return ObjectSearch(reading).through(
         range(FIRST_SEARCHED, LAST_SEARCHED + 1),
         lambda index: progress(f"{index:04X}h", index - FIRST_SEARCHED, count),
     )

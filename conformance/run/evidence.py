@@ -5,7 +5,7 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 from conformance.bus.link import Captured, Direction
-from conformance.run.recording import Gap
+from conformance.run.recording import LeftOut
 from conformance.run.trace import FIRST_LINES, LAST_LINES, TraceLine, left_out
 from conformance.run.verdict import CaseResult
 from conformance.sdo.rules import cited
@@ -17,7 +17,9 @@ DECISIVE = "*"
 WORDS_AT = 38
 
 
-def cansend_lines(frames: Sequence[Captured], channel: str, *, gap: Gap | None = None) -> list[str]:
+def cansend_lines(
+    frames: Sequence[Captured], channel: str, *, gap: LeftOut | None = None
+) -> list[str]:
     """Return the commands that send what the suite sent; the middle of many is left out."""
     sent = [captured.frame for captured in frames if captured.direction is Direction.SENT]
     lines = [f"cansend {channel} {frame}" for frame in sent]

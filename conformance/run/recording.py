@@ -16,7 +16,7 @@ LAST_KEPT = 10_000
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class LeftOut:
     """Frames that were left out: behind how many, how many, how many of them we had sent.
 
     ``decoders`` have followed the conversation to the end of the gap.
@@ -117,9 +117,9 @@ class Recording:
         """Return the frames that are there."""
         return [*self._first, *self._last]
 
-    def gap(self) -> Gap | None:
+    def gap(self) -> LeftOut | None:
         """Return what was left out of them."""
         if not self._left_out:
             return None
         decoders = {self._ids: self._decoder.fork()}
-        return Gap(len(self._first), self._left_out, self._left_out_sent, decoders)
+        return LeftOut(len(self._first), self._left_out, self._left_out_sent, decoders)

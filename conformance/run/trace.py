@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from conformance.bus.link import Captured, Direction
-from conformance.run.recording import ChannelDecoder, Gap
+from conformance.run.recording import ChannelDecoder, LeftOut
 from conformance.sdo.cob_id import ChannelIds
 from conformance.sdo.describe import hex_bytes
 from conformance.sdo.nmt import describe_nmt
@@ -45,7 +45,7 @@ def trace_of(
     channels: Sequence[ChannelIds],
     *,
     own: int | None = None,
-    gap: Gap | None = None,
+    gap: LeftOut | None = None,
     aside: bool = True,
     decisive: bool = False,
     actual: str = "",
@@ -107,7 +107,7 @@ def left_out(number: int) -> str:
     return f"… {number - FIRST_LINES - LAST_LINES} frames left out; bus.log has them all"
 
 
-def _shown(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str) -> int | None:
+def _shown(frames: Sequence[Captured], end: int, gap: LeftOut | None, actual: str) -> int | None:
     """Return the number of the last response before ``end`` that stands in ``actual``."""
     for position in reversed(range(len(frames))):
         number = position
@@ -120,7 +120,7 @@ def _shown(frames: Sequence[Captured], end: int, gap: Gap | None, actual: str) -
     return None
 
 
-def _unanswered(frames: Sequence[Captured], end: int, gap: Gap | None) -> int:
+def _unanswered(frames: Sequence[Captured], end: int, gap: LeftOut | None) -> int:
     """Return the number of the first request before ``end`` that has no answer.
 
     In a burst, a server has to answer the last frame alone.

@@ -14,7 +14,7 @@ from conformance.commands.status import BROKEN_BENCH, DONE, NOT_ALLOWED, WRONG_U
 from conformance.faults.catalogue import build_node
 from conformance.logs import replay_plan
 from conformance.logs.reading import RecordedLog
-from conformance.logs.replay_plan import NotReplayed, Plan, read_plan
+from conformance.logs.replay_plan import NotReplayed, ReplayPlan, read_plan
 from conformance.reference.host import HostedNode, NodeHost
 from conformance.reference.node import Node
 from conformance.run.bench import private_channel
@@ -259,5 +259,5 @@ def test_logs_that_are_refused(
 
 
 def test_many_objects_are_not_all_named() -> None:
-    plan = Plan(commands=[f"reset node, node {number}" for number in range(1, 31)])
+    plan = ReplayPlan(commands=[f"reset node, node {number}" for number in range(1, 31)])
     assert plan.changes.endswith("reset node, node 20 and 10 more)")

@@ -29,8 +29,8 @@ from conformance.model_cases.conversations.conversation import (
     to_lines,
 )
 from conformance.model_cases.conversations.device_objects import harmless
-from conformance.model_cases.conversations.plan import Plan
-from conformance.model_cases.conversations.search import Search
+from conformance.model_cases.conversations.plan import SearchPlan
+from conformance.model_cases.conversations.search import ConversationSearch
 from conformance.model_cases.conversations.store import FailingStore
 from conformance.model_cases.conversations.trials import Failure, Trials
 from conformance.reference.built_in_device import REFERENCE_OBJECTS
@@ -63,9 +63,9 @@ class Searched:
         if captured.direction is Direction.SENT:
             self.sent.append(str(captured.frame))
 
-    def search(self, kind: Kind, plan: Plan) -> CaseRun:
+    def search(self, kind: Kind, plan: SearchPlan) -> CaseRun:
         run = begin_case(self.session, RULE.id, "random", RULE)
-        Search(self.session, run, plan, self.store).run(kind)
+        ConversationSearch(self.session, run, plan, self.store).run(kind)
         return run
 
 
@@ -76,7 +76,7 @@ def reference(tmp_path: Path) -> Searched:
 
 @pytest.mark.parametrize("kind", Kind)
 def test_the_reference_server_passes(reference: Searched, kind: Kind) -> None:
-    run = reference.search(kind, Plan(40, seed=7))
+    run = reference.search(kind, SearchPlan(40, seed=7))
     assert run.result.progress.startswith("40 of 40 examples in ")
     assert not reference.store.path.exists()
 
@@ -84,7 +84,7 @@ def test_the_reference_server_passes(reference: Searched, kind: Kind) -> None:
 @pytest.mark.parametrize("kind", Kind)
 def test_only_what_may_be_written_is_named(reference: Searched, kind: Kind) -> None:
     """Whatever the device takes a frame for."""
-    reference.search(kind, Plan(40, seed=8))
+    reference.search(kind, SearchPlan(40, seed=8))
     device = reference.session.device
     for text in reference.sent:
         can_id, _, data = text.partition("#")
@@ -108,7 +108,7 @@ def test_the_same_seed_sends_the_same_frames(tmp_path: Path, kind: Kind) -> None
     sent = []
     for seed in (1, 1, 2):
         device = Searched(None, tmp_path)
-        device.search(kind, Plan(10, seed))
+        device.search(kind, SearchPlan(10, seed))
         sent.append(device.sent)
     assert sent[0] == sent[1] != sent[2]
 
@@ -126,21 +126,21 @@ def test_a_failure_is_shrunk_kept_and_tried_first(
 ) -> None:
     device = Searched(server, tmp_path)
     with pytest.raises(Violation) as first:
-        device.search(kind, Plan(200, seed=1))
+        device.search(kind, SearchPlan(200, seed=1))
     assert len(device.session.frames) <= most
     kept = device.store.load()
     again = Searched(server, tmp_path)
     with pytest.raises(Violation) as second:
-        again.search(kind, Plan(200, seed=99))
+        again.search(kind, SearchPlan(200, seed=99))
     assert second.value.rule == first.value.rule
     assert again.store.load() == kept
     repaired = Searched(None, tmp_path)
-    repaired.search(kind, Plan(1, seed=1))
+    repaired.search(kind, SearchPlan(1, seed=1))
     assert not repaired.store.path.exists()
 
 
 def test_the_time_is_bounded(reference: Searched) -> None:
-    run = reference.search(Kind.ANY_FRAMES, Plan(100, seed=1, search_seconds=0.0))
+    run = reference.search(Kind.ANY_FRAMES, SearchPlan(100, seed=1, search_seconds=0.0))
     assert run.result.progress.startswith("0 of 100 examples")
     assert run.sdo.record.notes == [f"{run.result.progress}, which is as long as it may take"]
 
@@ -194,7 +194,7 @@ def test_a_kept_conversation_about_an_object_that_is_gone(reference: Searched) -
     gone = Multiplexer(0x5FFF)
     for transfer in (Transfer(Service.EXPEDITED, gone), Transfer(Service.UPLOAD, gone)):
         reference.store.save((transfer,))
-        run = reference.search(Kind.SEQUENCES, Plan(5, seed=7))
+        run = reference.search(Kind.SEQUENCES, SearchPlan(5, seed=7))
         assert any("not tried: 5FFFh:00 is gone" in note for note in run.sdo.record.notes)
         assert reference.store.load() == (transfer,)
 
@@ -217,5 +217,5 @@ def test_a_device_that_fails_by_chance_is_no_error_of_the_suite(
 
     monkeypatch.setattr(Trials, "attempt", attempt)
     with pytest.raises(Violation) as found:
-        searched.search(Kind.SEQUENCES, Plan(20, seed=7))
+        searched.search(Kind.SEQUENCES, SearchPlan(20, seed=7))
     assert found.value.rule is RULE

@@ -17,7 +17,7 @@ from conformance.beginning.discovery import READING, Reading
 from conformance.device.effort import READS_WITHOUT_ANSWER
 from conformance.dialogue.case_record import CaseRecord
 from conformance.dialogue.dialogue import Dialogue
-from conformance.proposing.finding import Found, Search
+from conformance.proposing.finding import Found, ObjectSearch
 from conformance.reference.built_in_device import reference_entries
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import Access, DataType, Entry
@@ -27,7 +27,7 @@ MISSING = bytes.fromhex("8000000000000206")
 
 def search(bench: Workbench, indices: Iterable[int]) -> Found:
     reading = Reading(Dialogue(bench.channel, bench.device, CaseRecord(READING), 0))
-    return Search(reading).through(indices, lambda index: None)
+    return ObjectSearch(reading).through(indices, lambda index: None)
 
 
 def test_what_is_there() -> None:

@@ -15,7 +15,7 @@ from hypothesis.errors import Flaky
 
 from conformance.model_cases.conversations.conversation import Conversation, Kind
 from conformance.model_cases.conversations.device_objects import DeviceObjects
-from conformance.model_cases.conversations.plan import Plan
+from conformance.model_cases.conversations.plan import SearchPlan
 from conformance.model_cases.conversations.strategies import drawn
 from conformance.model_cases.conversations.trials import Failure, Trials
 from conformance.sdo.rules import Rule
@@ -36,7 +36,7 @@ class Broken(Exception):
 class Hunt:
     """One search by hypothesis: what was tried, and what came of it."""
 
-    def __init__(self, trials: Trials, plan: Plan, note: Callable[[str], None]) -> None:
+    def __init__(self, trials: Trials, plan: SearchPlan, note: Callable[[str], None]) -> None:
         """``note`` takes remarks on what was found."""
         self.done = 0
         self._trials = trials

@@ -6,7 +6,7 @@ from conformance.device.effort import SEARCH_SECONDS, SHRINK_ANSWERS, SHRINK_SEC
 
 
 @dataclass(frozen=True, slots=True)
-class Plan:
+class SearchPlan:
     """How many conversations to try, from which seed, for how many seconds and answers at most."""
 
     examples: int

@@ -5,18 +5,18 @@ import time
 from conformance.device.not_testable import NotTestable
 from conformance.model_cases.conversations.conversation import Conversation, Kind
 from conformance.model_cases.conversations.device_objects import DeviceObjects, survey
-from conformance.model_cases.conversations.plan import Plan
+from conformance.model_cases.conversations.plan import SearchPlan
 from conformance.model_cases.conversations.store import FailingStore
 from conformance.model_cases.conversations.trials import Failure, Trials
 from conformance.run.case_run import CaseRun
 from conformance.run.session import DeviceSession
 
 
-class Search:
+class ConversationSearch:
     """The search of one case on one device."""
 
     def __init__(
-        self, session: DeviceSession, run: CaseRun, plan: Plan, store: FailingStore
+        self, session: DeviceSession, run: CaseRun, plan: SearchPlan, store: FailingStore
     ) -> None:
         """``store`` has what failed the last time."""
         self._session = session

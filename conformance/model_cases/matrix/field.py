@@ -30,7 +30,9 @@ AnyState = State[Request | None]
 CUT_SHORT = frozenset(rule.id for rule in SHORT_REQUEST_RULES)
 
 
-def perform(state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObject) -> None:
+def perform_stimulus(
+    state: AnyState, stimulus: Stimulus, sdo: Dialogue, known: KnownObject
+) -> None:
     """Judge the reaction to a stimulus, the value that ``known`` has then, and the next transfers.
 
     ``known`` is a writable string; where it is too short for the state, another string or a domain

@@ -41,7 +41,7 @@ BLOCK_UPLOAD = "block upload"
 
 
 @dataclass(frozen=True, slots=True)
-class Refusal:
+class DueAbort:
     """An abort that may be due: by which rule, which has the codes that are right.
 
     ``only`` are the codes that are right here, ``tolerate`` those that are tolerated here, where
@@ -120,13 +120,13 @@ class Refusal:
         fits = right.isdisjoint(other) and not right.isdisjoint(own)
         return self.rule is NOT_REFUSED and code in other and fits
 
-    def named(self, *muxes: Multiplexer) -> "Refusal":
+    def named(self, *muxes: Multiplexer) -> "DueAbort":
         """Say which object the abort has to name."""
         return replace(self, muxes=muxes)
 
 
 def refusing(
-    refusals: Sequence[Refusal], before: State, after: State, memory: Memory, *freedoms: Freedom
+    refusals: Sequence[DueAbort], before: State, after: State, memory: Memory, *freedoms: Freedom
 ) -> Due:
     """Build the answer of a server that refuses for one of these reasons, and is in ``after`` then.
 

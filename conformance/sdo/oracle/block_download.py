@@ -20,7 +20,7 @@ from conformance.sdo.layout import Multiplexer
 from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
     Codes,
-    Refusal,
+    DueAbort,
     answered,
     expect,
     require,
@@ -155,11 +155,11 @@ class SubBlock(_BlockDownload):
             return self.foreign(memory, rules.SEGMENTS_ONLY)
         return self._heard(request)._on_segment(request, memory)
 
-    def refusals(self) -> list[Refusal]:
+    def refusals(self) -> list[DueAbort]:
         """Return the aborts that may come where no answer is due, best reasons first."""
         found = [reason.refusal(self.mux) for reason in self.reasons]
         if self.disorder:
-            found.append(Refusal(rules.SEQUENCE_ZERO, (self.mux,)))
+            found.append(DueAbort(rules.SEQUENCE_ZERO, (self.mux,)))
         return found
 
     def behind(self, frames: Iterable[bytes]) -> Self:
@@ -361,7 +361,7 @@ class BlockDownloadEnd(_BlockDownload):
         return [
             quiet(self, memory, rules.LAST_AGAIN, Freedom(topic, "ignored")),
             self._acknowledged_again(memory).choosing(Freedom(topic, "acknowledged")),
-            Refusal(rules.LAST_AGAIN).branch(self, IDLE, memory, Freedom(topic, "refused")),
+            DueAbort(rules.LAST_AGAIN).branch(self, IDLE, memory, Freedom(topic, "refused")),
             *branches,
         ]
 

@@ -24,7 +24,7 @@ from conformance.sdo.limits import LARGEST_BLOCK, SEGMENT_LENGTH
 from conformance.sdo.oracle.answers import (
     BLOCK_UPLOAD,
     Codes,
-    Refusal,
+    DueAbort,
     answered,
     expect,
     misread,
@@ -193,7 +193,7 @@ class NotStarted(_BlockUpload):
             branches.append(
                 empty.ends(memory).choosing(Freedom("empty block upload", "no segment"))
             )
-            branches.append(Refusal(rules.EMPTY, (self.mux,)).branch(self, IDLE, memory))
+            branches.append(DueAbort(rules.EMPTY, (self.mux,)).branch(self, IDLE, memory))
         return branches
 
 
@@ -298,7 +298,7 @@ class Unacknowledged(_BlockUpload):
         if not isinstance(request, BlockAck):
             return self.foreign(memory)
         if request.sequence > self.before + self.count:
-            return [self._refused(Refusal(rules.ACKNOWLEDGES_TOO_MANY), memory)]
+            return [self._refused(DueAbort(rules.ACKNOWLEDGES_TOO_MANY), memory)]
         count = max(request.sequence - self.before, 0)
         goes_on = {request.sequence, self.before} - {0} if count < self.count else ()
         taken = count * SEGMENT_LENGTH
@@ -314,13 +314,13 @@ class Unacknowledged(_BlockUpload):
             return ending or following.sends(memory, *goes_on)
         # Behind the last segment nothing is left that a block size could be about.
         topic = "an impossible block size in the last acknowledgement"
-        invalid = Refusal(rules.ACKNOWLEDGES_BLOCK_SIZE)
+        invalid = DueAbort(rules.ACKNOWLEDGES_BLOCK_SIZE)
         return [
             *(branch.choosing(Freedom(topic, "ignored")) for branch in ending),
             self._refused(invalid, memory).choosing(Freedom(topic, "refused")),
         ]
 
-    def _refused(self, refusal: Refusal, memory: Memory) -> Branch:
+    def _refused(self, refusal: DueAbort, memory: Memory) -> Branch:
         return refusal.named(self.mux).branch(self, IDLE, memory)
 
 

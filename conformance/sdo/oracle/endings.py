@@ -13,7 +13,7 @@ from conformance.sdo.frames import Abort
 from conformance.sdo.oracle.answers import (
     BLOCK_UPLOAD,
     KNOWN_CODES,
-    Refusal,
+    DueAbort,
     is_segment,
     shape,
     violation,
@@ -93,7 +93,7 @@ def ending(branches: Iterable[Branch], frame: bytes, sent: Sequence[bytes]) -> E
     return Ending(abort, ended, wrong, best is not None, senseless)
 
 
-def _best(reasons: Iterable[Refusal], abort: Abort, frame: bytes) -> list[Violation] | None:
+def _best(reasons: Iterable[DueAbort], abort: Abort, frame: bytes) -> list[Violation] | None:
     """Return what an abort misses if it is one of those for which there is a reason."""
     for refusal in reasons:
         if abort.code in refusal.codes:

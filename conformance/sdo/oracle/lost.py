@@ -9,7 +9,7 @@ from conformance.sdo.decoding import ANSWERS, decode_request, decode_response
 from conformance.sdo.describe import describe
 from conformance.sdo.frames import Abort, BlockAck, BlockUploadStart
 from conformance.sdo.limits import LARGEST_BLOCK
-from conformance.sdo.oracle.answers import Refusal, violation
+from conformance.sdo.oracle.answers import DueAbort, violation
 from conformance.sdo.oracle.branch import Branch, Due, Misfit, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.states import IDLE, Initiate
@@ -45,7 +45,7 @@ class Lost:
             return [quiet(Lost(owed) if owed else IDLE, memory, idle.ABORT_NOT_ANSWERED)]
         if not isinstance(request, Initiate):
             return [quiet(Lost(owed + most_answers(frame)), memory, ANSWERED)]
-        refused = Refusal(RESTART).branch(self, IDLE, memory)
+        refused = DueAbort(RESTART).branch(self, IDLE, memory)
         found = [*IDLE.receive(frame, memory), refused]
         if self.watched and not owed:
             return [*found, self._answer_to(frame, memory)]

@@ -7,7 +7,7 @@ that refuses a remote frame, or takes the other length of identifier for its own
 from collections.abc import Iterator
 
 from conformance.sdo.can_frame import CanFrame
-from conformance.sdo.oracle.answers import Refusal
+from conformance.sdo.oracle.answers import DueAbort
 from conformance.sdo.oracle.branch import Branch
 from conformance.sdo.oracle.states import IDLE
 from conformance.sdo.rules import Violation, channels
@@ -22,7 +22,7 @@ def hear_no_request(branch: Branch, frame: CanFrame) -> Iterator[Branch]:
         missed = Violation(
             channels.REMOTE_IGNORED, expected="silence to a remote frame", actual="an abort"
         )
-        refusal = Refusal(channels.REMOTE, findings=(missed,))
+        refusal = DueAbort(channels.REMOTE, findings=(missed,))
         # Whether such an abort ends a transfer is as open as the abort itself.
         for after in (branch.state, IDLE):
             yield refusal.branch(branch.state, after, branch.memory, *branch.freedoms)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import TEXT_TYPES, Access, DataType, Entry
-from conformance.sdo.oracle.answers import Codes, Refusal
+from conformance.sdo.oracle.answers import Codes, DueAbort
 from conformance.sdo.oracle.knowledge import Facts, Presence
 from conformance.sdo.rules import (
     MISSING_REFUSED,
@@ -35,9 +35,9 @@ class Reason:
     binding: bool = True
     late: bool = False
 
-    def refusal(self, mux: Multiplexer) -> Refusal:
+    def refusal(self, mux: Multiplexer) -> DueAbort:
         """Return the abort that is due for this reason."""
-        return Refusal(self.rule, (mux,), self.only, self.tolerate)
+        return DueAbort(self.rule, (mux,), self.only, self.tolerate)
 
 
 Reasons = tuple[Reason, ...]

@@ -12,7 +12,7 @@ from conformance.sdo.decoding import decode_request, decode_response
 from conformance.sdo.frames import Abort, BlockAck
 from conformance.sdo.layout import FRAME_LENGTH
 from conformance.sdo.limits import LARGEST_BLOCK
-from conformance.sdo.oracle.answers import Refusal, refusing
+from conformance.sdo.oracle.answers import DueAbort, refusing
 from conformance.sdo.oracle.block_download import SubBlock
 from conformance.sdo.oracle.block_upload import Sending
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, State, quiet
@@ -29,7 +29,7 @@ MOST_BRANCHES = 1000
 FEW = 4
 MOST_REMEMBERED = 512
 SECOND = "a second request before the answer"
-TOO_EARLY = Refusal(freedoms.BEHIND_ANOTHER)
+TOO_EARLY = DueAbort(freedoms.BEHIND_ANOTHER)
 DROPPED, REFUSED = Freedom(SECOND, "dropped"), Freedom(SECOND, "refused")
 
 

@@ -15,7 +15,7 @@ from conformance.sdo.frames import (
 )
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.objects import TEXT_TYPES
-from conformance.sdo.oracle.answers import Refusal, answered, refusing
+from conformance.sdo.oracle.answers import DueAbort, answered, refusing
 from conformance.sdo.oracle.branch import Branch, Freedom, State, owing, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.reasons import (
@@ -130,7 +130,7 @@ class SegmentedDownload(Running):
             return self.foreign(memory, FOREIGN_RULES.get(type(request), self.foreign_rule))
         if request.toggle != self.toggle:
             topic = "toggle error in a download"
-            refusal = Refusal(rules.TOGGLE, (self.mux,))
+            refusal = DueAbort(rules.TOGGLE, (self.mux,))
             return [
                 refusal.branch(self, IDLE, memory, Freedom(topic, "aborts")),
                 quiet(self, memory, rules.TOGGLE, Freedom(topic, "ignored")),

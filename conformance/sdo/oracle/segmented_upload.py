@@ -18,7 +18,7 @@ from conformance.sdo.frames import (
 from conformance.sdo.layout import Multiplexer
 from conformance.sdo.oracle.answers import (
     Codes,
-    Refusal,
+    DueAbort,
     expect,
     initiate_shape,
     misread,
@@ -153,7 +153,7 @@ class SegmentedUpload(Running):
         if not isinstance(request, UploadSegment):
             return self.foreign(memory, FOREIGN_RULES.get(type(request), self.foreign_rule))
         if request.toggle != self.toggle:
-            return [Refusal(rules.TOGGLE, (self.mux,)).branch(self, IDLE, memory)]
+            return [DueAbort(rules.TOGGLE, (self.mux,)).branch(self, IDLE, memory)]
         return [self._segment(memory)]
 
     def _segment(self, memory: Memory) -> Branch:

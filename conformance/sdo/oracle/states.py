@@ -25,7 +25,7 @@ from conformance.sdo.frames import (
     UploadSegment,
 )
 from conformance.sdo.layout import FRAME_LENGTH, Multiplexer
-from conformance.sdo.oracle.answers import Codes, Refusal
+from conformance.sdo.oracle.answers import Codes, DueAbort
 from conformance.sdo.oracle.branch import Branch, Due, Freedom, quiet
 from conformance.sdo.oracle.knowledge import Memory
 from conformance.sdo.oracle.short_frames import completed
@@ -55,7 +55,7 @@ def begin(request: Request, memory: Memory) -> list[Branch]:
 
 def _out_of_transfer(rule: Rule, memory: Memory) -> list[Branch]:
     topic = "a frame of a transfer when idle"
-    refusal = Refusal(rule)
+    refusal = DueAbort(rule)
     return [
         quiet(IDLE, memory, rule, Freedom(topic, "ignored")),
         refusal.branch(IDLE, IDLE, memory, Freedom(topic, "refused")),
@@ -77,7 +77,7 @@ def _(request: UploadSegment, memory: Memory) -> list[Branch]:
 @begin.register
 def _(request: Unknown, memory: Memory) -> list[Branch]:
     looks_like = DownloadInitiate.decode(request.frame).mux
-    return [Refusal(idle.UNKNOWN_SPECIFIER, looks_like=looks_like).branch(IDLE, IDLE, memory)]
+    return [DueAbort(idle.UNKNOWN_SPECIFIER, looks_like=looks_like).branch(IDLE, IDLE, memory)]
 
 
 class Answering(ABC):
@@ -121,7 +121,7 @@ class Answering(ABC):
     def on_wrong_length(self, frame: bytes, memory: Memory) -> list[Branch]:
         """Ignore it, refuse it, or serve what has all the bytes that it needs (not defined)."""
         topic = "a frame of a wrong length"
-        refusal = Refusal(short_requests.SHORT)
+        refusal = DueAbort(short_requests.SHORT)
         branches = [
             quiet(self, memory, short_requests.SHORT, Freedom(topic, "ignored")),
             quiet(IDLE, memory, short_requests.SHORT, Freedom(topic, "ends the transfer")),
@@ -159,7 +159,7 @@ class Idle(Answering):
             return [quiet(IDLE, memory, idle.ABORT_NOT_ANSWERED)]
         return [
             quiet(IDLE, memory, idle.ABORT_RESERVED_BITS),
-            Refusal(idle.ABORT_RESERVED_BITS).branch(IDLE, IDLE, memory),
+            DueAbort(idle.ABORT_RESERVED_BITS).branch(IDLE, IDLE, memory),
         ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
@@ -197,7 +197,7 @@ class Running(Answering):
 
     def foreign(self, memory: Memory, rule: Rule | None = None) -> list[Branch]:
         """Refuse a frame that does not belong here, and end the transfer."""
-        return [Refusal(rule or self.foreign_rule).named(self.mux).branch(self, IDLE, memory)]
+        return [DueAbort(rule or self.foreign_rule).named(self.mux).branch(self, IDLE, memory)]
 
     def restart(self, request: Initiate, memory: Memory) -> list[Branch]:
         """Serve a new initiate, or refuse it; the running transfer is over in both cases."""
@@ -206,7 +206,7 @@ class Running(Answering):
         if self.gives_way:
             expected = f"the transfer of {request.mux} to begin"
             missed = (Violation(RESTART, expected=expected, actual="an abort"),)
-        refusal = Refusal(RESTART, (self.mux, request.mux), findings=missed)
+        refusal = DueAbort(RESTART, (self.mux, request.mux), findings=missed)
         served = begin(request, memory)
         return [
             *(branch.choosing(Freedom(topic, "served")) for branch in served),
@@ -216,7 +216,7 @@ class Running(Answering):
 
     def _superseded(self, served: list[Branch], memory: Memory) -> Branch:
         """Abort the running transfer on the bus, and serve the new one all the same."""
-        refusal = Refusal(RESTART, (self.mux,))
+        refusal = DueAbort(RESTART, (self.mux,))
 
         def take(frame: bytes) -> list[Branch]:
             abort = refusal.read(frame)
@@ -234,12 +234,12 @@ class Running(Answering):
         return [
             quiet(IDLE, memory, rule, Freedom(topic, "ends the transfer")),
             quiet(self, memory, rule, Freedom(topic, "ignored")),
-            Refusal(rule).branch(self, IDLE, memory, Freedom(topic, "refused")),
+            DueAbort(rule).branch(self, IDLE, memory, Freedom(topic, "refused")),
         ]
 
     def pass_time(self, memory: Memory) -> list[Branch]:
         """Wait for ever, or give up."""
-        refusal = Refusal(timing.SERVER_TIME_OUT, (self.mux,))
+        refusal = DueAbort(timing.SERVER_TIME_OUT, (self.mux,))
         return [
             quiet(self, memory, timing.SERVER_TIME_OUT),
             refusal.branch(self, IDLE, memory, Freedom("server time-out", "aborts")),
@@ -290,11 +290,11 @@ def _reserved_bytes(request: Request) -> bytes:
             return request.reserved
 
 
-def oddities(request: Request) -> Iterable[tuple[str, Refusal]]:
+def oddities(request: Request) -> Iterable[tuple[str, DueAbort]]:
     """Yield the refusals that reserved bits and bytes of a request allow."""
     if _reserved_bits(request):
-        yield "reserved bits in a request", Refusal(freedoms.RESERVED_BITS)
+        yield "reserved bits in a request", DueAbort(freedoms.RESERVED_BITS)
     if any(_reserved_bytes(request)):
-        yield "reserved bytes in a request", Refusal(freedoms.RESERVED_BYTES)
+        yield "reserved bytes in a request", DueAbort(freedoms.RESERVED_BYTES)
     if _vain_count(request):
-        yield "n where it has no meaning", Refusal(initiates.UNUSED_WITHOUT_SIZE)
+        yield "n where it has no meaning", DueAbort(initiates.UNUSED_WITHOUT_SIZE)

@@ -12,7 +12,7 @@ from oracle_rejections import all_scripts
 
 from conformance.sdo.abort_codes import AbortCode
 from conformance.sdo.oracle import Oracle
-from conformance.sdo.oracle.answers import Refusal
+from conformance.sdo.oracle.answers import DueAbort
 from conformance.sdo.rules import RULES_BY_ID
 from conformance.sdo.rules.accepted import IMPRECISE
 
@@ -33,17 +33,17 @@ ELSEWHERE: dict[str, Codes] = {
 
 
 @pytest.fixture(scope="module")
-def refusals() -> dict[str, list[Refusal]]:
+def refusals() -> dict[str, list[DueAbort]]:
     """Return the refusals that the oracle holds possible, by the id of their rule."""
     found = defaultdict(list)
-    words = Refusal.words
+    words = DueAbort.words
 
-    def recording(self: Refusal) -> str:
+    def recording(self: DueAbort) -> str:
         found[self.rule.id].append(self)
         return words(self)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Refusal, "words", recording)
+        patch.setattr(DueAbort, "words", recording)
         for script in all_scripts()[::STRIDE]:
             for knowledge in (True, False):
                 node = reference_node()
@@ -53,21 +53,21 @@ def refusals() -> dict[str, list[Refusal]]:
     return found
 
 
-def test_an_abort_is_right_by_what_its_rule_says(refusals: dict[str, list[Refusal]]) -> None:
+def test_an_abort_is_right_by_what_its_rule_says(refusals: dict[str, list[DueAbort]]) -> None:
     assert len(refusals) > 30
     for id_, found in refusals.items():
         right = {code for refusal in found for code in refusal.codes}
         assert right == set(RULES_BY_ID[id_].codes) - ELSEWHERE.get(id_, set()), id_
 
 
-def test_what_is_tolerated_the_rule_tolerates(refusals: dict[str, list[Refusal]]) -> None:
+def test_what_is_tolerated_the_rule_tolerates(refusals: dict[str, list[DueAbort]]) -> None:
     """At the end of a block download it may be the frame that is said to be wrong."""
     for id_, found in refusals.items():
         tolerated = {code for refusal in found for code in refusal.tolerated}
         assert tolerated <= {*RULES_BY_ID[id_].tolerated, *IMPRECISE}, id_
 
 
-def test_each_of_them_accepts_some_code(refusals: dict[str, list[Refusal]]) -> None:
+def test_each_of_them_accepts_some_code(refusals: dict[str, list[DueAbort]]) -> None:
     assert all(
         refusal.codes or refusal.tolerated for found in refusals.values() for refusal in found
     )
